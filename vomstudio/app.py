@@ -17,21 +17,22 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         return work()
     from vomstudio.cli import COMMANDS
-    from vomstudio.failures import crashes, exception_hooks, log
-    from vomstudio.failures.error_collector import DESK
 
     if words and (words[0] in COMMANDS or words[0].startswith("-")):
         from vomstudio.cli import main as command_line
+        from vomstudio.failures import log
 
         log.start("command")
         return command_line(words)
+    from vomstudio.failures import crashes, exception_hooks
+    from vomstudio.failures.error_collector import ERRORS
     from vomstudio.ui.shell.window_start import run_window
 
     exception_hooks.install(crashes.WINDOW)
     try:
         return run_window(words)
     except Exception as error:
-        DESK.report(error, "outside the window's event loop")
+        ERRORS.report(error, "outside the window's event loop")
         raise
     finally:
         exception_hooks.uninstall()

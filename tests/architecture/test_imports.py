@@ -23,7 +23,6 @@ UNDER_THE_WINDOW = (
     "io",
     "registration",
     "survey",
-    "extraction",
     "photogrammetry",
     "products",
     "jobs",
@@ -33,7 +32,7 @@ UNDER_THE_WINDOW = (
 )
 QT_AND_VTK = ("PySide6", "shiboken6", "qtpy", "qtawesome", "vtk", "vtkmodules", "pyvista")
 SLOW_TO_IMPORT = ("scipy", "pandas", "matplotlib", "mplstereonet", "numba", "laspy", "pyproj")
-SLOW_TO_IMPORT += ("shapely", "pyogrio", "PIL", "rasterio", "embreex")
+SLOW_TO_IMPORT += ("shapely", "pyogrio", "PIL", "rasterio", "embreex", "lxml", "tomlkit")
 
 
 def loaded_after(statements: str) -> set[str]:

@@ -80,7 +80,7 @@ def run(count: int) -> dict[str, float]:
     cloud = timed("fuse", lambda: fuse(names, maps, mine, around))
     options = meshing.SurfaceOptions(faces=FACES_EACH * count, threads=2)
     steps = Stages("surface", taken)
-    mesh = meshing.make_surface(cloud, options, steps, scene.centres)
+    mesh = meshing.build_surface(cloud, options, steps, scene.centres).mesh
     steps.stage("")
     steps = Stages("texture", taken)
     of_texture = texture.TextureOptions(atlas=AtlasOptions(page=2048, most_pages=1))

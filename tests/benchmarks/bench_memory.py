@@ -97,8 +97,8 @@ def of_look(width: int, height: int, size: int) -> tuple[Any, int]:
     a, b, c, d = (k.ravel() for k in (i[:-1, :-1], i[:-1, 1:], i[1:, :-1], i[1:, 1:]))
     faces = np.concatenate([np.stack([a, c, b], 1), np.stack([b, c, d], 1)]).astype(np.int32)
 
-    def task(w: int, h: int, faces: np.ndarray) -> visibility.LookTask:
-        return visibility.LookTask(encoded(w, h), None, viewed("a", w, h), vertices, faces)
+    def task(w: int, h: int, faces: np.ndarray) -> visibility.VisibilityTask:
+        return visibility.VisibilityTask(encoded(w, h), None, viewed("a", w, h), vertices, faces)
 
     visibility.look(task(400, 300, faces[:100]))
     whole = task(width, height, faces)

@@ -30,7 +30,7 @@ def test_check_says_all_that_is_promised(run, tmp_path: Path) -> None:
     assert found["skipped"][0]["name"] == "broken.jpg"
     plain = run("check", tmp_path)
     assert "warning: There are only 4 photos" in plain.out
-    assert "Next time: take more photos" in plain.out
+    assert "Next time: Take more photos" in plain.out
     assert "broken.jpg" in plain.err
 
 
@@ -72,7 +72,7 @@ def test_check_reports_progress_as_events(run, tmp_path: Path) -> None:
     ran = run("check", tmp_path, "--json", "--progress", "json")
     events = [json.loads(line) for line in ran.err.splitlines()]
     stages = [e["stage"] for e in events if e["event"] == "stage"]
-    assert stages == ["reading photos", "looking at photos", "comparing photos"]
+    assert stages == ["reading photos", "Measuring photo quality", "Matching photos"]
 
 
 def test_plan_says_all_that_is_promised(run) -> None:
@@ -128,7 +128,7 @@ def test_plan_takes_the_camera_of_a_photo_and_writes_a_sheet(run, tmp_path: Path
         (["--camera", "Kodak Brownie", "--distance", "3"], "not in the table"),
         (["--camera", "NIKON D90", "--distance", "3"], "--focal"),
         (["--camera", "1,2", "--distance", "3"], "23.5x15.6"),
-        (["--camera", "Air 2S"], "--distance M or --gsd M"),
+        (["--camera", "Air 2S"], "(--distance M)"),
         (["--camera", "Air 2S", "--distance", "0"], "--distance"),
         (["--camera", "Air 2S", "--distance", "3", "-o", "a.doc"], ".pdf"),
         (["--distance", "3"], "--camera"),
@@ -150,7 +150,7 @@ def test_frames_are_taken_and_counted(run, tmp_path: Path) -> None:
     assert len(found["frames"]) == 4
     assert all(Path(frame).is_file() for frame in found["frames"])
     assert found["skipped"] == {"nearly the same as the one before": 2}
-    assert "give it up" in found["verdict"]
+    assert "not good enough" in found["verdict"]
     # They are photos like any other.
     assert run("info", tmp_path / "out", "--json").json["files"][0]["photos"] == 4
 

@@ -113,7 +113,7 @@ def test_steps_are_taken_back_and_done_again_as_in_the_window(run, project: Path
     assert redone["redone"] == "Add bedding trace B01"
     assert [trace.vertices for trace in traces(project)] == [EAST]
     assert (project / "project.gpkg").is_file()
-    assert "nothing to do again" in run("project", project, "redo").said
+    assert "There is nothing to redo." in run("project", project, "redo").said
     assert run("project", project, "undo").code == 0
     assert not (project / "project.gpkg").exists(), "layers of nothing"
     assert run("project", project, "undo").code == 0
@@ -154,7 +154,7 @@ def test_a_model_that_says_nothing_is_taken_as_local_with_a_warning(
 ) -> None:
     ran = run("project", empty, "add-model", write(OBJ, "face.obj"), "--json")
     assert ran.json["models"][0]["frame"] == "local, north known"
-    assert "does not say how it stands" in " ".join(ran.json["warnings"])
+    assert "states no frame" in " ".join(ran.json["warnings"])
 
 
 @pytest.mark.parametrize(
@@ -230,7 +230,7 @@ def test_picks_that_are_no_planes_are_named_and_the_others_added(run, project: P
               "--by", "bed", "--json")  # fmt: skip
     assert [item["name"] for item in ran.json["added"]] == ["good"]
     assert [item["id"] for item in ran.json["skipped"]] == ["short"]
-    assert "is not where it was" in " ".join(ran.json["warnings"])
+    assert "was not found" in " ".join(ran.json["warnings"])
     only = run("project", project, "add-picks", write("x,y,z\n0,0,0\n1,1,1\n"), "--type", "fault")
     assert only.code == 2
     assert "plane" in only.said
@@ -240,8 +240,11 @@ def test_picks_that_are_no_planes_are_named_and_the_others_added(run, project: P
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--type", "bedrock"], "no feature type is called bedrock; there are Bedding, Fault"),
-        (["--type", "fault", "--model", "face"], "no model is called face; there are cliff"),
+        (
+            ["--type", "bedrock"],
+            "No feature type is called bedrock. The feature types are: Bedding, Fault",
+        ),
+        (["--type", "fault", "--model", "face"], "No model is called face. The models are: cliff."),
         (["--type", "fault", "--by", "bed"], "bed"),
         ([], "--type"),
     ],

@@ -71,7 +71,7 @@ def test_control_that_does_not_suffice_is_left_out_with_the_reason(folder, asked
     assert run(folder) == 0
     assert asked[0].control is None
     assert asked[0].marks == folder / "marks.csv", "they tie photos together"
-    assert "C has no marks" in capsys.readouterr().err
+    assert "C (0 marks)" in capsys.readouterr().err
 
 
 def test_control_of_other_photos_or_in_one_line_is_left_out(folder, asked, capsys) -> None:
@@ -79,7 +79,7 @@ def test_control_of_other_photos_or_in_one_line_is_left_out(folder, asked, capsy
     (folder / "b.jpg").rename(folder / "c.jpg")
     assert run(folder) == 0
     assert asked[0].control is None
-    assert "A has 1 mark" in capsys.readouterr().err
+    assert "A (1 mark)" in capsys.readouterr().err
     (folder / "c.jpg").rename(folder / "b.jpg")
     control = [ControlPoint(n, (i, 2.0 * i, 0.0)) for i, n in enumerate("ABC")]
     write_control(folder.parent / "control.csv", control)

@@ -111,10 +111,8 @@ def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
         kind.name, "picked"
     )
     assert bool(kind.orientations) == bool(kind.evidence) == (kind.net is not None)
-    assert kind.has_vertices == (kind.name in ("trace", "lineation", "dimension"))
-    assert kind.is_painted == (kind.name == "patch")
     # Only what is clicked or painted is made with a tool.
-    assert bool(kind.tool) == (kind.has_vertices or kind.is_painted)
+    assert bool(kind.tool) == (kind.name in ("trace", "lineation", "dimension", "patch"))
     assert kind.regroups == (kind.name == "intersection")
     assert kind.parts == ({"first": Group, "second": Group} if kind.name == "intersection" else {})
 

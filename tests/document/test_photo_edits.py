@@ -14,7 +14,6 @@ from vomstudio.document.records import (
     ImageMark,
     MarkedPoint,
     Mask,
-    Model,
     PhotoSet,
     Reconstruction,
     Record,
@@ -189,8 +188,5 @@ def test_a_run_takes_the_place_of_an_earlier_one_in_its_folder(there: Records) -
     assert photo_edits.reconstruction_in(records, "nowhere") is None
     assert photo_edits.registration_by(records, "k3").id == "g3"  # type: ignore[union-attr]
     assert photo_edits.registration_by(records, "k9") is None
-    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, by)
-    records |= {"m1": model, "m2": replace(model, id="m2", placement=replace(by, id="g2"))}
-    assert photo_edits.registered_models(records, by) == [model]
     with pytest.raises(DocumentError, match="no longer in the project"):
         photo_edits.add_reconstruction(records, replace(first, photo_set_id="s9"), by)

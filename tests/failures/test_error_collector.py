@@ -7,7 +7,7 @@ import logging
 import pytest
 
 from vomstudio.errors import InputError
-from vomstudio.failures.error_collector import QUIET_S, Desk, Failure
+from vomstudio.failures.error_collector import QUIET_S, ErrorCollector, Failure
 
 
 class Clock:
@@ -29,8 +29,8 @@ def heard() -> list[Failure]:
 
 
 @pytest.fixture
-def desk(clock, heard) -> Desk:
-    made = Desk(clock)
+def collector(clock, heard) -> ErrorCollector:
+    made = ErrorCollector(clock)
     made.listen(heard.append)
     return made
 
@@ -43,28 +43,30 @@ def mistake(words: str = "no such thing") -> ValueError:
 
 
 @pytest.mark.expects_log
-def test_a_mistake_that_happens_over_and_over_is_told_of_once(desk, clock, heard):
+def test_a_mistake_that_happens_over_and_over_is_told_of_once(collector, clock, heard):
     for _ in range(500):
-        desk.report(mistake())
+        collector.report(mistake())
         clock.now += 0.02
     assert len(heard) == 1
 
 
 @pytest.mark.expects_log
-def test_a_mistake_that_comes_back_after_a_pause_is_told_of_with_its_number(desk, clock, heard):
+def test_a_mistake_that_comes_back_after_a_pause_is_told_of_with_its_number(
+    collector, clock, heard
+):
     for _ in range(4):
-        desk.report(mistake())
+        collector.report(mistake())
     clock.now += QUIET_S + 0.1
-    desk.report(mistake())
+    collector.report(mistake())
     assert [failure.count for failure in heard] == [1, 5]
     assert "5 times" in heard[1].sentence
 
 
 @pytest.mark.expects_log
-def test_the_log_has_the_trace_once_and_then_only_numbers(desk, caplog):
+def test_the_log_has_the_trace_once_and_then_only_numbers(collector, caplog):
     with caplog.at_level(logging.ERROR):
         for _ in range(100):
-            desk.report(mistake("secret of the trace"), "in a test")
+            collector.report(mistake("secret of the trace"), "in a test")
     texts = [record.getMessage() for record in caplog.records]
     assert len(texts) == 3
     assert "secret of the trace" in texts[0]
@@ -73,27 +75,27 @@ def test_the_log_has_the_trace_once_and_then_only_numbers(desk, caplog):
 
 
 @pytest.mark.expects_log
-def test_a_mistake_of_the_one_who_tells_does_not_go_round(desk, heard):
+def test_a_mistake_of_the_one_who_tells_does_not_go_round(collector, heard):
     def tell(failure: Failure) -> None:
         heard.append(failure)
-        desk.report(mistake("while telling"))
+        collector.report(mistake("while telling"))
         raise RuntimeError("the one who tells is broken")
 
-    desk.listen(tell)
-    assert not desk.report(mistake())
+    collector.listen(tell)
+    assert not collector.report(mistake())
     assert len(heard) == 1
-    desk.listen(heard.append)
-    desk.report(InputError("another"))
+    collector.listen(heard.append)
+    collector.report(InputError("another"))
     assert len(heard) == 2, "it can tell again"
 
 
 @pytest.mark.expects_log
-def test_an_error_that_cannot_be_put_into_words_is_told_of(desk, heard):
+def test_an_error_that_cannot_be_put_into_words_is_told_of(collector, heard):
     class Wordless(Exception):
         def __str__(self) -> str:
             raise RuntimeError("no words")
 
-    assert desk.report(Wordless())
+    assert collector.report(Wordless())
     assert "Wordless" in heard[0].what
 
 
@@ -102,10 +104,10 @@ def test_an_error_that_cannot_be_put_into_words_is_told_of(desk, heard):
     ("error", "words"),
     [
         (InputError("is not a model", file="cliff.obj"), "cliff.obj: is not a model"),
-        (MemoryError(), "not enough memory"),
+        (MemoryError(), "Memory is full"),
         (mistake(), "ValueError in test_error_collector.py"),
     ],
 )
-def test_the_sentence_says_what_is_known(desk, heard, error, words):
-    desk.report(error)
+def test_the_sentence_says_what_is_known(collector, heard, error, words):
+    collector.report(error)
     assert words in heard[0].sentence

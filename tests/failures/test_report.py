@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import subprocess
 import sys
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from vomstudio.document.journal import Row
-from vomstudio.failures import crashes, log, report
+from vomstudio.failures import crashes, log, log_file, report
 from vomstudio.failures.redaction import scrub
 from vomstudio.io.project.journal_outline import outline
 
@@ -106,14 +107,12 @@ def test_a_damaged_row_is_outlined_all_the_same():
 
 @pytest.mark.expects_log
 def test_a_part_that_cannot_be_had_is_named_and_the_rest_is_there(logging_on):
-    import logging
-
     def broken():
         raise OSError("no")
 
     logging.getLogger("vomstudio.test").error("went wrong at 432100.25")
     text = report.compose([("What was done", broken)])
-    assert "## What was done\n\nThis part cannot be had (OSError)." in text
+    assert "## What was done\n\nThis section failed (OSError)." in text
     assert "went wrong at #" in text
     assert "Python" in text
     assert "numpy" in text
@@ -122,11 +121,11 @@ def test_a_part_that_cannot_be_had_is_named_and_the_rest_is_there(logging_on):
 
 def test_a_process_that_dies_leaves_its_trace_and_one_that_ends_well_nothing(own_folders):
     words = (
-        "from vomstudio.failures import crashes, hooks\n"
-        "hooks.install(crashes.WINDOW)\n"
+        "from vomstudio.failures import crashes, exception_hooks\n"
+        "exception_hooks.install(crashes.WINDOW)\n"
         "import os, sys\n"
         "if 'die' in sys.argv: os.abort()\n"
-        "hooks.uninstall()\n"
+        "exception_hooks.uninstall()\n"
     )
     subprocess.run([sys.executable, "-c", words], check=True, cwd=os.getcwd())
     assert not crashes.newly_found()
@@ -150,10 +149,8 @@ def test_a_process_that_was_killed_is_no_crash(own_folders):
 
 @pytest.mark.expects_log
 def test_several_processes_share_a_log_that_turns_over(own_folders, monkeypatch):
-    import logging
-
-    monkeypatch.setattr(log, "_BYTES", 2000)
-    first, second = log._SharedFile(log.path()), log._SharedFile(log.path())
+    monkeypatch.setattr(log_file, "_BYTES", 2000)
+    first, second = log_file.SharedFile(log.path()), log_file.SharedFile(log.path())
     log.folder().mkdir(parents=True)
     for number in range(60):
         for who, handler in (("first", first), ("second", second)):
@@ -171,6 +168,18 @@ def test_a_log_that_cannot_be_written_keeps_nobody_from_working(own_folders, mon
     monkeypatch.setattr(log, "folder", lambda: own_folders / "file" / "log")
     log.start("test")
     try:
+        logging.getLogger("vomstudio").info("nobody reads this")
         assert log.tail(5) == ""
+    finally:
+        log.stop()
+
+
+def test_a_log_is_written_from_its_first_line_on(own_folders):
+    log.start("test")
+    try:
+        assert not log.folder().exists()
+        for words in ("first", "second"):
+            logging.getLogger("vomstudio").info(words)
+        assert [line.split()[-1] for line in log.tail(5).splitlines()] == ["first", "second"]
     finally:
         log.stop()

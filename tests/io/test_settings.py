@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,68 @@ def test_unknown_settings_of_other_versions_do_not_disturb(tmp_path):
     settings, problems = read_settings(path)
     assert settings.notation == "strike/dip"
     assert problems == []
+
+
+BY_HAND = """# of the field laptop
+notation = "strike/dip"  # as in my books
+future = 3  # of a newer version
+turntable = 1
+recent = [
+    "/m/1.obj",  # the quarry
+]
+limits.good_K = 0.7
+unclosed = []
+
+[limits.of_a_newer_version]
+x = 1
+
+[window]
+geometry = "AA="
+# kept by hand
+panels = "BB="
+"""
+
+
+def test_comments_and_settings_of_other_versions_outlive_a_change(tmp_path):
+    path = tmp_path / "settings.toml"
+    path.write_text(BY_HAND)
+    settings, problems = read_settings(path)
+    assert len(problems) == 2
+    settings.projection = "angle"
+    settings.window = {"panels": "CC="}
+    settings.limits = {"good_M": 5.0}
+    write_settings(settings, path)
+    again, problems = read_settings(path)
+    assert (again, problems) == (settings, [])
+    text = path.read_text()
+    assert tomllib.loads(text)["future"] == 3
+    for kept in ("# of the field laptop", '"strike/dip"  # as in my books', "# of a newer version",
+                 "# the quarry", "# kept by hand"):  # fmt: skip
+        assert kept in text
+    write_settings(settings, path)
+    assert path.read_text() == text
+
+
+@pytest.mark.parametrize(
+    "older",
+    [
+        "window.geometry = 'x'\n[limits]\n", "limits = {good_K = 0.7}\nwindow = {}\n",
+        "window = 3\n", "[[limits]]\n[[limits]]\n", "a = 1\na = 2\n", "\ufeffx = 1\n",
+        "[window]\n[window.deep]\nx = 1\n", "[limits]\ngood_K = 1\n[a]\n[window]\n[a.b]\n",
+        "recent = [1, {x = 2}]\n", "turntable = 0\npoint_budget = true\n", b"\xff\xfe = 1",
+        "[window.a]\nx = 1\n[limits]\n[window.b]\nx = 1\n", "window.a = 1\nx = 1\nwindow.b = 2\n",
+    ],
+)  # fmt: skip
+def test_whatever_stood_there_what_is_written_can_be_read(tmp_path, older):
+    path = tmp_path / "settings.toml"
+    path.write_bytes(older if isinstance(older, bytes) else older.encode())
+    settings = Settings(turntable=False, recent=["/a", "/b"], hidden_columns=["x"])
+    settings.window, settings.limits = {"geometry": "A=", "panels": "B="}, {"good_M": 4.5}
+    write_settings(settings, path)
+    assert read_settings(path) == (settings, [])
+    empty = Settings()
+    write_settings(empty, path)
+    assert read_settings(path) == (empty, [])
 
 
 def test_recent_files_are_ten_the_newest_first_each_once():

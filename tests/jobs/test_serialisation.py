@@ -50,16 +50,16 @@ def test_a_whole_number_where_a_measure_may_stand_stays_whole() -> None:
 @pytest.mark.parametrize(
     ("field", "value", "words"),
     [
-        ("path", 5, "path should be Path, and is 5"),
-        ("kind", "line", "kind should be"),
-        ("inner", [{"name": 5}], r"inner\[0\].name should be str"),
-        ("inner", [{"name": "x", "at": [1.0]}], r"inner\[0\].at should be"),
-        ("inner", [{"name": "x", "more": 1}], r"no field inner\[0\].more"),
-        ("inner", [{}], r"inner\[0\].name of Inner is missing"),
-        ("counts", {"n": "many"}, r"counts\['n'\] should be int"),
-        ("counts", [], "counts should be"),
-        ("share", True, "share should be float"),
-        ("yes", 1, "yes should be bool"),
+        ("path", 5, "path' should be Path, but is 5"),
+        ("kind", "line", "kind' should be"),
+        ("inner", [{"name": 5}], r"inner\[0\].name' should be str"),
+        ("inner", [{"name": "x", "at": [1.0]}], r"inner\[0\].at' should be"),
+        ("inner", [{"name": "x", "more": 1}], r"no field 'inner\[0\].more"),
+        ("inner", [{}], r"inner\[0\].name' of Inner is missing"),
+        ("counts", {"n": "many"}, r"counts\['n'\]' should be int"),
+        ("counts", [], "counts' should be"),
+        ("share", True, "share' should be float"),
+        ("yes", 1, "yes' should be bool"),
     ],
 )
 def test_what_does_not_fit_is_refused_by_its_name(field: str, value: Any, words: str) -> None:
@@ -70,9 +70,9 @@ def test_what_does_not_fit_is_refused_by_its_name(field: str, value: Any, words:
 @pytest.mark.parametrize(
     ("free", "words"),
     [
-        (float("inf"), "free is inf, which cannot cross"),
-        ([1, np.zeros(3)], r"free\[1\] is of the type ndarray"),
-        ({"a": {1, 2}}, r"free\['a'\] is of the type set"),
+        (float("inf"), "free' is inf, which cannot be sent"),
+        ([1, np.zeros(3)], r"free\[1\]' has the type ndarray"),
+        ({"a": {1, 2}}, r"free\['a'\]' has the type set"),
     ],
 )
 def test_what_cannot_cross_is_refused_by_its_name(free: Any, words: str) -> None:

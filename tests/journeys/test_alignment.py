@@ -126,10 +126,10 @@ def test_cameras_outlive_the_window(window, made, opened, tmp_path) -> None:
 
 def test_without_photos_the_reasons_are_told(window, outcrop) -> None:
     for name, words in (
-        ("display_cameras", "open a model"),
-        ("show_alignment", "make their model"),
-        ("show_tie_points", "make their model"),
-        ("open_report", "when the model is finished"),
+        ("display_cameras", "Open a model"),
+        ("show_alignment", "reconstruct them first"),
+        ("show_tie_points", "reconstruct them first"),
+        ("open_report", "when the reconstruction is finished"),
     ):
         action = window.actions_table.all[name]
         assert not action.isEnabled()
@@ -142,7 +142,7 @@ def test_tie_points_open_in_the_frame_of_the_model_with_their_error(window, made
     window.actions_table.run("show_tie_points")
     wait(lambda: len(window.studio.models) == 2, "the tie points")
     points = window.studio.session.of(Model)[-1]
-    assert points.name == f"{window.studio.records[opened].name} tie points"
+    assert points.name == f"Tie points of {window.studio.records[opened].name}"
     assert points.frame == window.studio.records[opened].frame
     wait(lambda: window.viewport.display.scale_of(points.id) is not None, "the colours")
     scale = window.viewport.display.scale_of(points.id)
@@ -203,7 +203,7 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
     wait(lambda: page._arrays is not None and len(page._photos) == 2, "the pair")
     assert page._wanted == ("a.jpg", "b.jpg")
     assert len(page._arrays["matches"]) == 100
-    assert "100 matches agree of 101" in page._said.text()
+    assert "100 inliers of 101 matches (99.0 %)" in page._said.text()
     panes = page.panes
     left = panes._links.left
     assert np.allclose(left, made.scene.views[0].project(made.scene.points[:100]), atol=1e-3)
@@ -212,7 +212,7 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
     choose(page.table, 1)
     wait(lambda: page._wanted == ("b.jpg", "c.jpg") and len(page._photos) == 2, "the next pair")
     wait(lambda: page._arrays is not None, "its matches")
-    assert "12 matches agree" in page._said.text()
+    assert "12 inliers of" in page._said.text()
     assert "Weak" in page.table.numbers.rows[1][1]
     assert panes._pictures[1].size == (240, 320)
     stored = made.scene.views[2].project(made.scene.points[:12])
@@ -236,7 +236,7 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
     for pane, place in enumerate((left[5], panes._links.right[5])):
         middle = panes.middle(pane)
         assert np.allclose(panes.to_screen(pane, place)[0], [middle.x(), middle.y()], atol=1.0)
-    page.refused.click()
+    page.outliers.click()
     assert panes._links.faint is not None
     dialog.close()
 
@@ -253,7 +253,7 @@ def test_cameras_residuals_and_depths_are_told(window, made, opened) -> None:
         table.model().headerData(i, Qt.Orientation.Vertical) for i in range(table.rowCount())
     ] == ["f", "k1"]
     assert table.item(0, 1).text() == "-0.95"
-    assert "hardly be told apart" in dialog.cameras._pairing.text()
+    assert "strongly correlated (-0.95)" in dialog.cameras._pairing.text()
     driver.keep_picture(dialog, "alignment-calibration")
 
     show_tab(dialog, dialog.residuals)
@@ -261,16 +261,18 @@ def test_cameras_residuals_and_depths_are_told(window, made, opened) -> None:
     wait(lambda: page._arrays is not None and page._photo is not None, "the residuals")
     # The worst comes first.
     assert page._wanted == "b.jpg"
-    assert "20 times too long" in page._said.text() or "10 times" in page._said.text()
+    assert (
+        "exaggerated 20 times" in page._said.text() or "exaggerated 10 times" in page._said.text()
+    )
     assert "median 0.50 px" in page._said.text()
     page.factor.setCurrentIndex(page.factor.findData(50))
-    assert "50 times too long" in page._said.text()
+    assert "exaggerated 50 times" in page._said.text()
     driver.keep_picture(dialog, "alignment-residuals")
 
     show_tab(dialog, dialog.depths)
     depths = dialog.depths
     wait(lambda: depths._arrays is not None, "the depth map")
-    assert "50% of the pixels of a.jpg" in depths._said.text()
+    assert "50 % of the pixels of a.jpg" in depths._said.text()
     wait(lambda: depths.table.numbers.rows[0][0] == ("a.jpg", 0.5), "the coverage")
     panes = depths.panes
     spot = panes.to_screen(1, [[20.5, 60.5]])[0]

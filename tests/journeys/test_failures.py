@@ -83,7 +83,7 @@ def is_said(window: MainWindow, words: str = "OurMistake", times: int = 1) -> No
     work(100)
     driver.wait(lambda: words in window.message_bar.text, f"{words} in the bar")
     assert window.message_bar.isVisible()
-    offers(window, "Save a report…")
+    offers(window, "Save report…")
     assert len([text for text in window.said if words in text]) == times
     notation = window.studio.settings.notation
     other = "notation_strike" if notation == "dipdir/dip" else "notation_dipdir"
@@ -228,9 +228,9 @@ def test_a_mistake_in_a_worker_is_shown_and_the_next_job_is_done(
         driver.wait(lambda: ended, "the job's end")
 
     have_done(task)
-    is_said(window, f"a mistake of the program ({words}")
+    is_said(window, f"an internal error occurred ({words}")
     assert "Looking closely" in window.message_bar.text
-    assert "your project is as it was" in window.message_bar.text
+    assert "Your project is unchanged" in window.message_bar.text
     have_done(odd_jobs.IDLE)
     assert ended[-1] == Nothing()
     assert in_log in log.path().read_text()
@@ -287,7 +287,10 @@ def test_a_report_that_cannot_be_written_is_said(window, monkeypatch):
 
 
 def test_a_crash_of_the_last_run_is_said_at_the_next_start(hooked, qtbot):
-    words = "from vomstudio.failures import hooks; hooks.install('window'); import os; os.abort()"
+    words = (
+        "import os; from vomstudio.failures import exception_hooks; "
+        "exception_hooks.install('window'); os.abort()"
+    )
     subprocess.run([sys.executable, "-c", words], check=False, capture_output=True)
     window = driver.make_window()
     notices = FailureNotices(window, window)
@@ -295,7 +298,7 @@ def test_a_crash_of_the_last_run_is_said_at_the_next_start(hooked, qtbot):
         window.said = []
         window.studio.notice.connect(lambda notice: window.said.append(notice.text))
         notices.begin()
-        is_said(window, "crash the last time")
+        is_said(window, "crashed when it last ran")
         assert "Fatal Python error: Aborted" in compose_report(window)
     finally:
         notices.close()
@@ -339,14 +342,17 @@ def test_the_hooks_are_taken_back(own_folders):
 
 
 def test_a_crash_is_said_beside_the_work_that_it_left_open(hooked, qtbot):
-    words = "from vomstudio.failures import hooks; hooks.install('window'); import os; os.abort()"
+    words = (
+        "import os; from vomstudio.failures import exception_hooks; "
+        "exception_hooks.install('window'); os.abort()"
+    )
     subprocess.run([sys.executable, "-c", words], check=False, capture_output=True)
     window = driver.make_window()
     notices = FailureNotices(window, window)
     try:
         window.studio.recovery_found.emit([window.studio.project.folder])
         notices.begin()
-        offers(window, "Bring it back", "Save a report…")
+        offers(window, "Restore", "Save report…")
         assert "crash" in window.messages.item(window.messages.count() - 1).text()
     finally:
         notices.close()
@@ -365,13 +371,13 @@ def test_a_window_that_cannot_be_filled_says_so_and_offers_the_report(
     def press() -> None:
         box = QApplication.activeModalWidget()
         seen.append(box.text())
-        next(b for b in box.buttons() if b.text() == "Save a report…").click()
+        next(b for b in box.buttons() if b.text() == "Save report…").click()
 
     QTimer.singleShot(100, press)
     try:
         mistake()
     except OurMistake as error:
-        notices.say_and_offer(error)
+        notices.show_fatal(error)
     assert "OurMistake" in seen[0]
     assert "OurMistake: at #" in file.read_text()
     notices.close()

@@ -75,7 +75,7 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     studio.selection.set(["B05"])
     window.actions_table.run("show_in_photos")
     shown(window)
-    wait(lambda: "B05: seen in" in panel.words.text(), "the photos that show it")
+    wait(lambda: "B05: visible in" in panel.words.text(), "the photos that show it")
     wait(lambda: any(d.id == "B05" for d in canvas._drawn), "the bed on the photo")
     points = points_of(window, "B05")
     views = panel.shown.photos.views
@@ -104,7 +104,7 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     key(window, Qt.Key.Key_T)
     chosen = points_of(window, "B14")
     studio.selection.set(["B14"])
-    wait(lambda: "B14: seen in" in panel.words.text(), "the other bed")
+    wait(lambda: "B14: visible in" in panel.words.text(), "the other bed")
     wait(lambda: canvas._picture is not None, "its photo")
     name, inside = panel.photo, views.shows(panel.shown.view, chosen, 0.02)
     places = chosen[inside][:: max(1, inside.sum() // 6)]
@@ -158,7 +158,7 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
         and window.viewport.features.at(at.x(), at.y()) is None
     )  # fmt: skip
     click(window.viewport, free)
-    wait(lambda: "the place that was clicked" in panel.words.text(), "photos of the place")
+    wait(lambda: "Clicked position" in panel.words.text(), "photos of the place")
     world = window.viewport.world_of(window.viewport.pick(free.x(), free.y()))
     views = panel.shown.photos.views
     assert panel.names
@@ -173,7 +173,7 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
 
     # The fault is selected where the photo shows it.
     studio.selection.set(["F01"])
-    wait(lambda: "F01: seen in" in panel.words.text(), "the fault's photos")
+    wait(lambda: "F01: visible in" in panel.words.text(), "the fault's photos")
     wait(lambda: any(d.id == "F01" for d in canvas._drawn), "the fault on the photo")
     drawn = next(d for d in canvas._drawn if d.id == "F01")
     on = canvas.screen_of(drawn.pixels[drawn.seen])
@@ -193,7 +193,7 @@ def test_a_patch_is_painted_in_a_photo(traced):
     studio.selection.set(["J2-02"])
     window.actions_table.run("show_in_photos")
     shown(window)
-    wait(lambda: "J2-02: seen in" in panel.words.text(), "the joint's photos")
+    wait(lambda: "J2-02: visible in" in panel.words.text(), "the joint's photos")
     wait(lambda: canvas._picture is not None, "the photo")
     window.viewport.setFocus()
     key(window, Qt.Key.Key_P)
@@ -225,7 +225,7 @@ def test_photos_that_have_moved_are_found_again_by_their_folder(window, sample, 
     window.actions_table.run("show_in_photos")
     panel = window.in_photos
     wait(lambda: panel.names, "the list", 60.0)
-    assert "say where they are" in panel.canvas.message
+    assert "Choose their folder" in panel.canvas.message
     button = panel._offers["find_photos"]
     assert button.isVisible()
     driver.keep_picture(window, "in-photos-6-moved")

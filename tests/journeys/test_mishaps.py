@@ -402,7 +402,7 @@ def test_what_is_no_project_is_refused_and_the_open_one_stays(window, tmp_path, 
     assert window.studio.project.folder == before
     assert "bad.vom" in window.message_bar.text
     window.open_path(tmp_path / "nowhere.vom")
-    assert "no such file" in window.message_bar.text
+    assert "does not exist" in window.message_bar.text
 
 
 def test_settings_that_cannot_be_read_are_said_and_defaults_are_used(own_folders, qtbot):
@@ -432,9 +432,9 @@ def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders
         done.kill()
     window = driver.make_window()
     wait(window.message_bar.isVisible, "the offer", 5.0)
-    assert "ended last time" in window.message_bar.text
+    assert "last ended" in window.message_bar.text
     driver.keep_picture(window, "mishap-recovery")
-    (button,) = [b for b in window.message_bar.findChildren(QPushButton) if "back" in b.text()]
+    (button,) = [b for b in window.message_bar.findChildren(QPushButton) if b.text() == "Restore"]
     button.click()
     assert [t.name for t in driver.traces(window)] == ["B01"]
     assert len(window.studio.tool_of(TraceTool).vertices) == 2

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QListWidget, QMessageBox, QToolButton
 from tests import driver
 from tests.journeys.test_photos import looked_at
 from vomstudio.paths import resource
-from vomstudio.ui.survey.reconstruct_dialog import MakeDialog
+from vomstudio.ui.survey.reconstruct_dialog import ReconstructDialog
 
 
 @pytest.fixture
@@ -27,16 +27,16 @@ def sample(tmp_path) -> Path:
 
 
 def settled(window) -> None:
-    driver.wait(lambda: not window.survey.foreseeing, "the forecast", 60.0)
+    driver.wait(lambda: not window.survey.forecasting, "the forecast", 60.0)
 
 
-def open_dialog(window) -> MakeDialog:
+def open_dialog(window) -> ReconstructDialog:
     wanted = window.actions_table.all["make_settings"]
     button = next(
         b for b in window.photos_panel.findChildren(QToolButton) if b.defaultAction() is wanted
     )
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    (dialog,) = window.findChildren(MakeDialog)
+    (dialog,) = window.findChildren(ReconstructDialog)
     QTest.qWaitForWindowExposed(dialog)
     settled(window)
     return dialog
@@ -62,7 +62,7 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     window.open_path(sample)
     looked_at(window)
     settled(window)
-    assert "placed by ground control in EPSG:" in findings(window)
+    assert "registered by ground control in EPSG:" in findings(window)
     driver.keep_picture(window, "control-found")
     dialog = open_dialog(window)
     assert dialog.by_control.isChecked()
@@ -71,7 +71,7 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     assert "EPSG:32633 stated in control.csv" in dialog._crs_words.text()
     assert "check point" in dialog.verdict.text()
     assert dialog.start.isEnabled()
-    assert "GB that are free" in dialog.memory.text()
+    assert "GB of free memory" in dialog.memory.text()
     driver.keep_picture(dialog, "model-settings")
     # The cameras' GPS instead.
     tick(dialog.by_gps)
@@ -95,7 +95,7 @@ def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> N
     settled(window)
     # Nobody asked for these files.
     assert window.survey.settings.control is None
-    assert "control.csv beside the photos is not used: 3 control points" in findings(window)
+    assert "control.csv beside the photos is not used: There" in findings(window)
     assert window.survey.why_not_make() is None
     dialog = open_dialog(window)
     tick(dialog.by_control)
@@ -104,9 +104,7 @@ def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> N
     retype(dialog.control, str(sample.parent / "control.csv"))
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     settled(window)
-    assert "3 control points, each marked in 2 or more of the photos, are needed" in (
-        dialog.verdict.text()
-    )
+    assert "3 are needed, each marked in 2 or more of the photos" in (dialog.verdict.text())
     assert not dialog.start.isEnabled()
     driver.keep_picture(dialog, "model-settings-missing")
     retype(dialog.control, str(sample.parent / "gone.csv"))
@@ -136,7 +134,7 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     QTest.keyClicks(dialog.threads, "1")
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     settled(window)
-    assert "Depths and their cloud take up to" in dialog.memory.text()
+    assert "Depth maps and point cloud need up to" in dialog.memory.text()
     assert window.survey.settings.threads == 1
     dialog.close()
 
@@ -168,7 +166,7 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     retype(dialog.marks, str(tmp_path / "marks.xml"))
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     settled(window)
-    assert "6 control points and 0 check points can be used" in dialog.verdict.text()
+    assert "Usable: 6 control points, 0 check points" in dialog.verdict.text()
     assert dialog.start.isEnabled()
     driver.keep_picture(dialog, "model-settings-micmac")
     QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
@@ -210,7 +208,7 @@ def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:
     window.survey.control_written()
     settled(window)
     assert window.survey.settings.control == sample.parent / "control.csv"
-    assert "placed by ground control" in findings(window)
+    assert "registered by ground control" in findings(window)
 
 
 def test_another_folder_of_the_same_name_gets_a_model_of_its_own(window, sample, tmp_path) -> None:

@@ -113,7 +113,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     click(viewport, at + NORTH)
     (grown,) = patches(window)
     assert set(ids_of(grown.runs)) > set(ids_of(patch.runs))
-    assert "Brush B01" in (studio.session.undo_label or "")
+    assert "Paint B01" in (studio.session.undo_label or "")
 
     # Escape abandons what is being painted, and only that; undo does nothing then.
     drag(viewport, at + 2 * NORTH, at + 2 * NORTH + QPoint(40, 0), release=False)
@@ -216,4 +216,4 @@ def test_two_quick_clicks_are_two_strokes(window, outcrop, picks):
     QTest.mouseRelease(window.viewport, driver.LEFT, driver.NONE, at + QPoint(60, 0))
     assert window.viewport.moves.camera_state() == pivot
     (patch,) = patches(window)
-    assert window.studio.session.undo_label == f"Brush {patch.name}"
+    assert window.studio.session.undo_label == f"Paint {patch.name}"

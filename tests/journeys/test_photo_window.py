@@ -183,7 +183,7 @@ def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
     press(photo, Qt.Key.Key_B)
     click(photo.canvas, on(photo, 600, 600))
     wait(lambda: photo.survey.exports.problem, "the problem")
-    assert "kept in the project" in photo.bar._text.text()
+    assert "saved in the project" in photo.bar._text.text()
     assert "no permission" in photo.bar._text.text()
     assert photo.close()
     assert not (photos / "HL_2041_mask.png").exists()
@@ -229,15 +229,15 @@ def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(lo
     click(photo.canvas, on(photo, 500, 400))
     assert photo.marks.marking.labels == ("tie1",)
     said = photo.points.missing.text()
-    assert "Part 2 (2 photos) is not joined" in said
-    assert "tie1 has no marks in the model and 1 in part 2" in said
+    assert "Component 2 (2 photos) is not joined" in said
+    assert "tie1 (0 in the model, 1 in component 2)" in said
     rows = [photo.list.item(i).text() for i in range(4)]
-    assert sum("part 2" in text for text in rows) == 2
+    assert sum("component 2" in text for text in rows) == 2
     # One mark leaves a line in the other photo of its part.
     press(photo, Qt.Key.Key_PageDown)
     wait(lambda: photo.photo == NAMES[3], "the next photo")
     ready(photo)
-    assert len(photo.canvas._course) > 10
+    assert len(photo.canvas._epipolar_line) > 10
     driver.keep_picture(photo, "photo-window-7-part")
     press(photo, Qt.Key.Key_P)
     corners = [(100, 100), (400, 100), (400, 400)]
@@ -284,7 +284,7 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
                 press(photo, codes[0] if off > 0 else codes[1])
         marked = np.array(photo.marks.marking.of("tie1")[name])
         assert np.abs(marked - truth).max() < 0.06
-    sight = photo.marks.sight("tie1")
+    sight = photo.marks.prediction("tie1")
     third = seen[2]
     assert np.hypot(*(np.array(sight.expected[third]) - views[third].project(place)[0])) < 2.0
     assert sight.worst[1] < 0.2
@@ -300,13 +300,13 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
 
     # A mark that is wrong shows itself, and is dragged to its place.
     click(photo.canvas, middle.toPoint() + QPoint(40, 0))
-    worst = photo.marks.sight("tie1").worst
+    worst = photo.marks.prediction("tie1").worst
     assert worst[1] > 2.0
     driver.keep_picture(photo, "photo-window-5-wrong")
     (now,) = photo.canvas.screen_of(photo.marks.marking.of("tie1")[third])
     start = QPoint(round(now[0]), round(now[1]))
     drag(photo.canvas, start, start - QPoint(40, 0))
-    assert photo.marks.sight("tie1").worst[1] < 1.5
+    assert photo.marks.prediction("tie1").worst[1] < 1.5
     table = read_marks(photos / "marks.csv")
     assert {(m.label, m.photo) for m in table} == {("tie1", name) for name in seen[:3]}
     assert {m.photo: (m.x, m.y) for m in table} == photo.marks.marking.of("tie1")
@@ -333,12 +333,12 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     photo.actions_table.run("import_points")
     known = read_control(photos / "control.csv")
     assert known == read_control(resource("sample", "control.csv"))
-    assert "3 control points, each marked in 2 photos" in photo.points.missing.text()
+    assert "3 control points are needed, each marked in 2 photos" in photo.points.missing.text()
     assert window.survey.tables() == (None, None), "they cannot place a model yet"
     chosen[0] = str(resource("sample", "marks.csv"))
     photo.actions_table.run("import_marks")
     assert "3 control points" not in photo.points.missing.text()
-    assert "Marks in photos that are not here are kept" in photo._status.text()
+    assert "Marks in photos that are not in this folder are kept" in photo._status.text()
     assert window.survey.tables() == (photos / "control.csv", photos / "marks.csv")
     photo.points.choose(known[0].label)
     driver.pause(100)
@@ -356,7 +356,7 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     assert read_control(photos / "control.csv") == known
     survey = window.survey
     wait(lambda: survey.settings.control == photos / "control.csv", "the tables in the settings")
-    wait(lambda: not survey.foreseeing and survey.control_facts, "what they can do")
+    wait(lambda: not survey.forecasting and survey.control_facts, "what they can do")
     assert survey.settings.found
     asked: list[ReconstructionOrder] = []
     monkeypatch.setattr(
@@ -413,11 +413,11 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
     saved(photo)
     assert not photo.masks.used(last)[900, 900]
     assert not photo.masks.used(last)[300, 300]
-    assert "Drawn into 3 more photos" in photo._status.text()
+    assert "The shape was drawn in 3 more photos." in photo._status.text()
     driver.pause(100)
-    assert "Drawn into 3 more photos" in photo._status.text(), "it stays"
+    assert "The shape was drawn in 3 more photos." in photo._status.text(), "it stays"
     press(photo, Qt.Key.Key_V)
-    assert "Drag to move" in photo._status.text()
+    assert "Drag to pan" in photo._status.text()
     assert photo.close()
 
 

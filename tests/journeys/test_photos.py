@@ -40,7 +40,7 @@ def press(window, action: str) -> None:
 def test_dropped_photos_are_judged_and_shown(window, photos) -> None:
     (photos / "notes.txt").write_text("weather: fine")
     (photos / "broken.jpg").write_bytes((photos / "IMGP4167.JPG").read_bytes()[:5000])
-    assert "choose a folder" in window.survey.why_not_make()
+    assert "Choose a folder" in window.survey.why_not_make()
     drop(window, photos)
     looked_at(window)
     table = window.photos_panel.table

@@ -41,7 +41,7 @@ def planner(window):
 
 
 def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_path) -> None:
-    assert "Choose the camera" in planner.problem.text()
+    assert "Choose a camera" in planner.problem.text()
     assert not planner.save.isEnabled()
     # 36 mm of sensor, 6000 pixels and 30 mm of lens at 25 m: 36/30 * 25 / 6000 = 5 mm.
     retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
@@ -50,34 +50,34 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
     retype(planner.height_, "20")
     settled(planner)
     assert planner.figures["Pixel on the rock"].text() == "5 mm"
-    assert planner.figures["One photo shows"].text() == "30 x 20 m"
+    assert planner.figures["Footprint"].text() == "30 x 20 m"
     # 30 % of the footprint is new at 70 % overlap.
-    assert planner.figures["Step between"].text() == "9 m along, 6 m up"
+    assert planner.figures["Spacing"].text() == "9 m along, 6 m up"
     assert planner.figures["Smallest plane"].text() == "5 m across"
     driver.keep_picture(planner, "planner")
     QTest.keyClick(planner.overlap, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
     QTest.keyClicks(planner.overlap, "80")
     settled(planner)
-    assert planner.figures["Step between"].text() == "6 m along, 4 m up"
+    assert planner.figures["Spacing"].text() == "6 m along, 4 m up"
     sheet = tmp_path / "sheet.html"
     planner.save_to(sheet)
     driver.wait(sheet.exists, "the sheet")
     assert "30 x 20 m" in sheet.read_text()
 
 
-def test_the_wish_may_be_a_pixel_or_a_plane(planner) -> None:
+def test_the_target_may_be_a_gsd_or_a_plane(planner) -> None:
     retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
     settled(planner)
-    planner.wish.setFocus()
-    QTest.keyClick(planner.wish, Qt.Key.Key_Down)
-    assert planner.wish.currentText() == "Pixel on the rock"
+    planner.target.setFocus()
+    QTest.keyClick(planner.target, Qt.Key.Key_Down)
+    assert planner.target.currentText() == "Ground sampling distance"
     settled(planner)
     # The same plan, said in another quantity: 30 m are 6 mm.
     assert planner.value.text() == "6"
     retype(planner.value, "4")
     settled(planner)
     assert planner.figures["Distance"].text() == "20 m"
-    QTest.keyClick(planner.wish, Qt.Key.Key_Down)
+    QTest.keyClick(planner.target, Qt.Key.Key_Down)
     settled(planner)
     retype(planner.value, "2,5")
     settled(planner)
@@ -91,17 +91,18 @@ def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
     assert "is not in the table" in planner.problem.text()
     retype(planner.camera.lineEdit(), "NIKON D90")
     settled(planner)
-    assert "takes different lenses" in planner.problem.text()
+    assert "interchangeable lenses" in planner.problem.text()
     retype(planner.focal, "35")
     settled(planner)
     assert planner.plan is not None
     assert planner.plan.camera.focal_mm == 35.0
     retype(planner.height_, "-3")
     settled(planner)
-    assert "Height of the outcrop: must be a positive number" in planner.problem.text()
+    assert planner.problem.text().startswith("Height of the outcrop: ")
+    assert "positive number" in planner.problem.text()
     retype(planner.height_, "x")
     settled(planner)
-    assert "height is a number" in planner.problem.text()
+    assert planner.problem.text() == "Height of the outcrop: “x” is not a number."
     retype(planner.camera.lineEdit(), "a" * 5000)
     settled(planner)
     assert planner.plan is None

@@ -43,7 +43,7 @@ def test_a_video_gives_frames_that_are_opened_as_photos(window, dialog, tmp_path
     kept = len(list((tmp_path / "pan frames").glob("*.jpg")))
     assert kept >= 15
     assert f"<b>{kept} frames kept</b>" in said
-    assert "moments left out: blurred" in said
+    assert "frames left out: blurred" in said
     assert "frames can be used" in said
     driver.keep_picture(dialog, "video")
     driver.wait(lambda: len(window.survey.rows) == kept, "the frames as photos", 60.0)
@@ -55,7 +55,7 @@ def test_a_hopeless_video_says_that_it_is_time_to_give_up(window, dialog, tmp_pa
     dialog.choose_video(film(tmp_path / "bad.avi", np.arange(80) * 10.0, [0.0] * 20 + [7.0] * 60))
     press(dialog.start)
     driver.wait(lambda: dialog._job is None, "the verdict", 120.0)
-    assert "time to give it up" in dialog.said.text()
+    assert "not good enough" in dialog.said.text()
 
 
 def test_what_is_no_video_is_said_in_the_dialog(window, dialog, tmp_path) -> None:
@@ -93,7 +93,7 @@ def test_a_folder_with_other_files_is_asked_about(window, dialog, tmp_path) -> N
     seen: list[str] = []
     driver.answer(QMessageBox.StandardButton.No, seen)
     press(dialog.start)
-    assert "own holds other files" in seen[0]
+    assert "own contains other files" in seen[0]
     assert dialog._job is None
     assert [p.name for p in (tmp_path / "own").iterdir()] == ["thesis.txt"]
 

@@ -22,7 +22,7 @@ from vomstudio.photogrammetry.base.checkpoints import file_name
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
-from vomstudio.photogrammetry.pipeline.photo_results import save_straight
+from vomstudio.photogrammetry.pipeline.photo_results import save_undistorted
 from vomstudio.photogrammetry.pipeline.report_data import tie_points
 
 WIDE, HIGH = 320, 240
@@ -148,7 +148,7 @@ def make(folder: Path) -> Made:
     with Image.open(photos / NAMES[0]) as image:
         image.resize((160, 120)).save(folder / "small.png")
     straight = Undistorted((folder / "small.png").read_bytes(), None, ideal)
-    save_straight(out / "work" / "straight-0123456789abcdef" / path, straight)
+    save_undistorted(out / "work" / "straight-0123456789abcdef" / path, straight)
 
     write_cameras(out / "cameras.json", Cameras(scene.views, photos, ORIGIN, scene.crs))
     write_model(tie_points(scene), scene.crs, out / "sparse.ply")

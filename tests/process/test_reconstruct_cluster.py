@@ -100,7 +100,7 @@ def test_a_cluster_that_sees_no_files_makes_the_same_model_and_may_lose_a_worker
     out = tmp_path / "results" / "out"
     doomed, _ = cluster.add_worker(), cluster.add_worker()
     run = Run(photos, out, "--threads", 1, "--scheduler", cluster.address)
-    run.until("Finding depths", 1)
+    run.until("Computing depth maps", 1)
     doomed.kill()
     end = run.end()
     assert end.code == 0, end.err
@@ -117,7 +117,7 @@ def test_a_cluster_without_workers_is_said_and_the_run_goes_on_with_new_ones(
     assert "no workers" in refused(reconstruct(photos, out, *words))
     doomed = cluster.add_worker()
     run = Run(photos, out, *words)
-    run.until("Finding depths", 1)
+    run.until("Computing depth maps", 1)
     doomed.kill()
     said = refused(run.end(), 1)
     assert "lost all its workers" in said
@@ -141,7 +141,7 @@ def test_a_run_on_a_cluster_can_be_stopped(
     out = tmp_path / "results" / "out"
     cluster.add_worker()
     run = Run(photos, out, "--scheduler", cluster.address)
-    run.until("Finding depths", 1)
+    run.until("Computing depth maps", 1)
     end = run.interrupt()
     assert (end.code, end.json["error"]["code"]) == (130, "cancelled")
     assert end.seconds < 15

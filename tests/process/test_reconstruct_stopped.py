@@ -23,12 +23,13 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="about POSIX signals"
 ONE = ("--threads", 1)
 # (name of a stage in the progress, how many of its steps are done)
 EVERY_STAGE = [
-    ("Checking photos", 0), ("Finding features", 3), ("Matching", 0), ("Matching", 15),
-    ("Placing photos", 0), ("Adjusting", 0), ("Registering", 0), ("Straightening photos", 2),
-    ("Finding depths", 0), ("Finding depths", 4), ("Fusing depth maps", 3),
-    ("Looking at the spacing", 0), ("Poisson", 0), ("Drawing the surface", 0), ("Simplifying", 0),
-    ("Checking the surface", 0), ("Looking at the surface", 3), ("Dividing", 0), ("Packing", 0),
-    ("Averaging", 2), ("Drawing the texture", 0), ("Writing", 0),
+    ("Checking photos", 0), ("Detecting features", 3), ("Matching photos", 0),
+    ("Matching photos", 15), ("Computing poses", 0), ("Bundle adjustment", 0),
+    ("Registering the model", 0), ("Undistorting photos", 2), ("Computing depth maps", 0),
+    ("Computing depth maps", 4), ("Fusing depth maps", 3), ("Measuring the point spacing", 0),
+    ("Poisson", 0), ("Refining the surface", 0), ("Decimating", 0), ("Checking the surface", 0),
+    ("Computing visibility", 3), ("Making charts", 0), ("Packing charts", 0), ("Blending", 2),
+    ("Rendering the texture", 0), ("Writing the model", 0),
 ]  # fmt: skip
 
 
@@ -36,7 +37,7 @@ def stopped(run: Run, how: str) -> None:
     if how == "worker":
         said = refused(run.kill_worker(), 1)
         assert "killed by the system" in said
-        assert "what is finished is kept" in said
+        assert "Finished results are kept" in said
     elif how == "program":
         run.kill()
     else:
@@ -64,17 +65,17 @@ def test_a_run_that_is_stopped_in_three_ways_ends_with_the_same_model(
     photos: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    stop_at(photos, out, "worker", "Matching", 0, *ONE)
-    stop_at(photos, out, "program", "Finding depths", 4, *ONE)
+    stop_at(photos, out, "worker", "Matching photos", 0, *ONE)
+    stop_at(photos, out, "program", "Computing depth maps", 4, *ONE)
     depths = {p.name: p.stat().st_mtime_ns for p in out.glob("work/depths-*.part/*.npz")}
     assert len(depths) >= 4
     stop_at(photos, out, "interrupt", "Poisson", 0, *ONE)
-    assert "Finding features" not in log_of(out)
+    assert "Detecting features" not in log_of(out)
     now = {p.name: p.stat().st_mtime_ns for p in out.glob("work/depths-*/*.npz")}
     assert {name: now[name] for name in depths} == depths, "photos are not done twice"
     end = reconstruct(photos, out, *ONE)
     assert end.code == 0, end.err
-    assert "Finding depths" not in log_of(out)
+    assert "Computing depth maps" not in log_of(out)
     assert end.json["registered"] == 6
     whole(out)
     same_to_the_bit(out, undisturbed)
@@ -95,12 +96,12 @@ def test_a_run_that_is_stopped_in_every_stage_ends_with_the_same_model(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stage", ["Finding features", "Matching", "Placing photos"])
+@pytest.mark.parametrize("stage", ["Detecting features", "Matching photos", "Computing poses"])
 def test_with_all_processors_a_stopped_alignment_gives_the_same_cameras(
     photos: Path, undisturbed: Path, tmp_path: Path, stage: str
 ) -> None:
     out = tmp_path / "out"
-    stop_at(photos, out, "worker", stage, 2 if stage == "Finding features" else 0)
+    stop_at(photos, out, "worker", stage, 2 if stage == "Detecting features" else 0)
     assert reconstruct(photos, out).code == 0
     assert gsd_apart(out, undisturbed) < 1
 
@@ -110,7 +111,7 @@ def test_a_full_disk_is_said_and_the_run_goes_on_once_there_is_room(
 ) -> None:
     with small_disk(tmp_path / "disk") as disk:
         said = refused(reconstruct(photos, disk / "out", *ONE))
-        assert "finished is kept" in said
+        assert "Finished results are kept" in said
         before = stages(disk / "out")
         assert any(name.startswith("alignment") for name in before)
         os.system(f"mount -o remount,size=64m '{disk}'")
@@ -140,15 +141,15 @@ def test_a_disk_that_is_full_at_any_moment_leaves_nothing_half_written(
 
 def test_two_runs_do_not_work_in_one_folder(photos: Path, tmp_path: Path) -> None:
     first = Run(photos, tmp_path / "out")
-    first.until("Finding features", 1)
+    first.until("Detecting features", 1)
     worker = first.worker()
     worker.suspend()
     try:
         said = refused(reconstruct(photos, tmp_path / "out"))
-        assert "at work in this folder" in said
+        assert "is running in this folder" in said
         assert str(worker.pid) in said
     finally:
         worker.resume()
     # The first one is none the worse for it.
-    first.until("Matching")
+    first.until("Matching photos")
     stopped(first, "interrupt")

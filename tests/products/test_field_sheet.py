@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import re
+import zlib
+from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.quiver import Quiver
+from matplotlib.transforms import Bbox
 
 from vomstudio.products.report.field_sheet import (
     CONTROL,
@@ -39,12 +45,12 @@ def test_figures_stand_with_their_units(plan: SurveyPlan) -> None:
     assert said["Distance"] == "20 m"
     assert said["Pixel on the rock"] == "3.33 mm"
     assert said["Smallest plane"] == "3.3 m across"
-    assert said["One photo shows"] == "20 x 13.3 m"
-    assert said["Step between"] == "6 m along, 4 m up"
+    assert said["Footprint"] == "20 x 13.3 m"
+    assert said["Spacing"] == "6 m along, 4 m up"
     assert said["Overlap"] == "70%"
     straight, oblique = len(plan.of_kind("perpendicular")), len(plan.of_kind("oblique"))
     assert said["Photos"] == (f"{straight + oblique}: {straight} perpendicular, {oblique} oblique")
-    assert said["Views of a place"].startswith(f"{plan.views_least} or more, ")
+    assert said["Photos per place"].startswith(f"{plan.views_least} or more, ")
     near, far = plan.depth_of_field_m
     assert said["Sharp at f/8"] == f"{near:.3g} m to " + (
         "infinity" if far is None else f"{far:.3g} m"
@@ -71,7 +77,7 @@ def test_the_page_lists_every_position_and_point(plan: SurveyPlan, tmp_path: Pat
         [p.label, p.use, f"{p.along_m:.2f}", f"{p.up_m:.2f}"] for p in plan.control_points
     ]
     assert "test &lt;one&gt;" in html
-    assert f"marks of {100 * plan.target_size_m:.2g} cm or more" in html
+    assert f"targets of {100 * plan.target_size_m:.2g} cm or more" in html
     assert "<li>Date ____" in html
 
 
@@ -90,14 +96,16 @@ def test_the_drawings_show_positions_where_they_are(manner: str) -> None:
             # Arrows point to what is aimed at.
             across = np.array([s.target_along_m - s.along_m for s in some])
             toward = [s.target_up_m - s.up_m if height == "up_m" else -s.away_m for s in some]
-            assert np.asarray(arrow.U) == pytest.approx(0.12 * across)
-            assert np.asarray(arrow.V) == pytest.approx(0.12 * np.array(toward))
+            assert (arrow.angles, arrow.scale_units) == ("xy", "xy")
+            assert np.asarray(arrow.U) / arrow.scale == pytest.approx(0.12 * across)
+            assert np.asarray(arrow.V) / arrow.scale == pytest.approx(0.12 * np.array(toward))
     boxes = [p for p in front.patches if isinstance(p, Rectangle)]
     assert (boxes[0].get_xy(), boxes[0].get_width(), boxes[0].get_height()) == ((0, 0), 30, 10)
     first, (w, h) = plan.of_kind("perpendicular")[0], plan.footprint_m
     assert boxes[1].get_width() == w
     assert boxes[1].get_height() == h
     assert boxes[1].get_center() == pytest.approx((first.along_m, first.up_m))
+    assert not boxes[1].get_fill(), "it would hide the outcrop"
     marked = {
         (line.get_xdata()[0], line.get_ydata()[0]): line.get_fillstyle()
         for line in front.lines
@@ -148,42 +156,204 @@ def test_the_words_of_a_sheet_stand_in_their_columns(plan: SurveyPlan) -> None:
     assert boxes["Photo survey: field sheet"].y0 > front.y1 * figure.bbox.height
 
 
+PAPER = [(30.0, 10.0), (8.0, 25.0), (200.0, 12.0)]
+
+
+def in_mm(figure: Figure, box: Bbox) -> np.ndarray:
+    """Left, lower, right and upper edge from the lower left corner of the paper."""
+    return 25.4 / figure.dpi * box.extents
+
+
+def around(axes: Axes) -> Bbox:
+    """With its numbers, its words and its legend."""
+    box = axes.get_tightbbox()
+    assert box is not None
+    return Bbox.union([box])
+
+
 @pytest.mark.parametrize("manner", ["handheld", "terrain"])
-@pytest.mark.parametrize(("width", "height"), [(30.0, 10.0), (8.0, 25.0), (200.0, 12.0)])
+@pytest.mark.parametrize(("width", "height"), PAPER)
 def test_everything_on_a_sheet_is_on_the_paper_and_the_drawings_fill_their_room(
     manner: str, width: float, height: float
 ) -> None:
+    """Printers leave some 5 mm of an A4 page white. Words, drawings and reminders follow each other
+    with white of one or two lines between them."""
     plan = plan_survey(APSC, width, height, distance_m=20.0, manner=manner)  # type: ignore[arg-type]
     figure = draw_field_sheet(plan)
     figure.draw_without_rendering()
-    paper = figure.bbox
     assert (figure.get_size_inches() * 25.4).tolist() == pytest.approx([210, 297], abs=1)
-    for text in figure.texts:
-        assert text.get_fontsize() >= 8.0, "it is read in the field"
-        box = text.get_window_extent()
-        assert paper.x0 + 20 < box.x0
-        assert box.x1 < paper.x1 - 5
-        assert paper.y0 < box.y0
-        assert box.y1 < paper.y1
+    words = {t.get_text(): in_mm(figure, t.get_window_extent()) for t in figure.texts}
+    drawings = [in_mm(figure, around(axes)) for axes in figure.axes]
+    for box in [*words.values(), *drawings]:
+        assert box.min() > 5.0
+        assert box[2] < 205.0
+        assert box[3] < 292.0
+    starts = [
+        box[0] for text, box in words.items() if text.startswith(("-", "!", "Date", "Photo "))
+    ]
+    starts += [words[name][0] for name, _ in figures(plan)[::2]]
+    assert np.ptp(starts) < 1.0
+    for box in drawings:
+        assert box[0] < 12.0
+        assert box[2] > 198.0
+    above = np.array([box for box in words.values() if box[1] > 200.0])
+    below = np.array([box for box in words.values() if box[3] < 100.0])
+    assert len(above) + len(below) == len(words)
+    edges = [above[:, 1].min(), *(v for b in drawings for v in (b[3], b[1])), below[:, 3].max()]
+    white = np.array(edges[::2]) - edges[1::2]
+    assert white.min() > 3.9
+    assert white.max() < 9.0
+    title = words["Photo survey: field sheet"]
+    assert 297.0 - title[3] < 15.0
+    rest = above[above[:, 3] < title[1]]
+    assert len(rest) == len(above) - 1
+    assert title[1] - rest[:, 3].max() < 9.0
     for axes in figure.axes:
-        box = axes.get_tightbbox()
-        assert box is not None
-        assert box.x0 > paper.x0
-        assert box.x1 < paper.x1
-        # Of the tighter direction 4 % stay free at either end.
+        # Of the tighter direction 4 % stay free at either end, and a metre is a metre both ways.
         data = axes.dataLim
         low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
         used = (data.max - data.min) / (high - low)
         assert used.max() == pytest.approx(1.0 / 1.08, rel=2e-3)
+        pixels = axes.transData.transform([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
+        assert pixels[1, 0] - pixels[0, 0] == pytest.approx(pixels[2, 1] - pixels[0, 1])
+    front, overhead = (in_mm(figure, axes.get_window_extent()) for axes in figure.axes)
+    assert front[::2] == pytest.approx(overhead[::2])
+    assert front[3] - front[1] == pytest.approx(overhead[3] - overhead[1])
+
+
+@pytest.mark.parametrize(("width", "height"), PAPER)
+@pytest.mark.parametrize("pictures_only", [False, True])
+def test_words_can_be_read_and_signs_be_told_apart(
+    width: float, height: float, pictures_only: bool
+) -> None:
+    """Words of a drawing are no larger than those of the sheet; signs are one to two millimetres
+    wide, lines finer than they, and the point's name stands beside its sign."""
+    plan = plan_survey(APSC, width, height, distance_m=20.0)
+    figure = draw_field_sheet(plan, pictures_only=pictures_only)
+    figure.draw_without_rendering()
+    largest = 9.0
+    if not pictures_only:
+        sizes = {t.get_text(): float(t.get_fontsize()) for t in figure.texts}
+        for name, value in figures(plan):
+            assert sizes[name] == sizes[value]
+        title = sizes.pop("Photo survey: field sheet")
+        assert min(sizes.values()) >= 8.0, "it is read in the field"
+        largest = max(sizes.values())
+        assert largest <= 12.0 < title <= 20.0
+    front, above = figure.axes
+    legend = front.get_legend()
+    assert legend is not None
+    for axes in (front, above):
+        own = [axes.xaxis.label, axes.yaxis.label, *axes.texts]
+        own += [*axes.get_xticklabels(), *axes.get_yticklabels(), *legend.get_texts()]
+        assert all(7.0 <= t.get_fontsize() <= largest for t in own if t.get_text())
+        for line in axes.lines:
+            assert 1.0 < line.get_markersize() * 25.4 / 72.0 < 2.0
+        for patch in axes.patches:
+            assert 0.6 < patch.get_linewidth() < 1.5
+        for arrow in axes.collections:
+            assert isinstance(arrow, Quiver)
+            shaft = float(arrow.width) * axes.get_window_extent().width * 25.4 / figure.dpi
+            assert 0.2 < shaft < 0.5
+    assert not legend.get_frame_on()
+    box, room = legend.get_window_extent(), front.get_window_extent()
+    assert (box.x0 + box.x1) / 2 == pytest.approx((room.x0 + room.x1) / 2, abs=1.0)
+    assert 0.0 < box.y0 - room.y1 < box.height < 6.0 * figure.dpi / 25.4
+    points = {p.label: p for p in plan.control_points}
+    letter = 7.0 / 72.0 * figure.dpi
+    for text in front.texts:
+        p = points[text.get_text()]
+        at = front.transData.transform((p.along_m, p.up_m))
+        own = text.get_window_extent()
+        away = np.array([own.x0, own.y0]) - at - 2.5 / 72.0 * figure.dpi
+        assert away[0] > 0.0
+        assert -0.2 * letter < away[1]
+        assert away.max() < 0.5 * letter
+
+
+def test_all_that_can_be_wrong_with_a_plan_has_room_on_its_sheet(plan: SurveyPlan) -> None:
+    """Four warnings at once, each of two lines."""
+    long = (
+        "put some before or beside it, and take photos of those too, as far as there is room; " * 2
+    )
+    figure = draw_field_sheet(replace(plan, warnings=(long[:170],) * 4))
+    figure.draw_without_rendering()
+    boxes = [in_mm(figure, text.get_window_extent()) for text in figure.texts]
+    assert sum(box[3] < 100.0 for box in boxes) >= 15
+    assert min(box[1] for box in boxes) > 5.0
+    for i, one in enumerate(figure.texts):
+        for other in figure.texts[i + 1 :]:
+            assert not one.get_window_extent().overlaps(other.get_window_extent())
 
 
 def test_a_sheet_in_html_has_the_drawings_alone(plan: SurveyPlan) -> None:
     figure = draw_field_sheet(plan, pictures_only=True)
+    figure.draw_without_rendering()
     assert not figure.texts
     assert figure.get_size_inches().tolist() == [8.27, 6.0]
-    for axes in figure.axes:
-        box = axes.get_position()
-        assert 0.0 < box.y0 < box.y1 < 1.0
+    front, above = (in_mm(figure, around(axes)) for axes in figure.axes)
+    high = 6.0 * 25.4
+    for white in (high - front[3], front[1] - above[3], above[1]):
+        assert 1.0 < white < 9.0
+    for box in (front, above):
+        assert 0.0 < box[0] < 12.0
+        assert 0.0 < 210.0 - box[2] < 12.0
+
+
+@pytest.mark.parametrize("ending", ["pdf", "svg", "html"])
+def test_a_sheet_in_each_format_can_be_opened_and_has_its_drawings(
+    plan: SurveyPlan, tmp_path: Path, ending: str
+) -> None:
+    path = tmp_path / f"sheet.{ending.upper()}"
+    write_field_sheet(path, plan)
+    data = path.read_bytes()
+    if ending == "pdf":
+        assert data.startswith(b"%PDF-")
+        assert data.rstrip().endswith(b"%%EOF")
+        (box,) = re.findall(rb"/MediaBox \[ ([^]]*) \]", data)
+        assert [float(v) for v in box.split()] == pytest.approx([0, 0, 595, 842], abs=1.0)
+        parts = re.findall(rb"/FlateDecode.*?stream\r?\n(.*?)\r?\nendstream", data, re.DOTALL)
+        drawn = b"".join(zlib.decompressobj().decompress(part) for part in parts)
+        # Operators of the page: words, and lines that are stroked.
+        assert drawn.count(b" Tf") > 30
+        assert drawn.count(b"\nS\n") + drawn.count(b"\nB\n") > 30
+        return
+    text = data.decode("utf-8")
+    if ending == "html":
+        assert text.rstrip().endswith("</html>")
+        (text,) = re.findall(r"<svg.*</svg>", text, re.DOTALL)
+    root = ElementTree.fromstring(text)
+    high = 842.0 if ending == "svg" else 432.0
+    size = [float(str(root.get(name)).removesuffix("pt")) for name in ("width", "height")]
+    assert size == pytest.approx([595.0, high], abs=1.0)
+    name = "{http://www.w3.org/2000/svg}g"
+    groups = {str(g.get("id")) for g in root.iter(name)}
+    assert {"axes_1", "axes_2", "legend_1", "Quiver_1"} <= groups
+
+
+@pytest.mark.parametrize("n", [1, 399, 400, 401])
+def test_up_to_four_hundred_photos_show_the_ways_they_look(plan: SurveyPlan, n: int) -> None:
+    """And a kind of photo that is not taken is not in the legend."""
+    first = plan.of_kind("perpendicular")[0]
+    front, above = draw_field_sheet(replace(plan, stations=(first,) * n), pictures_only=True).axes
+    for axes in (front, above):
+        assert sum(isinstance(c, Quiver) for c in axes.collections) == (n <= 400)
+    legend = front.get_legend()
+    assert legend is not None
+    said = [text.get_text() for text in legend.get_texts()]
+    assert said == [f"perpendicular: {n}", "control point", "check point"]
+
+
+@pytest.mark.parametrize(("length", "lines"), [(107, 1), (108, 2)])
+def test_a_line_of_a_sheet_has_112_letters_at_most(
+    plan: SurveyPlan, length: int, lines: int
+) -> None:
+    warning = "a" * length + " b"
+    figure = draw_field_sheet(replace(plan, warnings=(warning,)))
+    (at,) = [i for i, text in enumerate(figure.texts) if text.get_text().startswith("! ")]
+    said = [figure.texts[at + k].get_text() for k in range(lines)]
+    assert " ".join(said) == f"! {warning}."
+    assert figure.texts[at + lines].get_text().startswith("- ")
 
 
 @pytest.mark.parametrize("name", ["a.txt", "a", "a.png"])
@@ -246,10 +416,9 @@ def test_the_same_plan_gives_the_same_file(plan: SurveyPlan, tmp_path: Path, end
 
 def test_long_reminders_go_on_a_little_further_in(plan: SurveyPlan) -> None:
     figure = draw_field_sheet(plan)
-    lines = [t for t in figure.texts if t.get_position()[1] < 0.26]
+    lines = [t for t in figure.texts if t.get_position()[1] < 0.3]
     heights = [t.get_position()[1] for t in lines]
     assert heights == sorted(heights, reverse=True)
-    assert heights[0] == pytest.approx(0.255)
     for before, text in zip([None, *lines[:-1]], lines, strict=True):
         x, y = text.get_position()
         begins = text.get_text().startswith(("- ", "! ", "Date "))

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
+from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Rectangle
 
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes
 from vomstudio.geology.stereonet import confidence_ellipse, great_circles, line_at, project
-from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents, make_sets, means_of
+from vomstudio.products.net.contents import (
+    AUTO_CIRCLES,
+    NetContents,
+    NetEllipse,
+    make_sets,
+    means_of,
+)
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.labels import free_place
 from vomstudio.products.net.legend import text_width
@@ -292,17 +301,26 @@ def test_there_is_no_label_where_there_is_no_room() -> None:
 
 @pytest.mark.parametrize("method", ["kamb", "schmidt"])
 def test_levels_of_contours_are_even_round_and_at_most_eight(method: str) -> None:
+    """Their step is the finest round one that leaves eight or fewer; of standard deviations two
+    or more."""
     rng = np.random.default_rng(3)
-    for top in [*(10.0 ** rng.uniform(-1, 2.6, 200)), 2.0, 4.0, 16.0, 16.1, 8.0, 1.0]:
+    powers, steps = {
+        "kamb": (3.6, [2, 4, 5, 10, 20, 50, 100, 200, 500]),
+        "schmidt": (2.6, [1, 2, 5, 10, 20, 50]),
+    }[method]
+    tops = [*(10.0 ** rng.uniform(-1, powers, 400)), 2.0, 4.0, 16.0, 16.1, 8.0, 1.0]
+    for top in [*tops, *(8.0 * step for step in steps)]:
         levels = _levels(float(top), method)
         assert len(levels) <= 8
         assert all(0.0 < level < top for level in levels)
         if not levels:
-            assert top <= (2.0 if method == "kamb" else 1.0)
+            assert top <= min(steps)
             continue
         assert levels == pytest.approx(levels[0] * np.arange(1, len(levels) + 1))
+        assert levels[0] == min(step for step in steps if top / step <= 8)
         # As many as there is room for: the next level is the top or beyond it.
         assert levels[-1] + levels[0] >= top
+    assert _levels(1e5, method) == [steps[-1]]
     assert _levels(7.0, "kamb") == [2.0, 4.0, 6.0]
     assert _levels(7.0, "schmidt") == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
     assert _levels(30.0, "kamb") == [4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 28.0]
@@ -378,3 +396,84 @@ def test_poles_of_planes_and_lines_that_point_down_are_full_and_each_is_drawn_on
         assert sum(len(other.get_xydata()) for other in others) == up.sum()
     bare = draw(NetContents(sets, poles=False, projection=projection))
     assert [len(line.get_xydata()) for line in bare.poles] == [0, 0, 0]
+
+
+def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
+    """Density under great circles, these under poles; a fold and means over them, a selection over
+    all features, and words over everything."""
+    sets = make_sets({"a": planes(9)}, {"a": [str(i) for i in range(9)]})
+    fold = folded()
+    net = NetContents(
+        sets, fold=fold, means=means_of(sets), contour="kamb", circles=True,
+        selected=frozenset({"3"}), ellipses=(NetEllipse(Plane(132, 41), 6, 2, 70),),
+    )  # fmt: skip
+    artists = draw(net, 700, 450)
+    axes = artists.axes
+    ground, rim = (p for p in axes.patches if isinstance(p, Circle))
+    filled, contours = (
+        next(c for c in axes.collections if isinstance(c, ContourSet) and c.filled == full)
+        for full in (True, False)
+    )
+    (circles,) = [
+        c for c in axes.collections if isinstance(c, LineCollection) and len(c.get_segments()) == 9
+    ]
+    casing, chosen_circle = (a for a in artists.emphasis if isinstance(a, LineCollection))
+    ring, ellipse = (
+        next(
+            a for a in artists.emphasis if isinstance(a, Line2D) and (a.get_marker() != "None") == m
+        )
+        for m in (True, False)
+    )
+    on_net = [x for x in axes.lines if np.hypot(*np.asarray(x.get_xydata())[0]) <= 1.0 + 1e-9]
+    (star,) = [x for x in on_net if x.get_marker() == "*"]
+    (mean,) = [x for x in on_net if x.get_markersize() == pytest.approx(2.0 * STYLE.marker_pt)]
+    beta = [x for x in on_net if len(x.get_xydata()) > 20 and x not in artists.emphasis]
+    order = [
+        [ground], [filled], [circles], artists.poles, [contours], beta, [rim], [casing],
+        [chosen_circle], [star, mean], [ellipse], [ring], list(axes.texts),
+    ]  # fmt: skip
+    assert all(order)
+    for under, over in pairwise(order):
+        assert max(a.get_zorder() for a in under) < min(a.get_zorder() for a in over)
+    beside = [x for x in axes.lines if np.asarray(x.get_xydata())[0, 0] > 1.0]
+    assert len(beside) >= 4
+    for sign in beside:
+        assert ring.get_zorder() < sign.get_zorder() < axes.texts[0].get_zorder()
+
+
+def test_lines_that_say_most_are_the_heaviest_and_contours_the_finest() -> None:
+    """In widths of the style's line: contours and the frames of their bar about a half, the rim,
+    its ticks and a fold about one, and the open symbols of means about two."""
+    sets = make_sets({"a": planes(9), "l": ("line", [10.0, 50, 90], [30.0, -20, -60])})
+    net = NetContents(sets, fold=folded(), means=means_of(sets), contour="kamb", circles=True)
+    axes = draw(net, 700, 450).axes
+    unit = STYLE.line_pt
+    (rim,) = [p for p in axes.patches if isinstance(p, Circle) and p.get_edgecolor()[3] > 0]
+    bar = [p for p in axes.patches if isinstance(p, Rectangle)]
+    (contours,) = [c for c in axes.collections if isinstance(c, ContourSet) and not c.filled]
+    lines = [c for c in axes.collections if isinstance(c, LineCollection)]
+    on_net = [x for x in axes.lines if np.hypot(*np.asarray(x.get_xydata())[0]) <= 1.0 + 1e-9]
+    curves = [x for x in on_net if x.get_marker() == "None"]
+    (star,) = [x for x in on_net if x.get_marker() == "*"]
+    means = [x for x in on_net if x.get_markersize() == pytest.approx(2.0 * STYLE.marker_pt)]
+    hollow = [
+        x for x in on_net
+        if x.get_markerfacecolor() == STYLE.net and x not in means and x.get_marker() != "None"
+    ]  # fmt: skip
+    assert bar
+    assert len(curves) >= 2
+    assert len(lines) == 2
+    assert means
+    assert len(hollow) == 1
+    fine = [*(p.get_linewidth() for p in bar), *np.atleast_1d(contours.get_linewidths())]
+    (sign,) = [x for x in axes.lines if x.get_marker() == "*" and x is not star]
+    fine.append(sign.get_markeredgewidth())
+    middle = [rim.get_linewidth(), *(x.get_linewidth() for x in curves)]
+    middle += [float(v) for c in lines for v in c.get_linewidths()]
+    middle += [star.get_markeredgewidth(), *(x.get_markeredgewidth() for x in hollow)]
+    for widths, low, high in (
+        (fine, 0.4, 0.7), (middle, 0.9, 1.5), ([x.get_markeredgewidth() for x in means], 1.8, 3.0)
+    ):  # fmt: skip
+        for width in widths:
+            assert low * unit < width < high * unit
+    assert 2.0 < star.get_markersize() / STYLE.marker_pt < 3.0

@@ -588,6 +588,8 @@ def test_the_picture_of_a_sheet_is_the_mean_of_what_is_seen(
         if cover.sum() > 0:
             colour = (cell[..., :3] * cover[..., None]).sum(axis=(0, 1)) / cover.sum()
             assert np.abs(found[i, j, :3] - colour).max() <= 0.6
+        else:
+            assert not found[i, j].any()
 
 
 @pytest.mark.parametrize("side", [40, 64, 90])

@@ -35,7 +35,7 @@ def sampled(levels: list[np.ndarray], *rest: object) -> np.ndarray:
     rows, face, weights, view, faces, uv, gsd = rest
     rgb = np.zeros((len(face), 3), np.uint8)  # type: ignore[arg-type]
     sample(texels, starts, sizes, float(width), float(height), rows, face, weights, view, faces,
-           uv, gsd, rgb)  # fmt: skip
+           uv, gsd, rgb, np.empty(3))  # fmt: skip
     return rgb
 
 

@@ -151,6 +151,73 @@ def test_how_light_a_face_is_depends_on_its_tilt_and_not_on_its_size(size: float
     assert mesh_picture._facing(corners + 5.0) == pytest.approx(wanted, rel=1e-6)
 
 
+COLOURS = [(0.9, 0.0, 0.0), (0.0, 0.8, 0.0), (0.0, 0.0, 0.7), None]
+
+
+@pytest.mark.parametrize(
+    "offsets",
+    [[0], [0, 6], [1, 6], [0, 5], [2, 3], [0, 0, 6], [0, 6, 6], [0, 2, 2, 5], [0, 1, 3, 4, 6]],
+)
+def test_every_face_wears_its_own_material_and_others_none(offsets: list[int]) -> None:
+    """Six squares in a row, seen from above: faces[o[i]:o[i + 1]] wear materials[i]."""
+    corners = [(k + x, y, 0.0) for k in range(6) for x, y in ((0, 0), (2, 0), (0, 2))]
+    materials = tuple(Material(f"m{i}", None, COLOURS[i]) for i in range(len(offsets) - 1))
+    # Each triangle a little below the next, of which it shows one metre.
+    places = np.array(corners) - np.repeat(np.arange(6.0), 3)[:, None] * [0, 0, 1.0]
+    mesh = Mesh(
+        places, np.arange(18, dtype=np.int32).reshape(-1, 3), materials=materials,
+        material_offsets=np.array(offsets),
+    )  # fmt: skip
+    grid = Grid.over((0, 0), (7, 2), 0.25)
+    picture = MeshSource(mesh, places, grid).draw(grid.tiles()[0])
+    for k in range(6):
+        (worn,) = [i for i in range(len(materials)) if offsets[i] <= k < offsets[i + 1]] or [None]
+        diffuse = None if worn is None else COLOURS[worn]
+        wanted = (200, 200, 200) if diffuse is None else np.rint(255.0 * np.array(diffuse))
+        row, column = 0, round(k / 0.25) + 1
+        assert picture.rgba[row, column].tolist() == [*wanted, 255]
+
+
+def test_a_colour_of_a_vertex_is_shown_whatever_its_material_is() -> None:
+    """Of a face without texture coordinates beside one that has them, too."""
+    corners = np.array([(0, 0, 0), (2, 0, 0), (0, 2, 0)], float)
+    places = np.concatenate([corners, corners + [4, 0, 0]])
+    colors = np.full((6, 3), (10, 120, 230), np.uint8)
+    mesh = Mesh(
+        places, np.arange(6, dtype=np.int32).reshape(-1, 3), colors=colors,
+        materials=(Material("m", None, (1.0, 0.0, 0.0)),), material_offsets=np.array([0, 2]),
+    )  # fmt: skip
+    grid = Grid.over((0, 0), (6, 2), 0.25)
+    picture = MeshSource(mesh, places, grid).draw(grid.tiles()[0])
+    for column in (2, 18):
+        assert picture.rgba[2, column].tolist() == [10, 120, 230, 255]
+
+
+@pytest.mark.parametrize("colored", [False, True])
+@pytest.mark.parametrize("missing", [0, 1, 2])
+def test_a_face_with_a_corner_that_has_no_texture_coordinates_is_drawn_without(
+    tmp_path: Path, colored: bool, missing: int
+) -> None:
+    """NaN at one corner of the second triangle; the first shows its texture."""
+    Image.new("RGB", (8, 8), (30, 60, 90)).save(tmp_path / "t.png")
+    corners = np.array([(0, 0, 0), (2, 0, 0), (0, 2, 0)], float)
+    places = np.concatenate([corners, corners + [4, 0, 0]])
+    uv = np.full((6, 2), 0.5, np.float32)
+    uv[3 + missing, missing % 2] = np.nan
+    mesh = Mesh(
+        places, np.arange(6, dtype=np.int32).reshape(-1, 3), uv=uv,
+        colors=np.full((6, 3), 77, np.uint8) if colored else None,
+        materials=(Material("m", tmp_path / "t.png", (1.0, 0.0, 0.5)),),
+        material_offsets=np.array([0, 2]),
+    )  # fmt: skip
+    grid = Grid.over((0, 0), (6, 2), 0.25)
+    source = MeshSource(mesh, places, grid)
+    picture = source.draw(grid.tiles()[0])
+    assert picture.rgba[2, 2].tolist() == [30, 60, 90, 255]
+    assert picture.rgba[2, 18].tolist() == ([77, 77, 77, 255] if colored else [255, 0, 128, 255])
+    assert source.warnings() == []
+
+
 # Points
 
 
@@ -324,7 +391,7 @@ def test_a_pixel_that_covers_a_square_of_texels_is_their_mean() -> None:
         rgb = np.zeros((1, 3), np.uint8)
         sample(
             texels, offsets, sizes, 16.0, 16.0, np.array([0]), np.array([0], np.int32),
-            np.array([[u, v]]), view, faces, uv, 1.0, rgb,
+            np.array([[u, v]]), view, faces, uv, 1.0, rgb, np.empty(3),
         )  # fmt: skip
         assert np.array_equal(rgb[0], levels[2][j, i])
 
@@ -342,7 +409,7 @@ def test_black_stays_black_and_white_stays_white(value: int) -> None:
     uv = np.array([[0, 0], [1, 0], [0, 1]], np.float32)
     sample(
         np.full(3, value, np.uint8), np.array([0]), np.array([[1, 1]]), 1.0, 1.0, rows, face,
-        weights, view, faces, uv, 0.1, rgb,
+        weights, view, faces, uv, 0.1, rgb, np.empty(3),
     )  # fmt: skip
     assert (rgb == value).all()
 

@@ -61,13 +61,13 @@ def test_a_local_system_of_control_points_has_scale_and_its_errors_their_units(
     text = page(tmp_path, scaled=True, registration=registration)
     assert "without scale" not in text
     assert "size of a texture pixel, m" in text
-    assert "check points missed by (rms), m</td><td>0.011" in text
-    assert "error of the rotation (1 sigma), degrees, about east</td><td>0.05" in text
+    assert "rms residual of check points, m</td><td>0.011" in text
+    assert "standard error of the rotation, degrees, about east</td><td>0.05" in text
     assert "adjusted together with the cameras</td><td>yes" in text
 
 
 def test_the_times_of_the_stages_are_summed(tmp_path: Path) -> None:
-    assert "together</td><td>3.5 s" in page(tmp_path)
+    assert "total</td><td>3.5 s" in page(tmp_path)
 
 
 @pytest.mark.parametrize("text", ["http://", "https://", "<script"])

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
@@ -64,14 +65,14 @@ def test_photos_that_miss_by_twice_the_typical_error_are_marked(page: Pages) -> 
     ]  # fmt: skip
     ((head, *body),) = tables(page(photo_rows=rows, scaled=True), "Photos")
     assert head[1] == [
-        "photo", "size", "camera", "tie points", "error, px", "GSD, m", "brightened by",
+        "photo", "size", "camera", "tie points", "error, px", "GSD, m", "exposure gain",
         "GPS residual, m",
     ]  # fmt: skip
     assert [kind for kind, _ in body] == ["", "", "", "out", "", "out"]
     assert body[0][1] == [
         "a", "6000 × 4000", "Maker 24 mm", "1,234", "0.30", "0.0034", "1.26", "2.35",
     ]  # fmt: skip
-    assert body[5][1] == ["f", "6000 × 4000", "unknown", "not placed", "–", "–", "–", "–"]
+    assert body[5][1] == ["f", "6000 × 4000", "unknown", "not aligned", "–", "–", "–", "–"]
     ((head, *_),) = tables(page(photo_rows=rows), "Photos")
     assert "GSD, units" in head[1]
     lost = [photo("f", None)]
@@ -89,7 +90,7 @@ def test_a_camera_says_what_was_held_what_was_found_and_how_well(page: Pages) ->
     html = page(calibration=[camera, camera | {"camera": None, "correlation": []}])
     first, correlation, second = tables(html, "Cameras")
     assert first == [
-        ("", ["parameter", "value", "one sigma"]),
+        ("", ["parameter", "value", "standard error"]),
         ("", ["f", "4123.46", "± 1.2"]),
         ("", ["cx", "3000", "held"]),
         ("", ["k1", "-0.0123457", "unknown"]),
@@ -120,7 +121,7 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
     facts, listed = tables(
         page(registration={"method": "points", "crs": None, "points": points}), "Frame"
     )
-    assert facts == [("", ["", ""]), ("", ["method", "points"])]
+    assert facts == [("", ["", ""]), ("", ["registered by", "points"])]
     assert listed == [
         ("", ["point", "used as", "photos", "east, m", "north, m", "up, m", "error, px"]),
         ("", ["A", "control", "7", "0.001", "-0.003", "0.000", "0.46"]),
@@ -130,7 +131,7 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
     ]
     (alone,) = tables(page(registration={"method": "positions", "points": []}), "Frame")
     assert len(alone) == 2
-    assert "Local: no positions" in page()
+    assert "The model was not registered. no positions" in page()
 
 
 def test_facts_are_written_by_their_kind(page: Pages) -> None:
@@ -141,7 +142,7 @@ def test_facts_are_written_by_their_kind(page: Pages) -> None:
     ((_, *rows),) = tables(page(model=model, scaled=True), "Model")
     assert [cells for _, cells in rows] == [
         ["size of a texture pixel, m", "0.01235"],
-        ["faces", "1,234,567"],
+        ["triangles", "1,234,567"],
         ["closed", "no"],
         ["coloured", "yes"],
         ["of each, one side", "2"],
@@ -154,16 +155,16 @@ def test_the_times_have_their_sum_and_memory_its_unit(page: Pages) -> None:
     html = page(seconds={"alignment": 12.34, "cloud": 100.06}, peak_memory_mb=12345.6)
     times, settings = tables(html, "Time, memory, settings")
     assert [cells for _, cells in times[1:]] == [
-        ["alignment", "12.3 s"], ["cloud", "100.1 s"], ["together", "112.4 s"],
-        ["memory at most", "12,346 MB"],
+        ["alignment", "12.3 s"], ["fusion", "100.1 s"], ["total", "112.4 s"],
+        ["peak memory", "12,346 MB"],
     ]  # fmt: skip
     assert [cells for _, cells in settings[1:]] == [["quality", "low"], ["pycolmap", "4"]]
 
 
 def test_the_summary_counts_and_says_in_which_frame(page: Pages) -> None:
     text = page(registered=9, photos=12, reprojection_error_px=0.456, tie_points=12345)
-    assert "9 of 12 photos placed with a mean reprojection error of 0.46 px; 12,345 tie" in text
-    assert "(1,100 seen in three photos or more); 50,000 points, 4,000 faces" in text
+    assert "9 of 12 photos aligned with a mean reprojection error of 0.46 px. 12,345 tie" in text
+    assert "1,100 are in three photos or more. 50,000 points and 4,000 triangles" in text
     assert "in a local frame, without scale or north.</p>" in text
     assert "in a local frame.</p>" in page(scaled=True)
     assert "in EPSG:32615.</p>" in page(scaled=True, frame="EPSG:32615")
@@ -184,7 +185,7 @@ def test_findings_and_advice_are_lists_where_there_are_any(page: Pages) -> None:
     )
 
 
-@pytest.mark.parametrize(("scaled", "unit"), [(True, "m"), (False, "units of the model")])
+@pytest.mark.parametrize(("scaled", "unit"), [(True, "m"), (False, "model units")])
 def test_the_drawing_shows_cameras_and_points_from_above_and_from_the_south(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scaled: bool, unit: str
 ) -> None:
@@ -218,3 +219,54 @@ def test_the_drawing_shows_cameras_and_points_from_above_and_from_the_south(
             (arrows,) = [c for c in axes.collections if isinstance(c, Quiver)]
             assert np.asarray(arrows.XY) == pytest.approx(at[:, [i, j]])
             assert np.column_stack([arrows.U, arrows.V]) == pytest.approx(looks[:, [i, j]])
+
+
+def test_the_drawing_is_as_wide_as_the_page_and_can_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Shrunk to the page's column its words would be too small; a narrow one leaves white beside
+    it. Arrows and dots are seen, and hide little of what is under them."""
+    figures: list[Figure] = []
+    monkeypatch.setattr(
+        FigureCanvasSVG, "print_svg", lambda canvas, _: figures.append(canvas.figure)
+    )
+    rng = np.random.default_rng(0)
+    drawing = {name: rng.normal(size=(30, 3)).tolist() for name in ("points", "at", "looks")}
+    write_report(tmp_path / "r.html", found(drawing=drawing))
+    (figure,) = figures
+    FigureCanvasAgg(figure)
+    html = (tmp_path / "r.html").read_text("utf-8")
+    ((letter, column),) = re.findall(r"body { font: (\d+)px.*?max-width: (\d+)em", html)
+    css_px = 96.0
+    width = figure.get_size_inches()[0] * css_px
+    assert 0.9 < width / (float(letter) * float(column)) <= 1.0
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        box = axes.get_window_extent()
+        assert 1.0 < box.width / box.height < 1.5
+        words = [axes.title, axes.xaxis.label, axes.yaxis.label, *axes.get_xticklabels()]
+        for text in words:
+            assert 0.8 * float(letter) < text.get_fontsize() / 72.0 * css_px < 1.2 * float(letter)
+        mm = 25.4 * box.width / figure.dpi
+        (arrows,) = [c for c in axes.collections if isinstance(c, Quiver)]
+        assert 0.3 < float(arrows.width) * mm < 0.6
+        assert arrows.scale is not None
+        assert 4.0 < mm / arrows.scale < 8.0
+        dots = axes.lines[-1].get_markersize() * 25.4 / 72.0
+        assert 0.8 < dots < 1.6
+    boxes = [axes.get_tightbbox() for axes in figure.axes]
+    assert boxes[0] is not None
+    assert boxes[1] is not None
+    assert not boxes[0].overlaps(boxes[1])
+
+
+def test_a_page_does_not_grow_with_the_number_of_tie_points(tmp_path: Path) -> None:
+    """They are thousands; in the drawing they are a picture, and not a mark each."""
+    rng = np.random.default_rng(0)
+    at = {"at": [[1.0, 2.0, 3.0]], "looks": [[0, 1, 0]]}
+    sizes = []
+    for n in (500, 20_000):
+        drawing = {"points": rng.normal(size=(n, 3)).tolist(), **at}
+        write_report(tmp_path / "r.html", found(drawing=drawing))
+        sizes.append((tmp_path / "r.html").stat().st_size)
+    assert sizes[1] < sizes[0] + 100_000

@@ -26,6 +26,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.planes import PlaneFit, fit_plane, fit_planes
 from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.io.project.sample import SamplePicks, SampleTruth
+from vomstudio.products.sample import photo_check
 from vomstudio.products.sample.check import (
     Check,
     axis_check,
@@ -244,7 +245,7 @@ def test_checks_are_counted_and_written_with_their_units() -> None:
         Check("two", angle, angle, 3.0, 2.0, False),
         Check("three", 2.0, 2.5, 0.5, None, None, "m"),
     ]
-    assert tally(checks).startswith("The truth lies within the stated 95 % in 1 of 2 checks")
+    assert tally(checks).startswith("The truth lies within the stated 95 % region in 1 of 2 checks")
     lines = as_text(checks, ["A note."]).splitlines()
     assert lines[3].split() == ["one", "<a>", "010.0/04.0", "120.0/45.5", "1.23°", "2.35°", "yes"]
     assert lines[4].split()[-2:] == ["2.00°", "NO"]
@@ -359,9 +360,10 @@ def test_a_model_off_by_so_much_is_said_to_be() -> None:
     fitted = Plane(*plane.measured.values())  # type: ignore[union-attr]
     assert plane.error == pytest.approx(angle_between_planes(fitted, Plane(0, 0)), abs=1e-6)
     words = in_words(checks)
-    assert "lies 12 mm off the outcrop (median), its cameras 7 mm" in words
+    assert "is 12 mm off the outcrop, and its cameras are 7 mm off" in words
     held = int(bool(plane.within))
-    assert f"for {held} of 1 planes on it, the worst is {plane.error:.1f} degrees off" in words
+    assert f"for {held} of 1 planes on the model" in words
+    assert f"the largest error is {plane.error:.1f} degrees" in words
     # Only cameras with a name in common are compared.
     moved = over(0.007)
     renamed = replace(moved, views=(replace(moved.views[0], name="other.jpg"), *moved.views[1:]))
@@ -405,5 +407,134 @@ def test_a_sample_is_checked_plane_by_plane_and_then_for_its_fold_its_fault_and_
     slip = slip_check(found.fits, [(2, 1)], [3, 4], found.beta.beta, 3.0)
     assert found.checks[-1].measured == pytest.approx(slip.measured)
     bad = picks([*groups[:5], np.zeros((4, 3))], rows)
-    with pytest.raises(GeometryError, match="pick j: all points are at the same place"):
+    with pytest.raises(GeometryError, match="The pick j has no plane"):
         check_sample(bad, SampleTruth(planes, Line(0, 0), meets, 3.0))
+
+
+@pytest.fixture
+def fewer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Points by which a model is held against the outcrop: so many take a second each time."""
+    monkeypatch.setattr(photo_check, "_DRAWN", 5000)
+
+
+def level(n: int = 41, size: float = 8.0, hole: float = 0.0) -> Mesh:
+    """A level square with a square hole in its middle."""
+    mesh = wall(n, size)
+    middle = mesh.vertices[mesh.faces].mean(axis=1) - ORIGIN
+    kept = np.abs(middle[:, :2] - size / 2).max(axis=1) > hole / 2
+    flat = mesh.vertices * [1, 1, 0] + [0, 0, ORIGIN[2]]
+    return Mesh(flat, mesh.faces[kept])
+
+
+def distances(mesh: Mesh, some: np.ndarray, gsd: float = 0.02) -> dict[str, float]:
+    """Errors of a cloud on the square of which one in five points is one of `some`."""
+    rng = np.random.default_rng(9)
+    on = np.column_stack([rng.uniform(0, 8, (8000, 2)), np.zeros(8000)])
+    on = on[np.abs(on[:, :2] - 4.0).max(axis=1) > 0.7]
+    away = np.resize(some, (len(on) // 4, 3)) + 1e-4 * rng.uniform(-1, 1, (len(on) // 4, 3))
+    cloud = np.concatenate([on, away]) + ORIGIN
+    none = SamplePicks((), (), (), (), np.zeros((0, 3)), np.zeros(1, np.int64))
+    truth = SampleTruth({}, Line(0, 0), Line(0, 0), 1.0)
+    checks = check_photos(over(), over(), cloud, mesh, none, truth, gsd)
+    return {check.name: check.error for check in checks}
+
+
+@pytest.mark.usefixtures("fewer")
+@pytest.mark.parametrize(
+    ("place", "off"),
+    [
+        ((4.0, 8.15, 0.0), 0.0),  # beyond the edge, in the plane of the nearest face
+        ((4.0, 8.18, 0.05), 0.05),
+        ((4.0, 4.0, 0.15), 0.15),  # over it
+        ((4.0, 4.0, -0.19), 0.19),
+        ((4.0, 4.0, 0.3), 0.0),  # about the outcrop, not of it
+        ((8.3, 4.0, 0.0), 0.0),
+    ],
+)
+def test_the_model_is_off_by_what_it_lies_across_the_surface(
+    place: tuple[float, float, float], off: float
+) -> None:
+    found = distances(level(), np.array([place]))
+    assert found["model off the outcrop, 90 %"] == pytest.approx(off, abs=1e-3)
+    assert found["model off the outcrop, median"] == pytest.approx(0.0, abs=2e-4)
+
+
+@pytest.mark.usefixtures("fewer")
+def test_what_lies_in_a_hole_of_the_outcrop_is_off_by_its_distance() -> None:
+    """No face is near enough to say what is across."""
+    found = distances(level(hole=0.8), np.array([[4.0, 4.0, 0.0]]))
+    assert found["model off the outcrop, 90 %"] == pytest.approx(0.4, abs=0.03)
+    near = distances(level(hole=0.4), np.array([[4.0, 4.0, 0.0]]))
+    assert near["model off the outcrop, 90 %"] == pytest.approx(0.0, abs=2e-4)
+
+
+@pytest.mark.usefixtures("fewer")
+def test_nine_in_ten_points_of_the_model_lie_no_farther_off() -> None:
+    rise = np.linspace(0.0, 0.1, 2001)
+    cloud = np.column_stack([np.full((2001, 2), 2.0), rise])
+    rng = np.random.default_rng(4)
+    cloud[:, :2] += rng.uniform(0, 4, (2001, 2))
+    none = SamplePicks((), (), (), (), np.zeros((0, 3)), np.zeros(1, np.int64))
+    truth = SampleTruth({}, Line(0, 0), Line(0, 0), 1.0)
+    checks = check_photos(over(), over(), cloud + ORIGIN, level(), none, truth, 0.02)
+    errors = {check.name: check.error for check in checks}
+    assert errors["model off the outcrop, median"] == pytest.approx(0.05, abs=1e-4)
+    assert errors["model off the outcrop, 90 %"] == pytest.approx(0.09, abs=1e-4)
+
+
+@pytest.mark.usefixtures("fewer")
+@pytest.mark.parametrize(
+    ("points", "away", "found"), [(20, 0.0, 1), (19, 0.0, 0), (40, 3.9, 1), (40, 4.1, 0)]
+)
+def test_a_pick_is_checked_where_twenty_points_of_the_model_are_within_four_pixels(
+    points: int, away: float, found: int
+) -> None:
+    gsd = 0.02
+    angle = np.linspace(0, 2 * np.pi, points, endpoint=False)
+    line = np.column_stack([4 + 2 * np.cos(angle), 4 + 2 * np.sin(angle), np.zeros(points)])
+    rng = np.random.default_rng(6)
+    uneven = rng.uniform(-1e-4, 1e-4, (points, 3))
+    made = picks([line + ORIGIN], [("p", "bedding", "beds", "")])
+    truth = SampleTruth({"p": Plane(0, 0)}, Line(0, 0), Line(0, 0), 1.0)
+    cloud = line + uneven + [0, 0, away * gsd] + ORIGIN
+    checks = check_photos(over(), over(), cloud, level(), made, truth, gsd)
+    assert len(checks) == 4 + found
+
+
+def test_what_the_photos_model_is_worth_is_said_in_millimetres() -> None:
+    def length(name: str, value: float) -> Check:
+        return Check(name, 0.0, value, value, None, None, "m")
+
+    lengths = [
+        length("model off the outcrop, median", 1.2345), length("camera centres, median", 4.5678)
+    ]  # fmt: skip
+    words = in_words(lengths)
+    assert "lies 1234 mm off the outcrop (median), its cameras 4568 mm;" in words
+    assert "for 0 of 0 planes on it, the worst is 0.0 degrees off" in words
+    angles = [
+        Check(name, {}, {}, error, 2.0, error < 2.0)
+        for name, error in zip("abc", (0.4, 3.25, 1.1), strict=True)
+    ]
+    words = in_words([*lengths, *angles])
+    assert "for 2 of 3 planes on it, the worst is 3.2 degrees off" in words
+
+
+@pytest.mark.usefixtures("fewer")
+def test_the_outcrop_is_off_the_model_by_the_distance_of_its_next_point() -> None:
+    """Of a square grid half of all places have a point within the side times sqrt(1 / (2 pi)).
+    Cameras that are off by 1, 2, ... 9 mm are off by 5 mm in the median."""
+    side = 0.1
+    x, y = (k.ravel() for k in np.meshgrid(np.arange(0, 8.05, side), np.arange(0, 8.05, side)))
+    cloud = np.column_stack([x, y, np.zeros(len(x))]) + ORIGIN
+    none = SamplePicks((), (), (), (), np.zeros((0, 3)), np.zeros(1, np.int64))
+    truth = SampleTruth({}, Line(0, 0), Line(0, 0), 1.0)
+    true = over()
+    moved = [
+        replace(view, translation=view.translation - 0.001 * (k + 1) * view.rotation[:, 0])
+        for k, view in enumerate(true.views)
+    ]
+    found = replace(true, views=tuple(moved[::-1]))
+    errors = {c.name: c.error for c in check_photos(found, true, cloud, level(), none, truth, 0.02)}
+    wanted = side * math.sqrt(0.5 / math.pi)
+    assert errors["outcrop off the model, median"] == pytest.approx(wanted, rel=0.02)
+    assert errors["camera centres, median"] == pytest.approx(0.005)

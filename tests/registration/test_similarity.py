@@ -117,13 +117,6 @@ def test_about_a_line_the_rotation_is_unknown() -> None:
     assert covariance[2, 2] < 1e-2
 
 
-def test_a_shift_comes_after_everything_else() -> None:
-    points, truth = some()
-    by = np.array([1000.0, -3, 0.5])
-    assert truth.shifted(by)(points) == pytest.approx(truth(points) + by)
-    assert truth.shifted(by).inverse(truth(points) + by) == pytest.approx(points)
-
-
 @pytest.mark.parametrize("weighted", [False, True])
 def test_no_small_turn_shift_or_change_of_scale_fits_better(weighted: bool) -> None:
     """At the least squares the weighted residuals lean on none of the seven ways to move."""

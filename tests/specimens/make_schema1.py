@@ -394,7 +394,7 @@ def days(outcrop: Path, state: Path) -> None:
     me.attempt(edits.set_attributes, [bed_patch], name="bed top", overturned=True)
     me.stroke(face, picked("B08", 3))
     studio.patch_tool.cancel()
-    studio.patch_tool.take_up(patch)
+    studio.patch_tool.continue_patch(patch)
     me.stroke(face, at + (-0.4, 0.0, -0.5))
     studio.patch_tool.finish()
 

@@ -53,11 +53,11 @@ def test_nobody_is_sent_to_where_they_stand() -> None:
     """One row that shows all of a high face is still too high for a hand."""
     plan = plan_survey(APSC, 60.0, 20.0, distance_m=40.0)
     said = " ".join(plan.warnings)
-    assert "the row is 10.0 m above the foot" in said
+    assert "The row is 10.0 m above the foot" in said
     assert "stand" not in said
     closer = " ".join(plan_survey(APSC, 60.0, 20.0, distance_m=10.0).warnings)
     # A footprint of 20 m in height: 2/3 of the distance.
-    assert "stand 30 m away, where one row shows all of it" in closer
+    assert "stand 30 m away, where one row covers all of it" in closer
 
 
 def test_a_camera_with_an_endless_name_is_refused_like_another() -> None:

@@ -17,9 +17,9 @@ from vomstudio.survey.check import check_photos, pixel_size
 from vomstudio.survey.check_results import Finding, SurveyReport, length, verdict_of
 from vomstudio.survey.overlap import (
     choose_pairs,
+    compare_pair,
+    compare_photos,
     features_of,
-    look_at_pair,
-    look_at_set,
     optical_axes,
 )
 from vomstudio.survey.photo_quality import blur, interpolation_period, linear_light
@@ -109,7 +109,7 @@ def pair(tmp_path: Path, *stations, focal=(720.0, 720.0)):
     a, b = (features_of(photo) for photo in photos)
     assert a is not None
     assert b is not None
-    return look_at_pair(0, 1, a, b)
+    return compare_pair(0, 1, a, b)
 
 
 def test_overlap_pixel_ratio_and_baseline_are_those_of_the_cameras(tmp_path: Path) -> None:
@@ -142,13 +142,13 @@ def test_other_rock_does_not_match(tmp_path: Path) -> None:
     a, b = (features_of(photo) for photo in read_photos(tmp_path).photos)
     assert a is not None
     assert b is not None
-    assert look_at_pair(0, 1, a, b) is None
+    assert compare_pair(0, 1, a, b) is None
 
 
 def test_view_directions_are_chained_over_the_set(tmp_path: Path) -> None:
     stations = few(6)
     wall.write_set(tmp_path, stations)
-    look = look_at_set([features_of(photo) for photo in read_photos(tmp_path).photos])
+    look = compare_photos([features_of(photo) for photo in read_photos(tmp_path).photos])
     axes, known = optical_axes(look, len(stations))
     assert known.all()
     truth = np.array([wall.rotation_to(*s)[2] for s in stations])
@@ -177,8 +177,8 @@ def test_parts_of_a_large_set_are_joined_by_a_second_look(monkeypatch, tmp_path:
     monkeypatch.setattr(overlap, "_NEIGHBOURS", 1)
     there = [((x, 3, 8), (x, 3, 0)) for x in (-6.0, 6.0, -5.0, 5.0, -2.0, 2.0)]
     wall.write_set(tmp_path, there, gps=False)
-    look = look_at_set([features_of(photo) for photo in read_photos(tmp_path).photos])
-    assert len(look.parts(6)) == 1
+    look = compare_photos([features_of(photo) for photo in read_photos(tmp_path).photos])
+    assert len(look.components(6)) == 1
 
 
 # -- whole sets ----------------------------------------------------------------------------------
@@ -203,7 +203,7 @@ def test_blurred_dark_and_strange_photos_are_named(tmp_path: Path) -> None:
     assert finding(report, "brightness-jump").photos == ("w05.jpg",)
     assert finding(report, "unmatched").photos == ("w07.jpg",)
     assert "with reservations" in report.verdict
-    assert any("hold still" in advice for advice in report.next_time)
+    assert any("Hold the camera still" in advice for advice in report.next_time)
 
 
 def test_black_photos_are_not_the_measure_of_the_others(tmp_path: Path) -> None:

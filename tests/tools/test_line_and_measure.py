@@ -117,7 +117,7 @@ def test_on_a_plane_the_rake_and_the_angle_off_it_are_read(line, context):
     line.choose(plane_id="f1", slip="normal")
     clicks(line, STRIA)
     reading = context.shown[-1].reading
-    assert any(r.startswith("rake ") and r.endswith("off F01") for r in reading)
+    assert any(r.startswith("Rake ") and r.endswith("off F01") for r in reading)
     assert context.shown[-1].patch is not None
     line.finish()
     (found,) = of(context, Lineation)
@@ -173,7 +173,7 @@ def test_a_line_is_continued_and_keeps_what_was_changed_beside_it(line, context)
 
 
 def test_only_a_line_is_continued_by_the_line_tool(line, context):
-    with pytest.raises(DocumentError, match="only a line"):
+    with pytest.raises(DocumentError, match="cannot continue a feature of this kind"):
         line.continue_feature("f1")
     assert not line.open
 
@@ -211,7 +211,8 @@ def test_lines_and_areas_end_with_enter_and_say_what_they_lack(measure, context,
         assert (why is None) == (count >= points), why
         if count < points:
             assert measure.finish() is None
-            assert f"Needs {points} points" in context.said[-1].replace(" needs", " Needs")
+            assert f"At least {points} points are needed" in context.said[-1]
+            assert f"pick {points - count} more" in context.said[-1]
     measure.finish()
     (found,) = of(context, Dimension)
     assert found.vertices == tuple(tuple(map(float, p)) for p in ring)
@@ -242,7 +243,7 @@ def test_the_ring_of_an_area_is_closed_and_its_handles_are_the_vertices(measure,
 
 def test_a_thickness_wants_a_plane_and_says_so(measure, context):
     measure.choose(kind="thickness")
-    assert "choose the plane" in measure.hint()
+    assert "Choose the plane" in measure.hint()
     clicks(measure, [(0, 0, 0), (0, 0, 2)])
     assert measure.open, "nothing to be measured across"
     assert measure.finish() is None
@@ -276,7 +277,7 @@ def test_another_kind_keeps_the_clicks(measure, context):
 def test_two_clicks_at_one_place_are_no_distance(measure, context):
     clicks(measure, [(1, 1, 1), (1, 1, 1)])
     assert of(context, Dimension) == []
-    assert "same place" in context.said[-1]
+    assert "All points coincide" in context.said[-1]
     clicks(measure, [(1, 1, 2)])
     assert of(context, Dimension)[0].vertices == ((1.0, 1.0, 1.0), (1.0, 1.0, 2.0))
 
@@ -298,7 +299,7 @@ def test_a_measurement_stays_on_one_model(measure, context):
     clicks(measure, [(0, 0, 0)])
     clicks(measure, [(1, 0, 0)], model_id="m2")
     assert measure.open
-    assert "belongs to one model" in context.said[-1]
+    assert "lies on one model" in context.said[-1]
 
 
 # --- drafts ------------------------------------------------------------------------------------

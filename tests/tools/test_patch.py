@@ -245,7 +245,7 @@ def test_undo_takes_back_strokes_and_redo_brings_them(tool, context):
 def test_a_stroke_after_its_patch_was_undone_makes_a_new_one(tool, context):
     stroke(tool, (1.0, 1.0))
     context.session.undo()
-    tool.look_again()
+    tool.document_changed()
     assert tool.current is None
     stroke(tool, (3.0, 1.0))
     assert ids(patches(context)[0]) == within((3.0, 1.0))
@@ -280,7 +280,7 @@ def test_giving_up_a_new_patch_deletes_it_and_undo_brings_it_back(tool, context)
     tool.cancel()
     assert patches(context) == []
     assert tool.current is None
-    assert "Undo brings it back" in context.said[-1]
+    assert "Undo restores it" in context.said[-1]
     context.session.undo()
     assert len(patches(context)) == 1
 
@@ -289,7 +289,7 @@ def test_giving_up_a_continued_patch_leaves_it_as_it_was(tool, context):
     stroke(tool, (1.0, 1.0))
     before = patches(context)[0]
     tool.finish()
-    tool.take_up(before.id)
+    tool.continue_patch(before.id)
     assert tool.continued
     stroke(tool, (2.0, 1.0))
     context.session.apply(edits.set_attributes(context.session.records, [before.id], notes="wet"))
@@ -314,7 +314,7 @@ def test_a_continued_patch_keeps_its_id_name_and_attributes(tool, context):
     stroke(tool, (1.0, 1.0))
     tool.finish()
     (old,) = patches(context)
-    tool.take_up(old.id)
+    tool.continue_patch(old.id)
     tool.set_type("joint", "J1")
     stroke(tool, (2.0, 1.0))
     (after,) = patches(context)
@@ -331,8 +331,8 @@ def test_type_and_set_chosen_while_a_new_patch_is_painted_become_its_own(tool, c
 
 @pytest.mark.parametrize("id_", ["m1", "gone"])
 def test_only_patches_can_be_taken_up(tool, id_):
-    with pytest.raises(DocumentError, match="only a patch"):
-        tool.take_up(id_)
+    with pytest.raises(DocumentError, match="Only a patch"):
+        tool.continue_patch(id_)
 
 
 def test_a_patch_without_its_model_cannot_be_taken_up(tool, context):
@@ -340,7 +340,7 @@ def test_a_patch_without_its_model_cannot_be_taken_up(tool, context):
     tool.finish()
     context.surfaces.clear()
     with pytest.raises(DocumentError, match="not open"):
-        tool.take_up(patches(context)[0].id)
+        tool.continue_patch(patches(context)[0].id)
 
 
 # --- what is refused -----------------------------------------------------------------------------
@@ -364,7 +364,7 @@ def test_a_stroke_that_strays_onto_another_model_leaves_it_alone(tool, context):
 def test_there_is_nothing_to_take_away_from_at_first(tool, context):
     stroke(tool, (1.0, 1.0), ctrl=True)
     assert patches(context) == []
-    assert "no patch to take away from" in context.said[-1]
+    assert "no patch to erase from" in context.said[-1]
 
 
 def test_what_cannot_be_written_is_not_done(tool, context):

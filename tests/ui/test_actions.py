@@ -33,7 +33,8 @@ def test_what_cannot_be_done_in_the_empty_window_says_why(window):
         reason = action.toolTip().rpartition("Not now: ")[2]
         assert "Not now: " in action.toolTip(), action.objectName()
         assert len(reason) > 8
-        assert reason[0].islower(), "the reason goes on a sentence"
+        assert reason[0].isupper(), "the reason is a sentence"
+        assert reason.endswith(".")
     enabled = [a for a in window.actions_table.all.values() if a.isEnabled()]
     assert all("Not now" not in a.toolTip() for a in enabled)
 
@@ -77,7 +78,7 @@ def test_undo_and_redo_say_what_they_would_take_back(window, studio):
 def test_a_click_of_an_open_trace_is_undone_before_older_edits(window, studio):
     beds(studio)
     studio.activate("trace")
-    studio.tool_of(TraceTool).continue_trace("t1")
+    studio.tool_of(TraceTool).continue_feature("t1")
     before = studio.records["t1"]
     studio.tool_of(TraceTool).delete_vertex(0)
     window.actions_table.run("undo")
@@ -137,7 +138,7 @@ def test_the_palette_says_why_not_and_chooses_only_what_can_run(window, qtbot):
     qtbot.addWidget(palette)
     palette.show()
     QTest.keyClicks(palette._words, "redo")
-    assert "there is nothing to redo" in words_of(palette)[0]
+    assert "There is nothing to redo." in words_of(palette)[0]
     assert palette.chosen is None
     palette._words.clear()
     runnable = {n for n, a in window.actions_table.all.items() if a.isEnabled()}
@@ -145,7 +146,7 @@ def test_the_palette_says_why_not_and_chooses_only_what_can_run(window, qtbot):
         assert palette.chosen in runnable
         QTest.keyClick(palette._words, Qt.Key.Key_Down)
     palette._words.setText("view north")
-    assert [t.split("  ")[0] for t in words_of(palette)] == ["Looking North"]
+    assert [t.split("  ")[0] for t in words_of(palette)] == ["Looking north"]
     palette._words.setText("no such thing at all")
     assert words_of(palette) == []
     QTest.keyClick(palette._words, Qt.Key.Key_Return)

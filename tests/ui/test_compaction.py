@@ -8,7 +8,7 @@ from tests.samples import bed
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
 from vomstudio.io.project.compaction import Plan
-from vomstudio.ui.shell.compact_commands import commands, told
+from vomstudio.ui.shell.compact_commands import commands, compaction_text
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
 
@@ -33,13 +33,13 @@ def test_a_compaction_is_told_done_and_taken_back(studio, monkeypatch, qtbot):
 
     monkeypatch.setattr(QMessageBox, "question", yes)
     compact, back = commands(studio, None)
-    assert compact.why_not() == "Save the project first"
-    assert "not compacted" in back.why_not()
+    assert compact.why_not() == "Save the project first."
+    assert "not been compacted" in back.why_not()
     session.save()
     assert compact.why_not() is None
     before, records = rows(studio), dict(session.records)
     compact.run()
-    assert "can be undone or done again stays" in asked[0]
+    assert "can be undone or redone is kept" in asked[0]
     assert rows(studio) <= before - 10
     assert dict(session.records) == records
     assert back.why_not() is None
@@ -58,6 +58,6 @@ def test_nothing_is_asked_where_nothing_would_go(studio, monkeypatch, qtbot):
 
 
 def test_what_would_go_is_said_in_numbers():
-    words = told(Plan(12, 40, ("assets/a.png", "assets/b.png"), 2_500_000))
-    assert words.startswith("12 of 40 rows of its journal")
+    words = compaction_text(Plan(12, 40, ("assets/a.png", "assets/b.png"), 2_500_000))
+    assert words.startswith("12 of 40 journal rows")
     assert "2 files of 2.5 MB" in words

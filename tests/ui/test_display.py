@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from tests.ui.conftest import add_cliff
+from tests.workspace.loop import Loop
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.view.clipping import ClipBox
@@ -16,7 +17,6 @@ from vomstudio.ui.scene import display_commands
 from vomstudio.workspace import display
 from vomstudio.workspace.display import Display, why_not_mode
 from vomstudio.workspace.model_loading import OpenModel
-from vomstudio.workspace.owner_thread import Loop
 
 BOX = ClipBox((0.0, 1.0, 2.0), (10.0, 11.0, 12.0))
 
@@ -89,10 +89,10 @@ def test_the_project_keeps_the_display(window, studio):
 
 # --- what is refused -------------------------------------------------------------------------
 def test_a_mode_that_a_model_cannot_show_says_why(tmp_path):
-    assert why_not_mode("vertex_colors", [mesh()]) == "this model has no colours"
-    assert why_not_mode("textured", [mesh(), cloud()]) == "no open model has textures"
-    assert why_not_mode("wireframe", [cloud()]) == "a point cloud has no triangles"
-    assert why_not_mode("points", []) == "open a model first"
+    assert why_not_mode("vertex_colors", [mesh()]) == "This model has no colours."
+    assert why_not_mode("textured", [mesh(), cloud()]) == "No open model has textures."
+    assert why_not_mode("wireframe", [cloud()]) == "A point cloud has no triangles."
+    assert why_not_mode("points", []) == "Open a model first."
     with_texture = textured(tmp_path)
     for mode in ("textured", "vertex_colors", "plain shaded", "wireframe", "points", "field"):
         assert why_not_mode(mode, [with_texture]) is None
@@ -110,9 +110,9 @@ def test_the_tick_is_at_what_is_seen(tmp_path):
 def test_actions_say_why_they_cannot_be(window, studio):
     attach(studio, cloud())
     actions = window.actions_table.all
-    assert "a point cloud has no triangles" in actions["display_wireframe"].toolTip()
-    assert "this model has no colours" in actions["display_colors"].toolTip()
-    assert "eye-dome lighting shows its shape" in actions["display_lit"].toolTip()
+    assert "A point cloud has no triangles." in actions["display_wireframe"].toolTip()
+    assert "This model has no colours." in actions["display_colors"].toolTip()
+    assert "Eye-dome lighting shows its shape" in actions["display_lit"].toolTip()
     assert actions["display_eye_dome"].isEnabled()
 
 

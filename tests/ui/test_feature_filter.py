@@ -92,11 +92,11 @@ def test_lengths_may_have_a_unit(studio):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("dip>steep", "a number is wanted"),
-        ("dip>", "not finished"),
+        ("dip>steep", "Write a number, such as dip>30"),
+        ("dip>", "is incomplete"),
         ("dip>30..40", "a range is written"),
-        ("slope>30", "no “slope”"),
-        ("type>joint", "words have no order"),
+        ("slope>30", "no column “slope”"),
+        ("type>joint", "text cannot be compared by size"),
         ("overturned:perhaps", "overturned:yes"),
         ("dip>3kg", "cannot be read"),
     ],
@@ -116,7 +116,7 @@ def test_the_line_keeps_the_last_filter_while_a_condition_is_unfinished(window, 
     panel._filter.setText("dip>45 dip<")
     assert panel._sorted.rowCount() == 1
     assert panel._filter.problem.isVisible()
-    assert "not finished" in panel._filter.problem.text()
+    assert "incomplete" in panel._filter.problem.text()
     panel._filter.clear()
     assert panel._sorted.rowCount() == 2
     assert not panel._filter.problem.isVisible()

@@ -186,7 +186,7 @@ def test_two_selected_planes_show_how_they_lie_and_their_line_is_kept(window, pl
     planes.selection.set(["b1", "f1"])
     assert not panel._relation.isHidden()
     assert "B01 and F01" in panel._relation.text()
-    assert "Angle between them" in panel._relation.text()
+    assert "Angle between the planes" in panel._relation.text()
     QTest.mouseClick(panel._keep, Qt.MouseButton.LeftButton)
     (made,) = planes.session.of(Intersection)
     assert (made.first.feature_id, made.second.feature_id) == ("b1", "f1")
@@ -222,7 +222,7 @@ def test_sets_are_chosen_in_a_dialog_bedding_and_fault_first(window, planes):
     assert [dialog.first.itemText(i) for i in range(dialog.first.count())] == [
         "Bedding (2 planes)", "Bedding, upper (1 plane)", "Fault (1 plane)",
     ]  # fmt: skip
-    assert "Meet in" in dialog.result_text.text()
+    assert "Intersection: " in dialog.result_text.text()
     dialog.second.setCurrentIndex(0)
     assert not dialog.keep_button.isEnabled()
     assert "two different" in dialog.result_text.text()
@@ -252,7 +252,7 @@ def test_the_view_goes_along_the_selected_line(window, planes):
 
 
 def test_the_net_shows_an_intersection_with_its_region(window, planes, qtbot):
-    window._bring_net()
+    window._add_stereonet()
     planes.selection.set(["b1", "f1"])
     window.actions_table.all["keep_intersection"].trigger()
     (made,) = planes.session.of(Intersection)

@@ -304,7 +304,7 @@ def test_a_vertex_shown_in_any_locale_is_read_back_as_the_same_number(window, st
     QLocale.setDefault(QLocale(language))
     try:
         studio.activate("trace")
-        studio.tool_of(TraceTool).continue_trace("t1")
+        studio.tool_of(TraceTool).continue_feature("t1")
         table = driver.tool_panel(window, TracePanel).table
         for row in range(4):
             for col in range(3):
@@ -377,7 +377,7 @@ def test_the_trace_panel_shows_the_type_and_set_of_the_open_trace(window, studio
     panel = driver.tool_panel(window, TracePanel)
     assert panel.type_box.currentData() == "bedding"
     studio.activate("trace")
-    studio.tool_of(TraceTool).continue_trace("t1")
+    studio.tool_of(TraceTool).continue_feature("t1")
     assert panel.type_box.currentData() == "fault"
     assert panel.set_edit.text() == "F"
     assert not panel.type_box.isEnabled()

@@ -160,7 +160,7 @@ def test_only_a_patch_is_continued_by_the_brush(window, painting):
     assert window.actions_table.all["continue_patch"].isEnabled()
     del painting.models["m1"]
     window.actions_table.refresh()
-    assert "model is not open" in window.actions_table.all["continue_patch"].toolTip()
+    assert "model of the patch is not open" in window.actions_table.all["continue_patch"].toolTip()
 
 
 def test_the_table_and_the_tree_have_the_patch(window, painting):

@@ -101,9 +101,9 @@ def test_marks_survive_the_loss_of_their_tables_and_of_the_window(opened, folder
     (folder / "marks.csv").unlink()
     project = opened.studio.project.folder
     # As after a kill: the journal alone.
-    from vomstudio.io.project.journal import read_records
+    from vomstudio.io.project.journal import read_replay
 
-    assert any(getattr(r, "label", "") == "A" for r in read_records(project).values())
+    assert any(getattr(r, "label", "") == "A" for r in read_replay(project).records.values())
 
 
 def test_a_drag_is_one_step_and_kept_at_its_end(opened, folder) -> None:
@@ -164,7 +164,7 @@ def test_what_can_be_written_nowhere_stays_in_the_project_and_is_tried_again(
         full.setattr(photo_exports, "write_marks", refused)
         mark(opened.marks, "A")
         assert "disk is full" in opened.exports.problem
-        assert "kept in the project" in opened.said[-1][1]
+        assert "saved in the project" in opened.said[-1][1]
     assert opened.marks.marking.labels == ("A",)
     mark(opened.marks, "B")
     assert not opened.exports.problem
@@ -271,6 +271,8 @@ def test_points_of_another_crs_are_not_mixed_in(opened, folder) -> None:
     other.write_text("# EPSG:32632\nlabel,x,y,z\nB,1,2,3\n")
     marks = opened.marks
     marks.import_points(one)
-    with pytest.raises(InputError, match="EPSG:32632, the points that are here are in EPSG:32633"):
+    with pytest.raises(
+        InputError, match="EPSG:32632, but the points of the project are in EPSG:32633"
+    ):
         marks.import_points(other)
     assert [p.label for p in read_control(folder / "control.csv")] == ["A"]

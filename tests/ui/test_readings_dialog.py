@@ -61,7 +61,7 @@ def test_nothing_is_added_before_the_north_is_said_and_then_it_says_what_it_does
     add_cliff(studio, UTM)
     dialog = ask(window, book)
     assert not ok(dialog).isEnabled()
-    assert "which north" in dialog._says.text()
+    assert "Choose the north" in dialog._says.text()
     choose(dialog._north, "magnetic")
     assert not ok(dialog).isEnabled()
     assert "declination" in dialog._says.text()

@@ -25,7 +25,7 @@ LEFT, NONE, CTRL = driver.LEFT, driver.NONE, driver.CTRL
 def net(window, studio):
     """A net with four clusters of poles, one to each quarter of the compass."""
     add_cliff(studio)
-    window._bring_net()
+    window._add_stereonet()
     window.docks["stereonet"].raise_()
     readings = [
         Reading(f"{name}{i}", f"{name}{i}", "bedding" if name in "NS" else "joint", "plane",

@@ -13,17 +13,17 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.workspace.loop import Loop
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Model
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.project.sample import read_picks, read_truth, sample_model
 from vomstudio.io.settings import Settings
 from vomstudio.jobs.job import Nothing
-from vomstudio.jobs.model_tasks import LOAD_MODEL, WARM, ModelFile
+from vomstudio.jobs.model_tasks import IMPORT_LIBRARIES, LOAD_MODEL, ModelFile
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.tools.trace import TraceTool
 from vomstudio.workspace.notices import Notice
-from vomstudio.workspace.owner_thread import Loop
 from vomstudio.workspace.workspace import Workspace
 
 WITHOUT = ("PySide6", "vtk", "vtkmodules", "pyvista")
@@ -144,7 +144,7 @@ def draft(folder: Path) -> None:
     again.work.projects.open(target)
     assert again.work.tools.active_name == "trace"
     assert len(again.work.tools.of(TraceTool).vertices) == count
-    assert any(f"with {count} points is back" in notice.text for notice in again.said)
+    assert any(f"with {count} points was restored" in notice.text for notice in again.said)
     assert again.work.worth_asking
     again.wait(lambda: again.work.models.open, "the model")
     again.work.undo()
@@ -167,7 +167,7 @@ def cancelled(folder: Path) -> None:
     jobs.changed.connect(lambda: changes.append(len(jobs.jobs)))
     for _ in range(2):
         job = jobs.submit(
-            WARM,
+            IMPORT_LIBRARIES,
             Nothing(),
             title="Getting ready",
             on_done=ended.append,

@@ -86,5 +86,5 @@ def _in_words(report: SurveyReport) -> str:
     for finding in report.findings:
         lines.append(f"{finding.severity}: {finding.text}")
     lines += ["", report.verdict]
-    lines += [f"Next time: {advice}." for advice in report.next_time]
+    lines += [f"Next time: {advice}" for advice in report.next_time]
     return "\n".join(lines)

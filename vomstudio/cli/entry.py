@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import itertools
 import logging
 import os
@@ -10,22 +11,6 @@ import traceback
 import warnings
 from collections.abc import Sequence
 
-from vomstudio.cli import (
-    check,
-    convert,
-    demo,
-    export,
-    fit,
-    fold,
-    frames,
-    info,
-    ortho,
-    plan,
-    project,
-    reconstruct,
-    stats,
-    stereonet,
-)
 from vomstudio.cli.arguments import HelpWanted, Parser
 from vomstudio.cli.output import Channel, Output, stdout_kept, to_json
 from vomstudio.errors import Cancelled, InputError, UsageError, VomError
@@ -33,24 +18,12 @@ from vomstudio.failures import log  # noqa: F401 - without a log nothing of it r
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
-_COMMAND_MODULES = {
-    "demo": demo,
-    "info": info,
-    "convert": convert,
-    "fit": fit,
-    "stats": stats,
-    "fold": fold,
-    "stereonet": stereonet,
-    "ortho": ortho,
-    "plan": plan,
-    "check": check,
-    "frames": frames,
-    "reconstruct": reconstruct,
-    "project": project,
-    "export": export,
-}
-COMMANDS = tuple(_COMMAND_MODULES)
-"""The words after `vomstudio` that are commands; anything else is for the window."""
+COMMANDS = (
+    "demo", "info", "convert", "fit", "stats", "fold", "stereonet", "ortho", "plan", "check",
+    "frames", "reconstruct", "project", "export",
+)  # fmt: skip
+"""The words after `vomstudio` that are commands, each the name of its module here; anything else is
+for the window."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -81,7 +54,7 @@ def _run(words: list[str], channel: Channel) -> int:
             if not debug:
                 # A library's warning is for programmers; what users must know is said in words.
                 warnings.simplefilter("ignore")
-            args = _parser().parse_args(words)
+            args = _parser(words).parse_args(words)
             args.run(args, output)
         said = output.for_stdout()
     except HelpWanted as wanted:
@@ -148,7 +121,9 @@ def _say(text: str) -> None:
             pass
 
 
-def _parser() -> Parser:
+def _parser(words: Sequence[str]) -> Parser:
+    """Of the command alone that the words begin with, since each one brings its imports; else of
+    all."""
     parser = Parser(
         prog="vomstudio",
         description=tr("Geology measured on virtual outcrop models."),
@@ -156,8 +131,9 @@ def _parser() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"VOM Studio {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
-    for module in _COMMAND_MODULES.values():
-        module.add_parser(subparsers)
+    first = words[0] if words else ""
+    for name in [first] if first in COMMANDS else [] if first == "--version" else COMMANDS:
+        importlib.import_module(f"vomstudio.cli.{name}").add_parser(subparsers)
     parser.set_defaults(run=_no_command)
     return parser
 

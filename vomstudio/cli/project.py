@@ -14,7 +14,7 @@ from vomstudio.geometry.units import METRES
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.workspace.headless_project import ProjectDesk
+    from vomstudio.workspace.headless_project import HeadlessProject
     from vomstudio.workspace.project_summary import ProjectSummary
 
 
@@ -117,10 +117,10 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
 
 # --- changing ------------------------------------------------------------------------------------
 def _add_model(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.workspace.frame_declaration import Declared
+    from vomstudio.workspace.frame_declaration import DeclaredFrame
 
     with _changing(args, out) as desk:
-        added = desk.add_model(Path(args.file), Declared(args.crs, args.up, args.unit))
+        added = desk.add_model(Path(args.file), DeclaredFrame(args.crs, args.up, args.unit))
     out.warn(added.warnings)
     what = {"model": added.model.id, "added": added.new, "warnings": list(added.warnings)}
     _report(args, out, what, f"{added.model.name}: {added.model.frame.name()}")
@@ -192,15 +192,15 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
 @contextmanager
 def _changing(
     args: argparse.Namespace, out: Output, *, saves: bool = True
-) -> Iterator[ProjectDesk]:
+) -> Iterator[HeadlessProject]:
     """The open project; what was done to it is saved, and its layers are brought up to date."""
     from vomstudio.io.settings import read_settings
-    from vomstudio.workspace.headless_project import ProjectDesk
+    from vomstudio.workspace.headless_project import HeadlessProject
     from vomstudio.workspace.layer_export import written_layers
 
     settings, problems = read_settings()
     out.warn(problems)
-    with ProjectDesk.opened(Path(args.project), settings, progress_of(args)) as desk:
+    with HeadlessProject.opened(Path(args.project), settings, progress_of(args)) as desk:
         if desk.session.recovered and saves:
             out.warn(["changes that had not been saved are part of the project, and saved now"])
         yield desk

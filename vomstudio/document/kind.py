@@ -14,7 +14,7 @@ import numpy as np
 
 from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.measurement import Floats, Measurement, Measuring, Records
-from vomstudio.document.records import Feature, OnAModel, Painted, Picked, Record, Typed
+from vomstudio.document.records import Feature, Painted, Record, Typed
 from vomstudio.words import to_translate as _
 
 Evidence = Literal["", "picked", "read", "derived"]
@@ -175,20 +175,6 @@ class Kind:
     def typed(self) -> bool:
         """Its features have one of the project's feature types."""
         return issubclass(self.record, Typed)
-
-    @property
-    def on_a_model(self) -> bool:
-        return issubclass(self.record, OnAModel)
-
-    @property
-    def has_vertices(self) -> bool:
-        """Its features are made of clicks, which can be moved one by one."""
-        return issubclass(self.record, Picked)
-
-    @property
-    def is_painted(self) -> bool:
-        """Its features are pieces of the model's surface."""
-        return issubclass(self.record, Painted)
 
     def called(self, feature: Any) -> str:
         """What one of its features is, in a word."""

@@ -35,7 +35,7 @@ class Measurement:
     max/min_confidence95_deg : semi-axes of its joint 95 % region, confidence_axis (3,) the
         direction of the larger one where it is a line
     rake_deg : of a lineation in its plane, off_plane_deg : its angle from that plane,
-    slip_rake_deg : directed, as in geology.orientation.slip_rake_of
+    slip_rake_deg : directed, as in geology.orientation.slip_from_rake
     angle_deg : between the planes of an intersection
     area_m2 : of a patch's faces
     dimension : figures of a dimension by name, in m or m2

@@ -12,7 +12,6 @@ from vomstudio.document.records import (
     ImageMark,
     MarkedPoint,
     Mask,
-    Model,
     PhotoSet,
     Point,
     Reconstruction,
@@ -168,10 +167,6 @@ def registration_by(records: Records, reconstruction_id: str) -> Registration | 
         ),
         None,
     )
-
-
-def registered_models(records: Records, registration: Registration) -> list[Model]:
-    return [r for r in records.values() if isinstance(r, Model) and r.registration == registration]
 
 
 def _points_after(

@@ -22,11 +22,12 @@ _file: TextIO | None = None
 
 
 def folder() -> Path:
+    """Where traces lie, whether or not it exists."""
     return log.folder() / "crashes"
 
 
 def begin(role: str) -> None:
-    """Have a crash of this process written down, until `end`."""
+    """Write a trace if this process crashes, until `end`. role : WINDOW or WORKER."""
     global _file
     name = f"{role}-{os.getpid()}-{time.strftime('%Y%m%d%H%M%S')}.txt"
     try:
@@ -39,7 +40,7 @@ def begin(role: str) -> None:
 
 
 def end() -> None:
-    """The process ends well."""
+    """The process ends well: remove its empty file."""
     global _file
     if _file is None:
         return
@@ -51,7 +52,7 @@ def end() -> None:
 
 
 def newly_found() -> bool:
-    """Whether a window has crashed since this was asked last. Tidies up."""
+    """Whether a window has crashed since the last call. Removes old and empty files."""
     import psutil
 
     found = False
@@ -73,7 +74,7 @@ def newly_found() -> bool:
 
 
 def texts() -> list[tuple[str, str]]:
-    """Whose crash, and its trace; the oldest first."""
+    """Role and trace of each crash, the oldest first."""
     found = []
     for file in _files("*"):
         with contextlib.suppress(OSError):

@@ -1,4 +1,4 @@
-"""Where every mistake of the program arrives, from whichever thread: logged, counted, told on."""
+"""Collects the program's unexpected errors from all threads: logs, counts and passes them on."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.errors import VomError
+from vomstudio.words import tr, tr_n
 
 _log = logging.getLogger(__name__)
 
 QUIET_S = 3.0
-"""What happens over and over, as in every paint, is told of again only after it has paused."""
+"""An error that repeats, as in every paint, is passed on again only after a pause this long."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """sentence : for a person
-    what : the mistake itself in a few words, such as "ValueError in tasks.py, line 40"
+    """sentence : for the user, translated
+    what : the error in a few words, such as "ValueError in tasks.py, line 40"; its key
     count : how often it has happened in this run
     """
 
@@ -34,8 +35,8 @@ class Failure:
 Listener = Callable[[Failure], None]
 
 
-class Desk:
-    """Any thread may call; the listener is called in that thread and must only hand on."""
+class ErrorCollector:
+    """Any thread may report; the listener is called in that thread and must only pass on."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -45,17 +46,17 @@ class Desk:
         self._here = threading.local()
 
     def listen(self, listener: Listener | None) -> None:
-        """Who tells the user, in place of whoever did."""
+        """Pass failures on to `listener` in place of the present one; None for nobody."""
         self._listener = listener
 
     def forget(self) -> None:
-        """Count anew."""
+        """Set all counts to zero."""
         with self._lock:
             self._seen.clear()
 
     def report(self, error: BaseException, where: str = "") -> bool:
-        """An error that nobody expected; `where` is for the log. True where it has been told of,
-        False where it is one of many. Never raises."""
+        """Log and count an unexpected error, and pass it on; `where` is for the log. True where it
+        was passed on, False where it repeats one. Never raises."""
         what, sentence = "an unknown error", _sentence("")
         with contextlib.suppress(Exception):
             what = place_of(error)
@@ -67,14 +68,14 @@ class Desk:
         return self.tell(sentence, what, details)
 
     def tell(self, sentence: str, what: str, details: Callable[[], str] = str) -> bool:
-        """A mistake that is known by `what`; see `report`."""
+        """An error that is identified by `what`; see `report`. sentence : for the user."""
         if getattr(self._here, "busy", False):
-            # Telling of a mistake has made another one: it must not go round and round.
+            # Passing an error on has raised another one: it must not recur for ever.
             return False
         self._here.busy = True
         try:
             return self._tell(sentence, what, details)
-        except Exception:  # noqa: BLE001 - there is nobody left to tell
+        except Exception:  # noqa: BLE001 - nothing is left that could report it
             return False
         finally:
             self._here.busy = False
@@ -92,14 +93,15 @@ class Desk:
         if now - last < QUIET_S:
             return False
         if count > 1:
-            sentence += f" (It has happened {count} times.)"
+            again = tr_n("It has happened {count} time.", "It has happened {count} times.", count)
+            sentence = f"{sentence} {again}"
         if self._listener is not None:
             self._listener(Failure(sentence, what, count))
         return True
 
 
-DESK = Desk()
-"""The process's own."""
+ERRORS = ErrorCollector()
+"""The collector of this process."""
 
 
 def place_of(error: BaseException) -> str:
@@ -118,14 +120,16 @@ def _sentence_of(error: BaseException, what: str) -> str:
     if isinstance(error, VomError):
         return str(error)
     if isinstance(error, MemoryError):
-        return "There is not enough memory for what you did last; close other programs, try again."
+        return tr("Memory is full. Close other programs and try again.")
     return _sentence(what)
 
 
 def _sentence(what: str) -> str:
     """The journal is written before anything is shown, so that all that was seen is kept."""
-    named = f" ({what})" if what else ""
-    return (
-        f"The program made a mistake{named}: what you did last may be missing, all before it is "
-        "kept, and a report helps to mend it."
+    consequence = tr(
+        "Your last action may be missing; everything before it is kept. Please save a report, so "
+        "that the fault can be found."
     )
+    if not what:
+        return f"{tr('An internal error occurred.')} {consequence}"
+    return f"{tr('An internal error occurred ({error}).', error=what)} {consequence}"

@@ -1,4 +1,4 @@
-"""The ends of Python where an error that nobody caught comes out, led to the desk."""
+"""Hooks that lead every uncaught exception of Python to the error collector."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio import __version__
 from vomstudio.failures import crashes, log
-from vomstudio.failures.error_collector import DESK
+from vomstudio.failures.error_collector import ERRORS
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
@@ -24,7 +24,7 @@ _before: tuple[Any, Any, Any] | None = None
 
 
 def install(role: str) -> None:
-    """Log, show and survive what nobody caught, until `uninstall`; role: see `crashes`."""
+    """Log, show and survive uncaught exceptions until `uninstall`; role : as in `crashes`."""
     global _before
     if _before is not None:
         return
@@ -37,20 +37,20 @@ def install(role: str) -> None:
 
 
 def uninstall() -> None:
-    """The process, or a test of it, ends well."""
+    """Put back Python's own hooks: the process, or a test of it, ends well."""
     global _before
     if _before is None:
         return
     sys.excepthook, threading.excepthook, sys.unraisablehook = _before
     _before = None
-    DESK.listen(None)
-    DESK.forget()
+    ERRORS.listen(None)
+    ERRORS.forget()
     crashes.end()
     log.stop()
 
 
-def tell(error: BaseException) -> None:
-    """An error that a thread survives, led to where those go that end one."""
+def report_as_uncaught(error: BaseException) -> None:
+    """Report an exception that a thread survives like one that ends it."""
     threading.excepthook(
         threading.ExceptHookArgs(
             (type(error), error, error.__traceback__, threading.current_thread())
@@ -62,9 +62,9 @@ def _uncaught(kind: type[BaseException], error: BaseException, trace: TracebackT
     if isinstance(error, KeyboardInterrupt):
         sys.__excepthook__(kind, error, trace)
         return
-    if DESK.report(error):
+    if ERRORS.report(error):
         _print(error)
-    _let_go(error)
+    _release_frames(error)
 
 
 def _uncaught_in_thread(args: threading.ExceptHookArgs) -> None:
@@ -72,9 +72,9 @@ def _uncaught_in_thread(args: threading.ExceptHookArgs) -> None:
     if error is None or isinstance(error, SystemExit):
         return
     name = "a thread" if args.thread is None else f"the thread {args.thread.name}"
-    if DESK.report(error, f"in {name}"):
+    if ERRORS.report(error, f"in {name}"):
         _print(error)
-    _let_go(error)
+    _release_frames(error)
 
 
 def _unraisable(args: UnraisableHookArgs) -> None:
@@ -84,9 +84,9 @@ def _unraisable(args: UnraisableHookArgs) -> None:
         return
     # Not the object itself: it is being taken away, and its words may need what is gone already.
     of = getattr(args.object, "__qualname__", type(args.object).__qualname__)
-    if DESK.report(error, f"{args.err_msg or 'ignored'} in {of}"):
+    if ERRORS.report(error, f"{args.err_msg or 'ignored'} in {of}"):
         _print(error)
-    _let_go(error)
+    _release_frames(error)
 
 
 def _print(error: BaseException) -> None:
@@ -96,7 +96,7 @@ def _print(error: BaseException) -> None:
             traceback.print_exception(error)
 
 
-def _let_go(error: BaseException) -> None:
+def _release_frames(error: BaseException) -> None:
     """Python keeps the last error, and with it all that its functions had in hand: a painter that
     stays open makes every later paint fail, and the models of a closed project stay in memory."""
     for name in ("last_exc", "last_type", "last_value", "last_traceback"):

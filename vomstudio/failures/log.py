@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import os
-from logging.handlers import RotatingFileHandler
 from pathlib import Path
 
-_BYTES = 1_000_000
-_OLDER = 2
 _PROGRAM = logging.getLogger("vomstudio")
 # Without any handler Python would print what is logged: the command line promises one sentence.
 _PROGRAM.addHandler(logging.NullHandler())
@@ -18,13 +14,14 @@ _handler: logging.Handler | None = None
 
 
 def folder() -> Path:
-    """Where the log and the traces of crashes lie, whether or not it is there yet."""
+    """Where the log and the crash traces lie, whether or not it exists yet."""
     from platformdirs import user_log_path
 
     return user_log_path("vomstudio", appauthor=False)
 
 
 def path() -> Path:
+    """The log file."""
     return folder() / "vomstudio.log"
 
 
@@ -37,11 +34,7 @@ def start(role: str) -> None:
     global _handler
     if _handler is not None:
         return
-    try:
-        path().parent.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return
-    _handler = _SharedFile(path())
+    _handler = _Waiting()
     _handler.setLevel(logging.INFO)
     form = f"%(asctime)s {role} %(process)d %(levelname)s %(name)s: %(message)s"
     _handler.setFormatter(logging.Formatter(form, "%Y-%m-%d %H:%M:%S"))
@@ -50,6 +43,7 @@ def start(role: str) -> None:
 
 
 def stop() -> None:
+    """Close the log file."""
     global _handler
     if _handler is not None:
         logging.getLogger().removeHandler(_handler)
@@ -59,7 +53,7 @@ def stop() -> None:
 
 
 def tail(lines: int) -> str:
-    """The newest lines of the log; empty where there is none."""
+    """The newest lines of the log; empty where there is no log."""
     try:
         with path().open("rb") as stream:
             stream.seek(0, os.SEEK_END)
@@ -70,29 +64,34 @@ def tail(lines: int) -> str:
     return "\n".join(text.splitlines()[-lines:])
 
 
-class _SharedFile(RotatingFileHandler):
-    """A log file that several processes write to: one of them turns it over, the others follow."""
+class _Waiting(logging.Handler):
+    """Opens the log when there is something to say: most commands have nothing, and what turns log
+    files over takes time to import."""
 
-    def __init__(self, file: Path) -> None:
-        super().__init__(file, maxBytes=_BYTES, backupCount=_OLDER, encoding="utf-8", delay=True)
+    def __init__(self) -> None:
+        super().__init__()
+        self._file: logging.Handler | None = None
+        self._tried = False
 
     def emit(self, record: logging.LogRecord) -> None:
-        if self.stream is not None and self._turned_over(self.stream.fileno()):
-            self.stream.close()
-            self.stream = self._open()
-        super().emit(record)
+        if not self._tried:
+            self._tried = True
+            self._file = self._opened()
+        if self._file is not None:
+            self._file.handle(record)
 
-    def _turned_over(self, descriptor: int) -> bool:
+    def _opened(self) -> logging.Handler | None:
         try:
-            there, mine = os.stat(self.baseFilename), os.fstat(descriptor)
+            path().parent.mkdir(parents=True, exist_ok=True)
         except OSError:
-            return True
-        return (there.st_dev, there.st_ino) != (mine.st_dev, mine.st_ino)
+            return None
+        from vomstudio.failures.log_file import SharedFile
 
-    def rotate(self, source: str, dest: str) -> None:
-        # Windows renames no file that another process has open: it grows until it is alone.
-        with contextlib.suppress(OSError):
-            super().rotate(source, dest)
+        file = SharedFile(path())
+        file.setFormatter(self.formatter)
+        return file
 
-    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - its name in logging
-        """A full disk is told of where the user's own work meets it."""
+    def close(self) -> None:
+        if self._file is not None:
+            self._file.close()
+        super().close()

@@ -1,4 +1,4 @@
-"""What a report must not carry away: where somebody was, and how their files are called."""
+"""Removes coordinates, paths and file names from a report."""
 
 from __future__ import annotations
 

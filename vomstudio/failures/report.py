@@ -1,4 +1,7 @@
-"""A report of what went wrong: one text file, which its user can read before giving it away."""
+"""The error report: one text file, which the user can read before passing it on.
+
+It is read by developers and stays in English.
+"""
 
 from __future__ import annotations
 
@@ -24,16 +27,16 @@ Section = tuple[str, Callable[[], Sequence[str]]]
 
 
 def compose(more: Iterable[Section] = (), private: Iterable[str] = ()) -> str:
-    """The text of a report. A part that cannot be had is named, and the rest is there.
+    """The text of a report. A section that fails says so, and the others follow.
 
     private : names that the user has given, which are taken out of log and crashes
     """
     words = list(private)
     parts = [
-        "# A report of VOM Studio",
+        "# VOM Studio error report",
         "",
-        f"Written {time.strftime('%Y-%m-%d %H:%M:%S')}. Nothing has been sent: read it, then give "
-        "it to whom you like. Coordinates, names of files and the home folder are left out.",
+        f"Written {time.strftime('%Y-%m-%d %H:%M:%S')}. Nothing has been sent: read it, then "
+        "pass it on. Coordinates, file names and the home folder are left out.",
     ]
     sections: list[Section] = [
         ("Versions", versions),
@@ -42,12 +45,12 @@ def compose(more: Iterable[Section] = (), private: Iterable[str] = ()) -> str:
         ("Log", lambda: scrub(log.tail(_LOG_LINES), words).splitlines()),
     ]
     for title, lines in sections:
-        parts += ["", f"## {title}", "", *_had(lines)]
+        parts += ["", f"## {title}", "", *_lines_of(lines)]
     return "\n".join(parts) + "\n"
 
 
 def file_name() -> str:
-    """What a report that is written now may be called."""
+    """A name for a report that is written now."""
     return f"vomstudio-report-{time.strftime('%Y%m%d-%H%M%S')}.txt"
 
 
@@ -74,8 +77,8 @@ def _crashes(private: list[str]) -> list[str]:
     return lines
 
 
-def _had(lines: Callable[[], Sequence[str]]) -> Sequence[str]:
+def _lines_of(lines: Callable[[], Sequence[str]]) -> Sequence[str]:
     try:
         return lines() or ["none"]
     except Exception as error:  # noqa: BLE001 - what is broken must not keep the rest away
-        return [f"This part cannot be had ({type(error).__name__})."]
+        return [f"This section failed ({type(error).__name__})."]

@@ -315,24 +315,6 @@ def intersection(a: Plane, b: Plane) -> Line:
     return Line.from_vector(across)
 
 
-def plane_through(a: Line, b: Line) -> Plane:
-    """The plane that holds both lines. Raises GeometryError where they are parallel."""
-    across = np.cross(a.vector(), b.vector())
-    if np.linalg.norm(across) < math.radians(ANGLE_TOLERANCE_DEG):
-        raise GeometryError(tr("The two lines are parallel: they do not define a plane."))
-    return Plane.from_normal(across)
-
-
-def apparent_dip(plane: Plane, azimuth_deg: float) -> float:
-    """Dip in degrees seen in a vertical section along an azimuth: positive where the plane goes
-    down in that direction, -90 to 90. On a vertical plane it is 90 (0 along the strike)."""
-    _, cos_a = sin_cos_deg(_finite(azimuth_deg, "azimuth") - plane.dip_direction_deg)
-    sin_d, cos_d = sin_cos_deg(plane.dip_deg)
-    if plane.vertical:
-        return 0.0 if abs(cos_a) < math.radians(ANGLE_TOLERANCE_DEG) else 90.0
-    return math.degrees(math.atan2(float(sin_d * cos_a), float(cos_d)))
-
-
 # Rakes ---------------------------------------------------------------------------------------
 
 
@@ -352,16 +334,6 @@ def line_from_rake(plane: Plane, rake_deg: float) -> Line:
     """The lineation with this rake, as `rake_of` counts it; any angle is taken modulo 180."""
     sin_r, cos_r = sin_cos_deg(_finite(rake_deg, "rake"))
     return Line.from_vector(cos_r * plane.strike_vector() + sin_r * plane.dip_vector())
-
-
-def slip_rake_of(slip: Line, plane: Plane) -> float:
-    """Rake of a slip (directed: motion of the hanging wall) in degrees, (-180, 180], positive =
-    reverse component, 0 = left-lateral, 180 = right-lateral (Aki & Richards 1980, Quantitative
-    Seismology, sect. 4.5). On a vertical plane the strike is taken in [0, 180) and the hanging
-    wall is the side to the right of it."""
-    along, down = _in_plane(slip, plane)
-    rake = math.degrees(math.atan2(-down, along))
-    return 180.0 if rake + 180.0 < ANGLE_TOLERANCE_DEG else rake + 0.0
 
 
 def slip_from_rake(plane: Plane, slip_rake_deg: float) -> Line:

@@ -94,17 +94,6 @@ def great_circle(plane: Plane, projection: str = "area", n: int = 91) -> Array:
     return np.asarray(great_circles(plane.dip_direction_deg, plane.dip_deg, projection, n)[0])
 
 
-def small_circle(
-    axis: Line, half_angle_deg: float, projection: str = "area", n: int = 181
-) -> list[Array]:
-    """The cone about an axis as polylines (k, 2), split where it crosses the primitive circle, the
-    part of it that points up shown by its lower end."""
-    if not 0.0 < half_angle_deg <= 90.0:
-        raise GeometryError(tr("The half-angle of a cone must be over 0 and at most 90 degrees."))
-    first, second = _frame(axis.vector())
-    return cone_curve(axis.vector(), first, second, half_angle_deg, half_angle_deg, projection, n)
-
-
 def confidence_ellipse(
     axis: npt.ArrayLike,
     major: npt.ArrayLike,
@@ -190,15 +179,6 @@ def split_at_primitive(curve: npt.ArrayLike, projection: str = "area") -> list[A
         # The curve began inside a part: its last piece runs on into the first.
         parts[0] = np.vstack([parts.pop()[:-1], parts[0]])
     return [project(part, projection, flip=False) for part in parts if len(part) > 1]
-
-
-def _frame(axis: Array) -> tuple[Array, Array]:
-    """Two unit vectors that complete a unit axis to an orthonormal frame."""
-    helper = np.zeros(3)
-    helper[int(np.argmin(np.abs(axis)))] = 1.0
-    first = np.cross(axis, helper)
-    first = first / np.linalg.norm(first)
-    return first, np.cross(axis, first)
 
 
 # Density -------------------------------------------------------------------------------------

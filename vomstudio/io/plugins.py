@@ -6,7 +6,6 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from types import ModuleType
 from typing import Generic, TypeVar
 
@@ -32,6 +31,8 @@ def find_plugins(package: ModuleType, attribute: str, kind: type[T], group: str)
     kind : of which class the object must be; group : of the entry points that name one
     A package whose object cannot be loaded is named in `broken` and never stops the others.
     """
+    from importlib.metadata import entry_points
+
     what = kind.__name__
     found: list[T] = []
     broken: list[str] = []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import threading
 import tomllib
@@ -106,7 +105,8 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
 
 
 def write_settings(settings: Settings, path: Path | None = None) -> None:
-    """Raises TargetError."""
+    """Comments, the order of what is there, and settings that only other versions know stay.
+    Raises TargetError."""
     path = path or settings_path()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -114,8 +114,16 @@ def write_settings(settings: Settings, path: Path | None = None) -> None:
         raise TargetError(
             tr("The settings cannot be saved ({reason}).", reason=error.strerror), file=path
         ) from error
+    text = _toml(asdict(settings), _text_there(path))
     with atomic_write(path, force=True) as part:
-        Path(part).write_text(_toml(asdict(settings)), encoding="utf-8")
+        Path(part).write_text(text, encoding="utf-8")
+
+
+def _text_there(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return ""
 
 
 class SettingsFile:
@@ -154,12 +162,32 @@ class SettingsFile:
                 self._problem(str(error))
 
 
-def _toml(values: dict[str, Any]) -> str:
-    """Scalars, lists of strings and one level of tables: TOML's basic strings are JSON's."""
-    plain = {k: v for k, v in values.items() if not isinstance(v, dict)}
-    tables = {k: v for k, v in values.items() if isinstance(v, dict)}
-    lines = [f"{key} = {json.dumps(value)}" for key, value in plain.items()]
-    for name, table in tables.items():
-        lines += ["", f"[{name}]"]
-        lines += [f"{key} = {json.dumps(value)}" for key, value in table.items()]
-    return "\n".join(lines) + "\n"
+def _toml(values: dict[str, Any], older: str) -> str:
+    """A TOML document with these values, made of an older one where that can be read."""
+    import tomlkit
+    from tomlkit.exceptions import TOMLKitError
+
+    try:
+        document = tomlkit.parse(older)
+    except TOMLKitError:
+        return tomlkit.dumps(values)
+    wanted = document.unwrap() | values
+    _set(document, values)
+    text = tomlkit.dumps(document)
+    # Keys of tables that stand in several pieces or have dotted names can come out wrong.
+    return text if tomllib.loads(text) == wanted else tomlkit.dumps(wanted)
+
+
+def _set(table: Any, values: dict[str, Any]) -> None:
+    """What is the same already keeps its form."""
+    from tomlkit.items import AbstractTable
+
+    for key, value in values.items():
+        there = table.get(key)
+        if isinstance(value, dict) and isinstance(there, AbstractTable):
+            for gone in there.keys() - value.keys():
+                del there[gone]
+            _set(there, value)
+        # True is 1 in Python and not in TOML.
+        elif there != value or isinstance(there, bool) != isinstance(value, bool):
+            table[key] = value

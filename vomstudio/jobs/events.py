@@ -1,4 +1,4 @@
-"""What a worker tells its supervisor: one JSON object per line."""
+"""Events that a worker sends to its supervisor: one JSON object per line."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ class Stage:
 
 @dataclass(frozen=True)
 class Step:
+    """`done` steps of the job's stage are complete."""
+
     job: int
     done: int
 
@@ -43,11 +45,13 @@ class Failed:
 
     @property
     def message(self) -> str:
+        """The message with its file before it, as the window shows it."""
         place = self.error.get("file")
         return f"{place}: {self.error['message']}" if place else str(self.error["message"])
 
     @property
     def cancelled(self) -> bool:
+        """Whether the user stopped the job."""
         return self.error.get("code") == "cancelled"
 
 
@@ -65,6 +69,7 @@ _KINDS: dict[str, type[Any]] = {cls.__name__: cls for cls in (Stage, Step, Done,
 
 
 def to_line(event: Event | Fault) -> str:
+    """One line of JSON, with its end."""
     return json.dumps({"event": type(event).__name__, **asdict(event)}, allow_nan=False) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""Where the work on many photos or tiles is done: threads of this process, or a Dask cluster."""
+"""Executors of the work on many photos or tiles: threads of this process, or a Dask cluster."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Any, TypeVar
 
 from vomstudio.errors import UsageError, WorkerError
-from vomstudio.photogrammetry.base.memory import at_once
+from vomstudio.photogrammetry.base.memory import workers_at_once
 from vomstudio.progress import Executor, Inline, Progress
 from vomstudio.words import tr
 
@@ -41,9 +41,10 @@ class Threads:
         progress: Progress,
         needed: int = 0,
     ) -> Iterator[tuple[int, Result]]:
+        """See `Executor`."""
         done = 0
         progress.step(0)
-        count = at_once(needed, self._count)
+        count = workers_at_once(needed, self._count)
         pool = ThreadPoolExecutor(count)
         try:
             numbered = enumerate(items)
@@ -67,7 +68,7 @@ class Threads:
             pool.shutdown(wait=False, cancel_futures=True)
 
     def close(self) -> None:
-        pass
+        """Nothing is held."""
 
 
 class Cluster:
@@ -79,7 +80,7 @@ class Cluster:
             import distributed
         except ImportError as error:
             raise UsageError(
-                tr("a cluster needs Dask; install it with: pip install 'vomstudio[cluster]'"),
+                tr("A cluster needs Dask. Install it with: pip install 'vomstudio[cluster]'."),
                 field="--scheduler",
             ) from error
         for name in ("distributed", "distributed.client", "distributed.core", "tornado"):
@@ -91,16 +92,17 @@ class Cluster:
         except (OSError, ValueError, TypeError) as error:
             raise UsageError(
                 tr(
-                    "no Dask scheduler answers at {address}; start one, or leave this out",
+                    "No Dask scheduler answers at {address}. Start one, or leave this option out.",
                     address=address,
                 ),
                 field="--scheduler",
             ) from error
-        if not self._workers_come():
+        if not self._wait_for_workers():
             self.close()
             raise UsageError(
                 tr(
-                    "the scheduler at {address} has no workers; start some: dask worker {address}",
+                    "The scheduler at {address} has no workers. Start some with: dask worker "
+                    "{address}.",
                     address=address,
                 ),
                 field="--scheduler",
@@ -118,6 +120,8 @@ class Cluster:
         progress: Progress,
         needed: int = 0,
     ) -> Iterator[tuple[int, Result]]:
+        """See `Executor`. Raises WorkerError where the cluster loses its workers or the same
+        part again and again."""
         import distributed
 
         lost = (distributed.KilledWorker, distributed.CancelledError)
@@ -155,10 +159,9 @@ class Cluster:
                         if tries == _TRIES:
                             raise WorkerError(
                                 tr(
-                                    "the cluster lost the same part of the work {tries} times "
-                                    "({error}), "
-                                    "perhaps for want of memory; "
-                                    "what is finished is kept, try again",
+                                    "The cluster lost the same part of the work {tries} times "
+                                    "({error}), probably out of memory. Finished results are "
+                                    "kept. Try again.",
                                     tries=tries,
                                     error=type(error).__name__,
                                 )
@@ -174,15 +177,15 @@ class Cluster:
             self._client.cancel(list(running))
 
     def _require_workers(self) -> None:
-        if not self._workers_come():
+        if not self._wait_for_workers():
             raise WorkerError(
                 tr(
-                    "the cluster has lost all its workers; what is finished is kept, start "
-                    "workers and try again"
+                    "The cluster has lost all its workers. Finished results are kept. Start "
+                    "workers and try again."
                 )
             )
 
-    def _workers_come(self) -> bool:
+    def _wait_for_workers(self) -> bool:
         """A worker may just be starting, or starting again in place of one that died."""
         end = time.monotonic() + _RESTART_S
         while not self._threads():
@@ -199,6 +202,7 @@ class Cluster:
             return 0
 
     def close(self) -> None:
+        """Leave the scheduler."""
         self._client.close()
 
 

@@ -1,5 +1,5 @@
-"""What a worker reads of a reconstruction for the window: small things as values, large as arrays
-in files. `out` is the reconstruction's folder, `into` the file for the arrays."""
+"""Jobs that read a reconstruction for inspection: small things as values, large as arrays in
+files. `out` is the reconstruction's folder, `into` the file for the arrays."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from vomstudio.progress import Progress
 
 @dataclass(frozen=True)
 class AlignmentIn:
+    """out : the reconstruction's folder"""
+
     out: Path
 
 

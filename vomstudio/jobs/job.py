@@ -1,4 +1,4 @@
-"""What a worker can be asked to do: a name, what is asked, what is answered, and who does it."""
+"""A job of a worker: its name, request, result, and the function that does it."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Nothing:
 
 @dataclass(frozen=True)
 class Job(Generic[Request, Result]):
-    """`request` and `result` are dataclasses of what can cross as JSON, see `wire`."""
+    """`request` and `result` are dataclasses of what fits into JSON, see `serialisation`."""
 
     name: str
     lane: Lane

@@ -1,4 +1,4 @@
-"""Models in a worker: read, looked at, copied, written."""
+"""Jobs on models: reading, preview, copying, export."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _warm(asked: Nothing, progress: Progress) -> Nothing:
     return Nothing()
 
 
-WARM = Job("warm", Lane.MODELS, Nothing, Nothing, _warm)
+IMPORT_LIBRARIES = Job("warm", Lane.MODELS, Nothing, Nothing, _warm)
 """Import what reading a model needs, so that the first model opens at once."""
 
 
@@ -35,19 +35,20 @@ def _compile_kernels(asked: Nothing, progress: Progress) -> Nothing:
     import pkgutil
 
     import vomstudio
+    from vomstudio.geometry.kernels.jit import make_ready
 
     if hasattr(os, "nice"):
         os.nice(10)
     for module in pkgutil.walk_packages(vomstudio.__path__, "vomstudio."):
         if module.name.endswith("_kernels"):
             progress.step(0)
-            importlib.import_module(module.name)
+            make_ready(importlib.import_module(module.name))
     return Nothing()
 
 
 COMPILE_KERNELS = Job("compile_kernels", Lane.PHOTOS, Nothing, Nothing, _compile_kernels)
-"""Import every module of compiled kernels: those that were never used on this machine are compiled
-now, for seconds each, and not when somebody waits for them."""
+"""Make all kernels ready: those that were never used on this machine are compiled now, for seconds
+each, and not when somebody waits for them."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ LOAD_MODEL = Job("load_model", Lane.MODELS, ModelFile, CachedModel, _load_model)
 
 
 @dataclass(frozen=True)
-class Glimpse:
+class PreviewOrder:
     """out : the file into which the points go"""
 
     path: Path
@@ -105,20 +106,20 @@ class Glimpse:
 
 
 @dataclass(frozen=True)
-class GlimpsedPoints:
+class PreviewPoints:
     """points : how many, 0 where the file has no quick look"""
 
     points: int
 
 
-def _preview_model(asked: Glimpse, progress: Progress) -> GlimpsedPoints:
+def _preview_model(asked: PreviewOrder, progress: Progress) -> PreviewPoints:
     import numpy as np
 
     from vomstudio.io.models.preview import preview
 
     cloud = preview(asked.path)
     if cloud is None:
-        return GlimpsedPoints(0)
+        return PreviewPoints(0)
     arrays: dict[str, Any] = {"points": cloud.points}
     if cloud.colors is not None:
         arrays["colors"] = cloud.colors
@@ -126,10 +127,10 @@ def _preview_model(asked: Glimpse, progress: Progress) -> GlimpsedPoints:
         if "intensity" in name.lower():
             arrays["intensity"] = values
     np.savez(asked.out, **arrays)
-    return GlimpsedPoints(len(cloud.points))
+    return PreviewPoints(len(cloud.points))
 
 
-PREVIEW_MODEL = Job("preview_model", Lane.MODELS, Glimpse, GlimpsedPoints, _preview_model)
+PREVIEW_MODEL = Job("preview_model", Lane.MODELS, PreviewOrder, PreviewPoints, _preview_model)
 """Write points spread over a cloud as arrays."""
 
 
@@ -146,6 +147,8 @@ class ModelCopy:
 
 @dataclass(frozen=True)
 class CopiedModel:
+    """path : of the copy"""
+
     path: Path
 
 
@@ -174,6 +177,8 @@ class ModelExport:
 
 @dataclass(frozen=True)
 class ExportedModel:
+    """warnings : sentences on what the format cannot hold"""
+
     warnings: tuple[str, ...]
 
 
@@ -215,4 +220,4 @@ def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
 
 EXPORT_MODEL = Job("export_model", Lane.PRODUCTS, ModelExport, ExportedModel, _export_model)
 
-JOBS = (WARM, COMPILE_KERNELS, LOAD_MODEL, PREVIEW_MODEL, COPY_MODEL, EXPORT_MODEL)
+JOBS = (IMPORT_LIBRARIES, COMPILE_KERNELS, LOAD_MODEL, PREVIEW_MODEL, COPY_MODEL, EXPORT_MODEL)

@@ -1,4 +1,4 @@
-"""Photos in a worker: listed, and checked for what they can give."""
+"""Jobs on photos: listing, survey check, import of what lies beside them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from vomstudio.io.project.sidecar_import import Beside
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
 from vomstudio.survey.check_results import SurveyReport
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:
     thumbnails = asked.cache / "thumbnails"
     thumbnails.mkdir(parents=True, exist_ok=True)
     places = metres_from_gps(found.photos)
-    progress.stage("Thumbnails", len(found.photos))
+    progress.stage(tr("Making thumbnails"), len(found.photos))
     rows = []
     for number, photo in enumerate(found.photos):
         progress.step(number)
@@ -78,7 +79,7 @@ def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:
                 path=str(photo.path),
                 width=photo.width,
                 height=photo.height,
-                camera=photo.camera or "unknown",
+                camera=photo.camera or tr("unknown"),
                 focal=_focal(photo),
                 taken="" if photo.taken is None else photo.taken.isoformat(" ", "seconds"),
                 has_gps=photo.latitude_deg is not None,
@@ -89,7 +90,10 @@ def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:
                 found_sha256="" if photo.mask is None else _sha256(photo.mask),
             )
         )
-    left_out = [f"{name} is not used: it {reason}" for name, reason in found.skipped]
+    left_out = [
+        tr("{photo} was left out: {reason}", photo=name, reason=reason)
+        for name, reason in found.skipped
+    ]
     return PhotoList(tuple(rows), (*left_out, *found.warnings))
 
 
@@ -103,7 +107,7 @@ def _sha256(path: Path) -> str:
 
 def _focal(photo: Any) -> str:
     if photo.focal_mm is None:
-        return "unknown" if photo.focal_px is None else f"{photo.focal_px:.0f} px"
+        return tr("unknown") if photo.focal_px is None else f"{photo.focal_px:.0f} px"
     return f"{photo.focal_mm:g} mm"
 
 
@@ -138,7 +142,7 @@ CHECK_PHOTOS = Job("check_photos", Lane.PHOTOS, PhotosIn, SurveyReport, _check_p
 
 
 @dataclass(frozen=True)
-class PhotosBeside:
+class SidecarImport:
     """What lies beside the photos called `names`: tables, and masks, file by photo, which are kept
     in the folder `project`"""
 
@@ -149,16 +153,16 @@ class PhotosBeside:
     names: tuple[str, ...]
 
 
-def _take_in_photos(asked: PhotosBeside, progress: Progress) -> Beside:
+def _import_sidecars(asked: SidecarImport, progress: Progress) -> Beside:
     from vomstudio.io.project.sidecar_import import read_beside
 
-    progress.stage("Taking in points and masks", len(asked.masks))
+    progress.stage(tr("Importing points and masks"), len(asked.masks))
     return read_beside(
         asked.project, asked.control, asked.marks, asked.masks, asked.names, progress
     )
 
 
-TAKE_IN_PHOTOS = Job("take_in_photos", Lane.PHOTOS, PhotosBeside, Beside, _take_in_photos)
+IMPORT_SIDECARS = Job("take_in_photos", Lane.PHOTOS, SidecarImport, Beside, _import_sidecars)
 """What lies beside photos, to become records."""
 
-JOBS = (LIST_PHOTOS, CHECK_PHOTOS, TAKE_IN_PHOTOS)
+JOBS = (LIST_PHOTOS, CHECK_PHOTOS, IMPORT_SIDECARS)

@@ -1,4 +1,4 @@
-"""What is made of a project in a worker: GIS layers, orthophotos."""
+"""Jobs that make products of a project: GIS layers, orthophotos."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from vomstudio.progress import Progress
 
 
 @dataclass(frozen=True)
-class LayersOf:
+class LayersOrder:
     """The GIS layers of the project in `folder` go to its `project.gpkg`."""
 
     folder: Path
 
 
-def _write_layers(asked: LayersOf, progress: Progress) -> Nothing:
+def _write_layers(asked: LayersOrder, progress: Progress) -> Nothing:
     from vomstudio.io.project.export import export_project
 
     export_project(asked.folder, "gpkg", asked.folder / "project.gpkg", force=True)
     return Nothing()
 
 
-WRITE_LAYERS = Job("write_layers", Lane.FILES, LayersOf, Nothing, _write_layers)
+WRITE_LAYERS = Job("write_layers", Lane.FILES, LayersOrder, Nothing, _write_layers)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A model of photos, made in a worker."""
+"""The job that makes a model of photos."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _reconstruct(asked: ReconstructionOrder, progress: Progress) -> Reconstructi
         )
     finally:
         executor.close()
-    with outputs.disk_watched(asked.out):
+    with outputs.full_disk_reported(asked.out):
         write_report(outputs.Outputs(asked.out).report, result)
     return serialisation.decode(Reconstruction, result)
 

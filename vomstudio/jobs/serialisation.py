@@ -1,4 +1,4 @@
-"""Dataclasses to JSON and back: the one place that says what may cross between two processes.
+"""Dataclasses to JSON and back: what may be sent between two processes.
 
 What fits: dataclasses of text, numbers that are finite, truth values, None, paths, tuples, lists
 and maps with names as keys, nested as one likes; `Any` stands for whatever of this is found.
@@ -32,9 +32,9 @@ def encode(value: Any, place: str = "") -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         raise WorkerError(
             tr(
-                "{value} is {value_2}, which cannot cross as JSON",
-                value=place or "the value",
-                value_2=value,
+                "The field '{field}' is {value}, which cannot be sent to another process.",
+                field=place,
+                value=value,
             )
         )
     if value is None or isinstance(value, str | int | float):
@@ -47,9 +47,9 @@ def encode(value: Any, place: str = "") -> Any:
         return [encode(each, f"{place}[{number}]") for number, each in enumerate(value)]
     raise WorkerError(
         tr(
-            "{value} is of the type {name__}, which cannot cross as JSON",
-            value=place or "the value",
-            name__=type(value).__name__,
+            "The field '{field}' has the type {type}, which cannot be sent to another process.",
+            field=place,
+            type=type(value).__name__,
         )
     )
 
@@ -92,22 +92,16 @@ def _dataclass(cls: Any, plain: Any, place: str) -> Any:
     fields = {field.name: field for field in dataclasses.fields(cls) if field.init}
     if unknown := sorted(set(plain) - set(fields)):
         raise WorkerError(
-            tr(
-                "{name__} has no field {inside}{unknown}",
-                name__=cls.__name__,
-                inside=inside,
-                unknown=unknown[0],
-            )
+            tr("{type} has no field '{field}'.", type=cls.__name__, field=inside + unknown[0])
         )
     for name, field in fields.items():
         needed = field.default is dataclasses.MISSING
         if name not in plain and needed and field.default_factory is dataclasses.MISSING:
             raise WorkerError(
                 tr(
-                    "{inside}{name} of {name__} is missing",
-                    inside=inside,
-                    name=name,
-                    name__=cls.__name__,
+                    "The field '{field}' of {type} is missing.",
+                    field=inside + name,
+                    type=cls.__name__,
                 )
             )
     return cls(**{name: _decode(hints[name], plain[name], inside + name) for name in plain})
@@ -156,9 +150,9 @@ def _misfit(wanted: Any, plain: Any, place: str) -> Any:
     name = getattr(wanted, "__name__", str(wanted))
     raise WorkerError(
         tr(
-            "{value} should be {name}, and is {shown}",
-            value=place or "the value",
-            name=name,
-            shown=shown,
+            "The field '{field}' should be {type}, but is {value}.",
+            field=place,
+            type=name,
+            value=shown,
         )
     )

@@ -54,7 +54,7 @@ class Worker:
         args = serialisation.encode(request)
         with self._lock:
             if self._closed:
-                raise WorkerError(tr("the program is closing; nothing more is begun"))
+                raise WorkerError(tr("The program is closing. No new work is started."))
             number = next(self._numbers)
             command = {"job": number, "task": job.name, "args": args}
             try:
@@ -66,7 +66,10 @@ class Worker:
                     owner = self._write(command)
             except OSError as error:
                 raise WorkerError(
-                    tr("the worker process cannot be started: {error}", error=error)
+                    tr(
+                        "The worker process cannot be started ({error}). Close other programs.",
+                        error=error,
+                    )
                 ) from error
             self._listeners[number], self._owners[number] = listener, owner
             self._results[number] = job.result
@@ -207,15 +210,17 @@ class Worker:
         if not closed and not cancelled.intersection(lost):
             ending = _ending(process.returncode)
             _log.error("the worker process %d ended (%s)", process.pid, ending)
-            self._on_fault(Fault(lost[0] if lost else 0, f"its process ended, {ending}"))
+            self._on_fault(
+                Fault(lost[0] if lost else 0, tr("its process ended, {ending}", ending=ending))
+            )
         for job in lost:
             fault = (
                 Cancelled()
                 if job in cancelled
                 else WorkerError(
                     tr(
-                        "the worker process ended unexpectedly ({ending}); "
-                        "what is finished is kept, try again",
+                        "The worker process ended unexpectedly ({ending}). Finished results are "
+                        "kept. Try again.",
                         ending=_ending(process.returncode),
                     )
                 )
@@ -243,5 +248,5 @@ def _typed(event: Done, result: type[Any]) -> Event:
 
 def _ending(code: int) -> str:
     if code == -9:
-        return "killed by the system, perhaps for want of memory"
-    return f"code {code}"
+        return tr("killed by the system, probably out of memory")
+    return tr("code {code}", code=code)

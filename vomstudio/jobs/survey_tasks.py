@@ -1,4 +1,4 @@
-"""What a worker is asked before a reconstruction: a video's frames, and what will be needed."""
+"""Jobs before a reconstruction: frames of a video, and what the reconstruction will need."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 from vomstudio.jobs import serialisation
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,7 @@ def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> Co
 
     points = read_control(path)
     placed = agreed_crs(path, crs)
-    reason = "as chosen" if crs is not None else f"stated in {path.name}"
+    reason = tr("as chosen") if crs is not None else tr("stated in {file}", file=path.name)
     seen = read_marks(marks_beside(path) if marks is None else marks)
     found = check_control(points, seen, photos, placed, reason)
     return serialisation.decode(ControlFacts, found.as_dict())

@@ -1,4 +1,4 @@
-"""All that a worker can be asked to do, by name."""
+"""All jobs of a worker, by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Threads that let others go first."""
+"""Priority of threads."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 import threading
 
 
-def give_way(niceness: int = 5) -> None:
+def lower_priority(niceness: int = 5) -> None:
     """Let the window's thread, and those that draw for it, go before this thread; with 19 it works
     only while nobody else does. Only Linux has priorities of threads."""
     if sys.platform == "linux":

@@ -19,7 +19,7 @@ from typing import Any, TextIO
 
 from vomstudio.errors import VomError, WorkerError
 from vomstudio.failures import crashes, exception_hooks
-from vomstudio.failures.error_collector import DESK
+from vomstudio.failures.error_collector import ERRORS
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, Stage, Step, to_line
 from vomstudio.jobs.tasks import TASKS
 from vomstudio.progress import CancelToken
@@ -42,6 +42,7 @@ class _Reporter:
 
 
 def main() -> int:
+    """Serve jobs until stdin ends; the exit status."""
     # Ctrl+C in the terminal reaches every process: the window decides what it ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _end_with_supervisor()
@@ -58,7 +59,7 @@ def main() -> int:
 
     job = 0
     exception_hooks.install(crashes.WORKER)
-    DESK.listen(lambda failure: send(Fault(job, failure.what)))
+    ERRORS.listen(lambda failure: send(Fault(job, failure.what)))
     jobs: queue.SimpleQueue[tuple[int, str, dict[str, Any], CancelToken]] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin, jobs), daemon=True).start()
     while True:
@@ -68,25 +69,27 @@ def main() -> int:
             token.check()
             if name not in TASKS:
                 raise WorkerError(
-                    tr("this version has no task “{name}”; restart the program", name=name)
+                    tr("This version has no task “{task}”. Restart the program.", task=name)
                 )
             send(Done(job, TASKS[name].carry_out(args, _Reporter(job, token, send))))
         except VomError as error:
             send(Failed(job, error.as_dict(), error.exit_code))
         except MemoryError:
-            fault = WorkerError(tr("there is not enough memory for this; close other programs"))
+            fault = WorkerError(
+                tr("There is not enough memory. Close other programs and try again.")
+            )
             send(Failed(job, fault.as_dict(), fault.exit_code))
         except BrokenPipeError:
             exception_hooks.uninstall()
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
             traceback.print_exc(file=sys.stderr)
-            DESK.report(error, f"in the task {name}")
+            ERRORS.report(error, tr("in the task {task}", task=name))
             fault = WorkerError(
                 tr(
-                    "{name} failed: {name__}: {error}",
-                    name=name,
-                    name__=type(error).__name__,
+                    "The task “{task}” failed: {type}: {error}.",
+                    task=name,
+                    type=type(error).__name__,
                     error=error,
                 )
             )

@@ -1,1 +1,1 @@
-"""From model coordinates to World: similarity transforms and what they leave over. No COLMAP."""
+"""Similarity transforms from model coordinates to World, and their residuals. No COLMAP."""

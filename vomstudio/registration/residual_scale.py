@@ -1,4 +1,4 @@
-"""How residuals are drawn so that they can be seen."""
+"""Exaggeration with which residuals are drawn."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
@@ -37,12 +37,9 @@ class Similarity:
 
     @property
     def inverse(self) -> Similarity:
+        """From the target back to the source."""
         back = self.rotation.T
         return Similarity(1 / self.scale, back, -(back @ self.translation) / self.scale)
-
-    def shifted(self, by: npt.ArrayLike) -> Similarity:
-        """The same, then moved by (3,)."""
-        return Similarity(self.scale, self.rotation, self.translation + np.asarray(by, np.float64))
 
 
 def fit_similarity(
@@ -59,7 +56,11 @@ def fit_similarity(
     a, b, w = a[w > 0], b[w > 0], w[w > 0]
     if len(a) < 3:
         raise GeometryError(
-            tr("{count} points do not place a model; at least 3 are needed", count=len(a))
+            tr_n(
+                "{count} point cannot register a model. Use at least 3.",
+                "{count} points cannot register a model. Use at least 3.",
+                len(a),
+            )
         )
     w = w / w.sum()
     ca, cb = w @ a, w @ b
@@ -67,7 +68,12 @@ def fit_similarity(
     for spread in (da, db):
         axes = np.linalg.svd(spread * np.sqrt(w)[:, None], compute_uv=False)
         if not axes[1] > _COLLINEAR * axes[0]:
-            raise GeometryError(tr("the points lie on one line, about which the model could turn"))
+            raise GeometryError(
+                tr(
+                    "The points lie on one line, about which the model can rotate. Add a point "
+                    "beside this line."
+                )
+            )
     u, s, vt = np.linalg.svd((db * w[:, None]).T @ da)
     sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
     rotation = (u * sign) @ vt
@@ -162,7 +168,7 @@ def _squares(transform: Similarity, a: Array, b: Array) -> Array:
 
 
 def nearly_on_a_line(points: Array) -> bool:
-    """Whether points (n, 3) are too near to one line to hold a model against turning about it."""
+    """Whether points (n, 3) are too near to one line to determine the rotation about it."""
     axes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     return bool(axes[1] < _NEARLY_COLLINEAR * axes[0])
 

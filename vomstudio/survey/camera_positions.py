@@ -1,4 +1,4 @@
-"""Camera positions of a survey: in metres, how well they register a model, whether in one line."""
+"""Camera positions of a survey: in metres, their accuracy, and how well they register a model."""
 
 from __future__ import annotations
 
@@ -55,9 +55,9 @@ def accuracy_of(photos: Sequence[Photo]) -> tuple[float, bool]:
 
 def rotation_error95_deg(positions: Array, sigma_m: float) -> tuple[float, Array]:
     """95 % error of the orientation of a model registered by positions (n, 3) of independent error
-    sigma, about the axis that they hold worst, and that axis.
+    sigma, about the axis that they determine worst, and that axis (3,).
 
-    180 where nothing holds it: all positions in one line, or at one place.
+    180 where it is undetermined: all positions in one line, or at one place.
     """
     values, axes = np.linalg.eigh(rotation_covariance(positions, sigma_m))
     worst = math.degrees(_Z95 * math.sqrt(values[-1]))

@@ -1,4 +1,4 @@
-"""What a set of photos is worth, before anything is aligned (textbook 2.4 and 3.2).
+"""Survey check of a set of photos before the alignment (textbook 2.4 and 3.2).
 
 Every rule names its number and its source. Limits lean to the side of silence: a finding that is
 wrong costs the trust in those that are right.
@@ -15,40 +15,43 @@ import numpy as np
 from vomstudio.progress import Progress, Silent
 from vomstudio.survey import picture_checks, station_checks
 from vomstudio.survey.camera_positions import metres_from_gps
-from vomstudio.survey.check_limits import Limits, Looked
+from vomstudio.survey.check_limits import Limits, SurveyMeasurements
 from vomstudio.survey.check_results import (
     Finding,
     PhotoFigures,
     SurveyReport,
+    advice_for,
+    by_severity,
     length,
     named,
-    next_time,
-    ordered,
     verdict_of,
 )
-from vomstudio.survey.overlap import features_of, look_at_set, optical_axes
+from vomstudio.survey.overlap import compare_photos, features_of, optical_axes
 from vomstudio.survey.photo_limits import ground_sampling_distance, smallest_plane
-from vomstudio.survey.photo_quality import look_at
+from vomstudio.survey.photo_quality import measure_quality
+from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
     from vomstudio.io.photos.reading import PhotoFolder
 
 
-def look_at_folder(folder: PhotoFolder, progress: Progress | None = None) -> Looked:
-    """Decode and compare all photos once."""
+def measure_folder(folder: PhotoFolder, progress: Progress | None = None) -> SurveyMeasurements:
+    """Decode and compare all photos of a folder once.
+
+    Raises Cancelled; a photo that cannot be decoded has its reason in the quality's `error`.
+    """
     progress = progress or Silent()
     photos = tuple(folder.photos)
-    progress.stage("looking at photos", len(photos))
-    looks, features = [], []
+    progress.stage(tr("Measuring photo quality"), len(photos))
+    quality, features = [], []
     for done, photo in enumerate(photos):
         progress.step(done)
-        look = look_at(photo)
-        looks.append(look)
-        features.append(None if look.error else features_of(photo))
+        quality.append(measure_quality(photo))
+        features.append(None if quality[-1].error else features_of(photo))
     progress.step(len(photos))
-    pairs = look_at_set(features, metres_from_gps(photos), progress)
-    return Looked(photos, tuple(looks), tuple(features), pairs)
+    pairs = compare_photos(features, metres_from_gps(photos), progress)
+    return SurveyMeasurements(photos, tuple(quality), tuple(features), pairs)
 
 
 def check_photos(
@@ -60,12 +63,16 @@ def check_photos(
 ) -> SurveyReport:
     """The whole check before alignment. distance_m : from camera to rock, where the user knows it;
     drones that look down know their height."""
-    return report(look_at_folder(folder, progress), folder, distance_m, limits or Limits())
+    return report(measure_folder(folder, progress), folder, distance_m, limits or Limits())
 
 
 def report(
-    seen: Looked, folder: PhotoFolder, distance_m: float | None, limits: Limits
+    seen: SurveyMeasurements, folder: PhotoFolder, distance_m: float | None, limits: Limits
 ) -> SurveyReport:
+    """Findings, figures and verdict from measurements made before.
+
+    distance_m : from camera to rock, None where unknown
+    """
     photos = seen.photos
     gsd = [pixel_size(photo, distance_m) for photo in photos]
     axes, known_axes = optical_axes(seen.pairs, len(photos))
@@ -78,16 +85,16 @@ def report(
         *station_checks.of_sizes(seen, gsd, limits),
         *station_checks.of_positions(photos, limits),
     ]
-    findings = list(ordered(findings))
+    findings = list(by_severity(findings))
     known = [value for value in gsd if value is not None]
     middle = float(np.median(known)) if known else None
     figures = tuple(
         PhotoFigures(
             photo.name,
             gsd[i],
-            seen.looks[i].blur_px,
+            seen.quality[i].blur_px,
             float(seen.pairs.views[i]),
-            seen.looks[i].brightness,
+            seen.quality[i].brightness,
             best[i],
         )
         for i, photo in enumerate(photos)
@@ -99,7 +106,7 @@ def report(
         verdict_of(findings, middle, hint=_hint(photos)),
         middle,
         None if middle is None else smallest_plane(middle),
-        next_time(findings),
+        advice_for(findings),
     )
 
 
@@ -121,20 +128,28 @@ def pixel_size(photo: Photo, distance_m: float | None = None) -> float | None:
 def _hint(photos: Sequence[Photo]) -> str:
     focal = [p.focal_px for p in photos if p.focal_px is not None]
     if not focal:
-        return "Neither focal length nor distance is known, so that the size of a pixel is not"
+        return tr("The pixel size is unknown, since neither focal length nor distance is known.")
     per_10_m = 10.0 / float(np.median(focal))
-    return (
-        f"At 10 m from the rock one pixel would cover {length(per_10_m)}, and planes down to about "
-        f"{length(smallest_plane(per_10_m))} across could be measured (1000 pixels)"
+    return tr(
+        "At 10 m from the rock one pixel would cover {pixel}, and planes down to about {plane} "
+        "across could be measured (1000 pixels).",
+        pixel=length(per_10_m),
+        plane=length(smallest_plane(per_10_m)),
     )
 
 
-def _of_the_folder(folder: PhotoFolder, seen: Looked, limits: Limits) -> list[Finding]:
+def _of_the_folder(folder: PhotoFolder, seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
     found = []
     count = len(seen.photos)
     if count == 1:
         found.append(
-            Finding("one-photo", "error", (), "One photo has no depth: a model needs several.", 1)
+            Finding(
+                "one-photo",
+                "error",
+                (),
+                tr("A single photo has no depth. A model needs several photos."),
+                1,
+            )
         )
     elif count < limits.fewest_photos:
         found.append(
@@ -142,20 +157,29 @@ def _of_the_folder(folder: PhotoFolder, seen: Looked, limits: Limits) -> list[Fi
                 "few-photos",
                 "warning",
                 (),
-                f"There are only {count} photos: each place of the rock should be seen in four or "
-                "five, and what two or three see is not checked by anything.",
+                tr_n(
+                    "There is only {count} photo. Each place of the rock should be seen in four or "
+                    "five photos: with two or three there is no redundancy.",
+                    "There are only {count} photos. Each place of the rock should be seen in four "
+                    "or five photos: with two or three there is no redundancy.",
+                    count,
+                ),
                 count,
             )
         )
-    damaged = tuple(p.name for p, look in zip(seen.photos, seen.looks, strict=True) if look.error)
+    damaged = tuple(p.name for p, look in zip(seen.photos, seen.quality, strict=True) if look.error)
     if damaged:
-        reason = next(look.error for look in seen.looks if look.error)
+        reason = next(look.error for look in seen.quality if look.error)
         found.append(
             Finding(
                 "damaged",
                 "warning",
                 damaged,
-                f"{named(damaged)} cannot be decoded ({reason}) and will be left out.",
+                tr(
+                    "These photos cannot be decoded and will be left out: {photos}. {reason}",
+                    photos=named(damaged),
+                    reason=reason,
+                ),
                 len(damaged),
             )
         )
@@ -166,7 +190,10 @@ def _of_the_folder(folder: PhotoFolder, seen: Looked, limits: Limits) -> list[Fi
                 "duplicates",
                 "info",
                 names,
-                f"{named(names)}: the same file as another; left out.",
+                tr(
+                    "These photos are copies of other files and are left out: {photos}.",
+                    photos=named(names),
+                ),
                 len(names),
             )
         )
@@ -177,34 +204,61 @@ def _of_the_folder(folder: PhotoFolder, seen: Looked, limits: Limits) -> list[Fi
                 "no-focal-length",
                 "info",
                 unknown,
-                f"The focal length of {len(unknown)} photos is not known: it must be found by the "
-                "alignment, which takes well-spread photos with obliques.",
+                tr_n(
+                    "The focal length of {count} photo is unknown. The alignment must estimate it, "
+                    "which needs well-spread photos with obliques.",
+                    "The focal length of {count} photos is unknown. The alignment must estimate "
+                    "it, which needs well-spread photos with obliques.",
+                    len(unknown),
+                ),
                 len(unknown),
             )
         )
+    return found + _of_cameras(folder)
+
+
+def _of_cameras(folder: PhotoFolder) -> list[Finding]:
+    """More than one camera or setting, and photos that a program turned."""
     settings = folder.cameras()
     if len(settings) > 1:
-        sizes = ", ".join(
-            f"{len(g)} x {g[0].camera or 'unknown camera'} ({g[0].width} x {g[0].height}"
-            + (f", f = {g[0].focal_px:.0f} px)" if g[0].focal_px else ")")
-            for g in list(settings.values())[:4]
-        )
+        sizes = ", ".join(_camera_group(group) for group in list(settings.values())[:4])
+        if len(settings) > 4:
+            sizes += " ..."
         sides = {(g[0].camera, g[0].width, g[0].height) for g in settings.values()}
         turned = any((c, h, w) in sides for c, w, h in sides if w != h)
-        found.append(
-            Finding(
-                "several-cameras",
-                "info",
-                (),
-                f"There are {len(settings)} cameras or settings, each calibrated by itself: "
-                f"{sizes}{' ...' if len(settings) > 4 else ''}."
-                + (
-                    " Some were turned by a program; photos as the camera stored them hang "
-                    "together better."
-                    if turned
-                    else ""
-                ),
-                len(settings),
-            )
+        text = tr_n(
+            "There is {count} camera or setting: {cameras}.",
+            "There are {count} cameras or settings, each of which is calibrated separately: "
+            "{cameras}.",
+            len(settings),
+            cameras=sizes,
         )
-    return found
+        if turned:
+            text += " " + tr(
+                "Some photos were turned by a program. Use the photos as the camera stored them, "
+                "so that they share one calibration."
+            )
+        return [Finding("several-cameras", "info", (), text, len(settings))]
+    return []
+
+
+def _camera_group(group: Sequence[Photo]) -> str:
+    """Number, camera, size and focal length of photos that share a calibration."""
+    first = group[0]
+    camera = first.camera or tr("unknown camera")
+    if first.focal_px:
+        return tr(
+            "{count} x {camera} ({width} x {height}, f = {focal:.0f} px)",
+            count=len(group),
+            camera=camera,
+            width=first.width,
+            height=first.height,
+            focal=first.focal_px,
+        )
+    return tr(
+        "{count} x {camera} ({width} x {height})",
+        count=len(group),
+        camera=camera,
+        width=first.width,
+        height=first.height,
+    )

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from vomstudio.survey.overlap import Features, SetLook
-from vomstudio.survey.photo_quality import PhotoLook
+from vomstudio.survey.overlap import Features, SetOverlap
+from vomstudio.survey.photo_quality import PhotoQuality
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -52,10 +52,10 @@ class Limits:
 
 
 @dataclass(frozen=True, eq=False)
-class Looked:
+class SurveyMeasurements:
     """What was measured of a folder: per photo, and between them."""
 
     photos: tuple[Photo, ...]
-    looks: tuple[PhotoLook, ...]
+    quality: tuple[PhotoQuality, ...]
     features: tuple[Features | None, ...]
-    pairs: SetLook
+    pairs: SetOverlap

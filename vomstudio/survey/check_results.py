@@ -1,10 +1,12 @@
-"""What a survey check has to say: findings with reasons and numbers, and a verdict in words."""
+"""Results of a survey check: findings with reasons and numbers, and a verdict in words."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
+
+from vomstudio.words import to_translate, tr
 
 Severity = Literal["info", "warning", "error"]
 _ORDER = {"error": 0, "warning": 1, "info": 2}
@@ -80,104 +82,133 @@ class SurveyReport:
         }
 
 
-def ordered(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+def by_severity(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Errors first; otherwise as they were found."""
     return tuple(sorted(findings, key=lambda finding: _ORDER[finding.severity]))
 
 
-NEXT_TIME = {
-    "one-photo": "take at least five photos of every part of the rock, from different places",
-    "few-photos": "take more photos: five or more of every part of the rock",
-    "parts": "close the gaps between the parts with photos that overlap both by 60 %",
-    "unmatched": "take photos with 60 to 80 % overlap, at steady distance and light",
-    "low-overlap": "step less far between photos: 60 to 80 % overlap",
-    "few-views": "step less far between photos, so that five of them see every place",
-    "one-direction": (
-        "add a second set of photos turned 20 to 30 degrees to the first, from other places, "
-        "against doming"
+ADVICE = {
+    "one-photo": to_translate(
+        "Take at least five photos of every part of the rock, from different positions."
     ),
-    "same-position": "move between photos: one position, one photo",
-    "collinear": "add photos from beside or above the line of camera positions",
-    "blurred": "hold still or use a tripod, a shorter exposure, and focus on the rock",
-    "soft": "come closer instead of zooming digitally, and use the camera's largest pictures",
-    "digital-zoom": "come closer instead of zooming digitally",
-    "enlarged": "use the camera's original files",
-    "exposure": "expose for the rock, and look at the pictures on the spot",
-    "brightness-jump": "keep to one exposure, and to one window of time with steady light",
-    "light-changed": "keep to one window of time with steady light",
-    "focal-vague": (
-        "keep the camera's own files with their EXIF, and add photos turned 20 to 30 degrees"
+    "few-photos": to_translate("Take more photos: five or more of every part of the rock."),
+    "parts": to_translate(
+        "Close the gaps between the disconnected components with photos that overlap both by 60 %."
     ),
-    "gsd-spread": "keep to one distance, or bridge the two with photos in between",
-    "gps-equal": "lay out control points or a scale bar: these positions cannot register anything",
-    "gps-noise": "lay out at least four control points: these positions cannot orient the model",
+    "unmatched": to_translate(
+        "Take photos with 60 to 80 % overlap, at a constant distance and in constant light."
+    ),
+    "low-overlap": to_translate("Take smaller steps between photos, for 60 to 80 % overlap."),
+    "few-views": to_translate(
+        "Take smaller steps between photos, so that five of them see every place."
+    ),
+    "one-direction": to_translate(
+        "Against doming, add a second set of photos from other positions, turned 20 to 30 degrees "
+        "to the first."
+    ),
+    "same-position": to_translate("Move between photos: take one photo from each position."),
+    "collinear": to_translate("Add photos from beside or above the line of camera positions."),
+    "blurred": to_translate(
+        "Hold the camera still or use a tripod, use a shorter exposure, and focus on the rock."
+    ),
+    "soft": to_translate(
+        "Come closer instead of zooming digitally, and use the camera's largest image size."
+    ),
+    "digital-zoom": to_translate("Come closer instead of zooming digitally."),
+    "enlarged": to_translate("Use the camera's original files."),
+    "exposure": to_translate("Expose for the rock, and check the photos on site."),
+    "brightness-jump": to_translate(
+        "Keep one exposure, and take all photos in one period of constant light."
+    ),
+    "light-changed": to_translate("Take all photos in one period of constant light."),
+    "focal-vague": to_translate(
+        "Keep the camera's original files with their EXIF data, and add photos turned 20 to 30 "
+        "degrees."
+    ),
+    "gsd-spread": to_translate(
+        "Keep one distance, or bridge two distances with photos in between."
+    ),
+    "gps-equal": to_translate(
+        "Lay out control points or a scale bar: these positions cannot register a model."
+    ),
+    "gps-noise": to_translate(
+        "Lay out at least four control points: these positions cannot orient the model."
+    ),
 }
+"""What to do differently in the field, by the code of a finding."""
 
 
-def next_time(findings: Sequence[Finding]) -> tuple[str, ...]:
-    """What to do differently, for warnings and errors."""
+def advice_for(findings: Sequence[Finding]) -> tuple[str, ...]:
+    """What to do differently next time, one sentence for each warning and error, the gravest
+    first."""
     said = [
-        NEXT_TIME[f.code]
-        for f in ordered(findings)
-        if f.severity != "info" and f.code in NEXT_TIME
-    ]  # fmt: skip
+        tr(ADVICE[f.code])
+        for f in by_severity(findings)
+        if f.severity != "info" and f.code in ADVICE
+    ]
     return tuple(dict.fromkeys(said))
 
 
 def verdict_of(
     findings: Sequence[Finding], gsd_m: float | None, unit: str = "m", *, hint: str = ""
 ) -> str:
-    """One or two sentences for a geologist."""
+    """One or two sentences for a geologist.
+
+    gsd_m : median pixel size on the rock in `unit`, None where unknown; then `hint` follows
+    """
     from vomstudio.survey.photo_limits import smallest_plane
 
     errors = [f for f in findings if f.severity == "error"]
     warnings = [f for f in findings if f.severity == "warning"]
-    if errors:
-        first = "These photos will not give a whole model"
-    elif warnings:
-        first = "These photos can give a model, with reservations"
-    else:
-        first = "These photos should give a sound model"
     grave = [*errors, *warnings]
-    if grave:
-        first += ": " + ", ".join(dict.fromkeys(_SHORT.get(f.code, f.code) for f in grave[:3]))
-        if len(grave) > 3:
-            first += f" and {len(grave) - 3} more"
+    reasons = ", ".join(
+        dict.fromkeys(tr(_SHORT[f.code]) if f.code in _SHORT else f.code for f in grave[:3])
+    )
+    if len(grave) > 3:
+        reasons = tr("{reasons} and {count} more", reasons=reasons, count=len(grave) - 3)
+    if errors:
+        first = tr("These photos will not give a complete model: {reasons}.", reasons=reasons)
+    elif warnings:
+        first = tr("These photos can give a model, with reservations: {reasons}.", reasons=reasons)
+    else:
+        first = tr("These photos should give a sound model.")
     if gsd_m is not None:
-        second = (
-            f"One pixel covers {length(gsd_m, unit)}, so that planes down to about "
-            f"{length(smallest_plane(gsd_m), unit)} across can be measured (1000 pixels)"
+        second = tr(
+            "One pixel covers {pixel}, so that planes down to about {plane} across can be measured "
+            "(1000 pixels).",
+            pixel=length(gsd_m, unit),
+            plane=length(smallest_plane(gsd_m), unit),
         )
     else:
         second = hint
-    return f"{first}. {second}." if second else f"{first}."
+    return f"{first} {second}" if second else first
 
 
 _SHORT = {
-    "one-photo": "a single photo",
-    "few-photos": "too few photos",
-    "damaged": "damaged photos",
-    "parts": "photos that fall into parts",
-    "unmatched": "photos that match no other",
-    "low-overlap": "too little overlap",
-    "few-views": "too few photos of each place",
-    "one-direction": "one view direction, hence a risk of doming",
-    "same-position": "several photos from one position",
-    "collinear": "cameras in one line",
-    "blurred": "blurred photos",
-    "soft": "soft pixels",
-    "digital-zoom": "digital zoom",
-    "enlarged": "enlarged photos",
-    "exposure": "black or burnt photos",
-    "brightness-jump": "jumps of exposure",
-    "light-changed": "changing light",
-    "gsd-spread": "very different pixel sizes",
-    "focal-vague": "a focal length that is not known",
-    "gps-equal": "useless GPS",
-    "gps-noise": "GPS too coarse for the scene",
-    "unregistered": "photos that could not be placed",
-    "weak-photos": "weakly tied photos",
-    "high-error": "large residuals",
+    "one-photo": to_translate("a single photo"),
+    "few-photos": to_translate("too few photos"),
+    "damaged": to_translate("damaged photos"),
+    "parts": to_translate("disconnected components"),
+    "unmatched": to_translate("photos without matches"),
+    "low-overlap": to_translate("too little overlap"),
+    "few-views": to_translate("too few photos of each place"),
+    "one-direction": to_translate("one view direction, hence a risk of doming"),
+    "same-position": to_translate("several photos from one position"),
+    "collinear": to_translate("camera positions in one line"),
+    "blurred": to_translate("blurred photos"),
+    "soft": to_translate("unsharp photos"),
+    "digital-zoom": to_translate("digital zoom"),
+    "enlarged": to_translate("enlarged photos"),
+    "exposure": to_translate("black or overexposed photos"),
+    "brightness-jump": to_translate("jumps in brightness"),
+    "light-changed": to_translate("changing light"),
+    "gsd-spread": to_translate("very different pixel sizes"),
+    "focal-vague": to_translate("a poorly constrained focal length"),
+    "gps-equal": to_translate("unusable GPS positions"),
+    "gps-noise": to_translate("GPS too inaccurate for the scene"),
+    "unregistered": to_translate("photos without a pose"),
+    "weak-photos": to_translate("weakly connected photos"),
+    "high-error": to_translate("large residuals"),
 }
 
 
@@ -192,7 +223,7 @@ def length(value: float, unit: str = "m") -> str:
 
 
 def named(names: Sequence[str]) -> str:
-    """`a.jpg, b.jpg and 3 more`."""
+    """Up to three names, else the first two and how many more: `a.jpg, b.jpg and 3 more`."""
     if len(names) <= 3:
         return ", ".join(names)
-    return f"{', '.join(names[:2])} and {len(names) - 2} more"
+    return tr("{names} and {count} more", names=", ".join(names[:2]), count=len(names) - 2)

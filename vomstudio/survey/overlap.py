@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -33,8 +34,8 @@ _RATIO = 0.8
 # Of the pairs of a large set only neighbours are looked at.
 _ALL_PAIRS_UP_TO = 40
 _NEIGHBOURS = 6
-# Where a large set falls into parts, pairs between them are tried after all, up to this many.
-_SECOND_LOOK = 1200
+# Where a large set has several components, pairs between them are tried too, up to this many.
+_MOST_EXTRA_PAIRS = 1200
 # Share of a pair's matches that a homography must explain to speak for the pair.
 _PLANE_SHARE = 0.6
 _GRID = 8
@@ -57,6 +58,7 @@ class Features:
 
     @property
     def matrix(self) -> Array | None:
+        """(3, 3) calibration matrix in these units; None without a focal length."""
         if self.focal is None:
             return None
         return np.array(
@@ -65,7 +67,7 @@ class Features:
 
 
 @dataclass(frozen=True, eq=False)
-class PairLook:
+class PairOverlap:
     """Two photos that show the same.
 
     matches : verified; plane_share : of them that one homography explains
@@ -96,18 +98,18 @@ class PairLook:
 
 
 @dataclass(frozen=True, eq=False)
-class SetLook:
+class SetOverlap:
     """pairs : that match; views : per photo, the median number of photos (itself among them) that
     see a place of it; views_low : share of places that fewer than three photos see;
-    looked_at : number of pairs that were tried"""
+    compared : number of pairs that were tried"""
 
-    pairs: tuple[PairLook, ...]
+    pairs: tuple[PairOverlap, ...]
     views: npt.NDArray[np.float64]
     views_low: npt.NDArray[np.float64]
-    looked_at: int
+    compared: int
 
-    def parts(self, count: int) -> list[list[int]]:
-        """Photos that hang together, the largest part first."""
+    def components(self, count: int) -> list[list[int]]:
+        """Connected components of `count` photos, the largest first."""
         label = list(range(count))
 
         def root(i: int) -> int:
@@ -191,7 +193,7 @@ def match_pair(a: Features, b: Features) -> tuple[Array, Array]:
     return a.points[good], b.points[forth[good]]
 
 
-def look_at_pair(i: int, j: int, a: Features, b: Features) -> PairLook | None:
+def compare_pair(i: int, j: int, a: Features, b: Features) -> PairOverlap | None:
     """None where the two do not show the same rock."""
     import cv2
 
@@ -212,7 +214,7 @@ def look_at_pair(i: int, j: int, a: Features, b: Features) -> PairLook | None:
     share = 0.0 if on_plane is None else float(on_plane.mean())
     if plane is None or share < _PLANE_SHARE or abs(np.linalg.det(plane)) < 1e-9:
         inside, back = _inside_hull(p, a), _inside_hull(q, b)
-        rotation, ratio = _turn_of_relief(p, q, a, b), None
+        rotation, ratio = _rotation_by_essential_matrix(p, q, a, b), None
     else:
         inside = _inside(plane, a, b)
         back = _inside(np.linalg.inv(plane), b, a)
@@ -222,8 +224,8 @@ def look_at_pair(i: int, j: int, a: Features, b: Features) -> PairLook | None:
     if plane is not None and share >= 0.8:
         rotation, base = _plane_motion(plane, a, b)
     if rotation is None:
-        rotation = _turn_of_relief(p, q, a, b)
-    return PairLook(
+        rotation = _rotation_by_essential_matrix(p, q, a, b)
+    return PairOverlap(
         i,
         j,
         len(p),
@@ -237,54 +239,54 @@ def look_at_pair(i: int, j: int, a: Features, b: Features) -> PairLook | None:
     )
 
 
-def look_at_set(
+def compare_photos(
     features: Sequence[Features | None],
     positions: Array | None = None,
     progress: Progress | None = None,
-) -> SetLook:
+) -> SetOverlap:
     """All pairs worth looking at; a photo without features matches nothing."""
     progress = progress or Silent()
     count = len(features)
     tried = choose_pairs(count, positions)
-    progress.stage("comparing photos", len(tried))
-    pairs: list[PairLook] = []
-    _look_at_pairs(features, tried, pairs, progress)
-    more = _between_parts(count, tried, pairs)
+    progress.stage(tr("Matching photos"), len(tried))
+    pairs: list[PairOverlap] = []
+    _compare_pairs(features, tried, pairs, progress)
+    more = _pairs_between_components(count, tried, pairs)
     if more:
-        progress.stage("comparing parts", len(more))
-        _look_at_pairs(features, more, pairs, progress)
+        progress.stage(tr("Matching disconnected components"), len(more))
+        _compare_pairs(features, more, pairs, progress)
         tried = tried + more
     seen = np.ones((count, _GRID * _GRID))
     for pair in pairs:
         seen[pair.first] += pair.inside
         seen[pair.second] += pair.inside_back
-    return SetLook(tuple(pairs), np.median(seen, axis=1), (seen < 3).mean(axis=1), len(tried))
+    return SetOverlap(tuple(pairs), np.median(seen, axis=1), (seen < 3).mean(axis=1), len(tried))
 
 
-def _look_at_pairs(
+def _compare_pairs(
     features: Sequence[Features | None],
     tried: Sequence[tuple[int, int]],
-    pairs: list[PairLook],
+    pairs: list[PairOverlap],
     progress: Progress,
 ) -> None:
     for done, (i, j) in enumerate(tried):
         progress.step(done)
         a, b = features[i], features[j]
         if a is not None and b is not None:
-            found = look_at_pair(i, j, a, b)
+            found = compare_pair(i, j, a, b)
             if found is not None:
                 pairs.append(found)
     progress.step(len(tried))
 
 
-def _between_parts(
-    count: int, tried: Sequence[tuple[int, int]], pairs: Sequence[PairLook]
+def _pairs_between_components(
+    count: int, tried: Sequence[tuple[int, int]], pairs: Sequence[PairOverlap]
 ) -> list[tuple[int, int]]:
     """Pairs that were left out and could join what seems to fall apart: the neighbours in order
     need not be neighbours on the rock."""
     if count <= _ALL_PAIRS_UP_TO:
         return []
-    parts = SetLook(tuple(pairs), np.empty(0), np.empty(0), 0).parts(count)
+    parts = SetOverlap(tuple(pairs), np.empty(0), np.empty(0), 0).components(count)
     done = set(tried)
     found = [
         (min(i, j), max(i, j))
@@ -294,15 +296,15 @@ def _between_parts(
         for j in other
         if (min(i, j), max(i, j)) not in done
     ]
-    step = max(1, -(-len(found) // _SECOND_LOOK))
+    step = max(1, -(-len(found) // _MOST_EXTRA_PAIRS))
     return found[::step]
 
 
-def optical_axes(look: SetLook, count: int) -> tuple[Array, npt.NDArray[np.bool_]]:
+def optical_axes(look: SetOverlap, count: int) -> tuple[Array, npt.NDArray[np.bool_]]:
     """Directions of view (count, 3) in the frame of one camera, and which photos they are known
-    for: relative rotations chained along the best matched pairs of the largest part."""
+    for: relative rotations chained along the best matched pairs of the largest component."""
     best = sorted((p for p in look.pairs if p.rotation is not None), key=lambda p: -p.matches)
-    part = set(look.parts(count)[0]) if count else set()
+    part = set(look.components(count)[0]) if count else set()
     rotation: dict[int, Array] = {}
     if best:
         rotation[best[0].first] = np.eye(3)
@@ -399,7 +401,7 @@ _ONE_PLACE = 0.02
 distortion and the rounding of an EXIF focal length leave of a pure rotation."""
 
 
-def _turn_of_relief(p: Array, q: Array, a: Features, b: Features) -> Array | None:
+def _rotation_by_essential_matrix(p: Array, q: Array, a: Features, b: Features) -> Array | None:
     """Rotation by the essential matrix."""
     import cv2
 

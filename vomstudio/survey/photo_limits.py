@@ -1,4 +1,4 @@
-"""What a photo survey can resolve, before anything is computed."""
+"""Resolution of a photo survey: pixel size on the rock and the smallest plane it resolves."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def ground_sampling_distance(
     Raises UsageError that names what is not positive.
     """
     for name, value in (
-        ("sensor width", sensor_width_mm),
-        ("focal length", focal_length_mm),
-        ("distance", distance_m),
-        ("image width", image_width_px),
+        (tr("sensor width"), sensor_width_mm),
+        (tr("focal length"), focal_length_mm),
+        (tr("distance"), distance_m),
+        (tr("image width"), image_width_px),
     ):
         if not value > 0:
-            raise UsageError(tr("must be a positive number"), field=name)
+            raise UsageError(tr("This must be a positive number."), field=name)
     return sensor_width_mm * distance_m / (focal_length_mm * image_width_px)
 
 

@@ -32,13 +32,13 @@ _SMOOTH = 0.8
 
 
 @dataclass(frozen=True)
-class PhotoLook:
+class PhotoQuality:
     """blur_px : sigma of the strongest edges, in pixels of the full photo; about 0.5 to 1 is sharp;
         None where there are no edges
     brightness : mean in linear light, 0 to 1
     burnt : share of pixels at the upper end
     resampled : how far a period of interpolation stands out from the rest of the spectrum
-    error : why the photo cannot be decoded
+    error : why the photo cannot be decoded, as a sentence; None where it can
     """
 
     blur_px: float | None = None
@@ -48,7 +48,7 @@ class PhotoLook:
     error: str | None = None
 
 
-def look_at(photo: Photo) -> PhotoLook:
+def measure_quality(photo: Photo) -> PhotoQuality:
     """Decodes the photo once. Never raises for a damaged one: `error` says why."""
     from vomstudio.errors import InputError
     from vomstudio.io.photos.pixels import grey, read_mask
@@ -57,12 +57,12 @@ def look_at(photo: Photo) -> PhotoLook:
         pixels = grey(photo)
         mask = read_mask(photo)
     except InputError as error:
-        return PhotoLook(error=error.message.rstrip("."))
+        return PhotoQuality(error=error.message)
     used = pixels[::8, ::8] if mask is None else pixels[::8, ::8][mask[::8, ::8]]
     if used.size == 0:
         used = pixels[::8, ::8]
     linear = linear_light(used)
-    return PhotoLook(
+    return PhotoQuality(
         blur_px=blur(pixels, mask),
         brightness=float(linear.mean()),
         burnt=float((used >= 254).mean()),

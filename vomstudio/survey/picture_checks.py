@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vomstudio.survey.check_limits import Limits, Looked
+from vomstudio.survey.check_limits import Limits, SurveyMeasurements
 from vomstudio.survey.check_results import Finding, named
+from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
 
-def of_pixels(seen: Looked, limits: Limits) -> list[Finding]:
-    photos, looks = seen.photos, seen.looks
+def of_pixels(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
+    """Findings on blur, digital zoom, enlargement, exposure and light."""
+    photos, quality = seen.photos, seen.quality
     found = []
-    blurs = {i: look.blur_px for i, look in enumerate(looks) if look.blur_px is not None}
+    blurs = {i: look.blur_px for i, look in enumerate(quality) if look.blur_px is not None}
     if blurs:
         middle = float(np.median(list(blurs.values())))
         limit = max(limits.blur_px, limits.blur_times * middle)
@@ -30,8 +33,14 @@ def of_pixels(seen: Looked, limits: Limits) -> list[Finding]:
                     "blurred",
                     "warning",
                     bad,
-                    f"{named(bad)}: edges are blurred by up to {worst:.1f} pixels (sigma), in the "
-                    f"whole set by {middle:.1f}: leave them out where others see the same.",
+                    tr(
+                        "These photos are blurred: {photos}. The blur of edges is up to "
+                        "{worst:.1f} pixels (sigma), with a median of {median:.1f} pixels in the "
+                        "whole set. Leave them out where other photos see the same.",
+                        photos=named(bad),
+                        worst=worst,
+                        median=middle,
+                    ),
                     worst,
                 )
             )
@@ -41,9 +50,13 @@ def of_pixels(seen: Looked, limits: Limits) -> list[Finding]:
                     "soft",
                     "warning",
                     (),
-                    f"All photos are soft: edges are blurred by {middle:.1f} pixels (sigma), so "
-                    f"the true resolution is about {middle / 0.8:.0f} times coarser than a pixel. "
-                    "The focus was missed, or the pictures were enlarged.",
+                    tr(
+                        "All photos are unsharp: the median blur of edges is {median:.1f} pixels "
+                        "(sigma), so the true resolution is about {factor:.0f} times coarser than "
+                        "a pixel. They were out of focus, or were enlarged.",
+                        median=middle,
+                        factor=middle / 0.8,
+                    ),
                     middle,
                 )
             )
@@ -52,7 +65,7 @@ def of_pixels(seen: Looked, limits: Limits) -> list[Finding]:
     return found
 
 
-def _of_enlarging(seen: Looked, limits: Limits) -> list[Finding]:
+def _of_enlarging(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
     from vomstudio.io.photos.camera_table import find_camera
 
     found = []
@@ -77,8 +90,12 @@ def _of_enlarging(seen: Looked, limits: Limits) -> list[Finding]:
                 "digital-zoom",
                 "warning",
                 tuple(zoomed),
-                f"{named(list(zoomed))} were zoomed digitally, by up to {most:.2g}: enlarged "
-                "pixels hold no more detail, and the true pixel on the rock is as much larger.",
+                tr(
+                    "These photos have a digital zoom of up to {zoom:.2g}: {photos}. It adds no "
+                    "detail: the true pixel size on the rock is larger by this factor.",
+                    photos=named(list(zoomed)),
+                    zoom=most,
+                ),
                 most,
             )
         )
@@ -95,12 +112,17 @@ def _of_enlarging(seen: Looked, limits: Limits) -> list[Finding]:
                 "enlarged",
                 "warning",
                 tuple(enlarged),
-                f"{named(enlarged)} have more pixels than a {model.label} takes "
-                f"({model.width_px}): they were enlarged or stitched, and hold no more detail.",
+                tr(
+                    "These photos have more pixels than a {camera} takes ({width}): {photos}. They "
+                    "were enlarged or stitched, which adds no detail.",
+                    photos=named(enlarged),
+                    camera=model.label,
+                    width=model.width_px,
+                ),
                 len(enlarged),
             )
         )
-    looks = [look for look in seen.looks if look.blur_px is not None]
+    looks = [look for look in seen.quality if look.blur_px is not None]
     traced = [look for look in looks if (look.resampled or 0.0) >= limits.resampled]
     middle = float(np.median([look.blur_px or 0.0 for look in looks])) if looks else 0.0
     # A trace alone is left by straightening or by a smaller picture too, which do no harm.
@@ -110,21 +132,24 @@ def _of_enlarging(seen: Looked, limits: Limits) -> list[Finding]:
                 "enlarged",
                 "warning",
                 (),
-                f"The pixels bear the periodic trace of interpolation and are soft (edges of "
-                f"{middle:.1f} pixels): digital zoom, or enlarged afterwards. They hold no more "
-                "detail for it; use the camera's original files.",
+                tr(
+                    "The photos were zoomed digitally or enlarged afterwards: their pixels show "
+                    "the period of an interpolation, and edges are blurred by {median:.1f} pixels. "
+                    "This adds no detail. Use the camera's original files.",
+                    median=middle,
+                ),
                 middle,
             )
         )
     return found
 
 
-def _of_light(seen: Looked, limits: Limits) -> list[Finding]:
+def _of_light(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
     found = []
     photos = seen.photos
     shut = {
         i
-        for i, look in enumerate(seen.looks)
+        for i, look in enumerate(seen.quality)
         if look.brightness is not None
         and (look.brightness < limits.darkest or (look.burnt or 0.0) > limits.burnt)
     }
@@ -135,14 +160,17 @@ def _of_light(seen: Looked, limits: Limits) -> list[Finding]:
                 "exposure",
                 "warning",
                 names,
-                f"{named(names)}: nearly black, or mostly burnt out; nothing can be recognised in "
-                "them.",
+                tr(
+                    "These photos are nearly black or mostly overexposed: {photos}. Nothing can be "
+                    "recognised in them.",
+                    photos=named(names),
+                ),
                 len(names),
             )
         )
     bright = {
         i: math.log2(look.brightness)
-        for i, look in enumerate(seen.looks)
+        for i, look in enumerate(seen.quality)
         if look.brightness is not None and look.brightness > 0 and i not in shut
     }
     if len(bright) >= 3:
@@ -155,11 +183,22 @@ def _of_light(seen: Looked, limits: Limits) -> list[Finding]:
                     "brightness-jump",
                     "warning",
                     jumps,
-                    f"{named(jumps)}: lighter or darker than the rest of the set by up to "
-                    f"{abs(worst):.1f} stops; matching suffers, and the texture will show it.",
+                    tr(
+                        "These photos are lighter or darker than the rest of the set by up to "
+                        "{stops:.1f} stops: {photos}. Matching suffers, and the texture will show "
+                        "it.",
+                        photos=named(jumps),
+                        stops=abs(worst),
+                    ),
                     worst,
                 )
             )
+    return found + _of_time(photos, limits)
+
+
+def _of_time(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
+    """Light that changed, by metered exposures and by the time of day."""
+    found = []
     exposures = [p.exposure_value for p in photos if p.exposure_value is not None]
     if len(exposures) >= 3:
         spread = float(np.quantile(exposures, 0.95) - np.quantile(exposures, 0.05))
@@ -169,8 +208,12 @@ def _of_light(seen: Looked, limits: Limits) -> list[Finding]:
                     "light-changed",
                     "warning",
                     (),
-                    f"The camera metered light that changed by {spread:.1f} stops: sun and shade, "
-                    "or hours apart. Shadows that move are matched as if they were rock.",
+                    tr(
+                        "The light that the camera metered changed by {stops:.1f} stops: sun and "
+                        "shade, or hours in between. Moving shadows are matched as if they were "
+                        "rock.",
+                        stops=spread,
+                    ),
                     spread,
                 )
             )
@@ -178,14 +221,21 @@ def _of_light(seen: Looked, limits: Limits) -> list[Finding]:
     if len(taken) >= 2:
         hours = (taken[-1] - taken[0]).total_seconds() / 3600.0
         if hours > limits.hours:
-            span = f"{hours:.0f} hours" if hours < 48 else f"{hours / 24:.0f} days"
+            span = (
+                tr_n("{count} hour", "{count} hours", round(hours))
+                if hours < 48
+                else tr_n("{count} day", "{count} days", round(hours / 24))
+            )
             found.append(
                 Finding(
                     "long-survey",
                     "info",
                     (),
-                    f"The photos were taken over {span}: shadows move meanwhile; on several days "
-                    "keep to the same hours.",
+                    tr(
+                        "The photos were taken over {duration}, while shadows move. On several "
+                        "days, take them at the same time of day.",
+                        duration=span,
+                    ),
                     hours,
                 )
             )

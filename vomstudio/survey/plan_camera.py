@@ -13,7 +13,8 @@ from vomstudio.words import tr
 
 @dataclass(frozen=True)
 class PlanCamera:
-    """Sensor and picture in landscape format; focal_mm of the lens itself."""
+    """Sensor and picture in landscape format; focal_mm of the lens itself, not its 35 mm
+    equivalent."""
 
     name: str
     sensor_width_mm: float
@@ -23,7 +24,8 @@ class PlanCamera:
     height_px: int
 
     @property
-    def pitch_mm(self) -> float:
+    def pixel_pitch_mm(self) -> float:
+        """Distance between the centres of two pixels on the sensor."""
         return self.sensor_width_mm / self.width_px
 
 
@@ -35,7 +37,9 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
     """
     words = words.strip()
     if focal_mm is not None and not 0 < focal_mm < 1e5:
-        raise UsageError(tr("a focal length is a positive number of millimetres."), field="--focal")
+        raise UsageError(
+            tr("The focal length must be a positive number of millimetres."), field="--focal"
+        )
     if _is_file(words):
         return _camera_of_photo(words, focal_mm)
     if re.match(r"^[\d.=,;xX×\s]*$|.*=", words):
@@ -45,23 +49,25 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
     model = find_camera(words)
     if model is None:
         like = similar_cameras(words)
-        offer = f"; similar are {', '.join(like)}" if like else ""
-        raise UsageError(
-            tr(
-                "'{shortened}' is not in the table of cameras{offer}. Name a photo taken "
-                "with it, or give numbers: sensor x height in mm, focal length in mm, "
-                "pixels, as in 23.5x15.6,35,6000x4000.",
-                shortened=shortened(words),
-                offer=offer,
-            ),
-            field="--camera",
+        help_ = tr(
+            "Name a photo taken with it, or give numbers: sensor width x height in mm, focal "
+            "length in mm, pixels, for example 23.5x15.6,35,6000x4000."
         )
+        if like:
+            unknown = tr(
+                "'{camera}' is not in the table of cameras. Similar names are {similar}.",
+                camera=shortened(words),
+                similar=", ".join(like),
+            )
+        else:
+            unknown = tr("'{camera}' is not in the table of cameras.", camera=shortened(words))
+        raise UsageError(f"{unknown} {help_}", field="--camera")
     focal = focal_mm or model.focal_mm
     if focal is None:
         raise UsageError(
             tr(
-                "the {label} takes different lenses: give the focal length with --focal MM.",
-                label=model.label,
+                "The {camera} has interchangeable lenses. Give the focal length with --focal MM.",
+                camera=model.label,
             ),
             field="--focal",
         )
@@ -90,8 +96,8 @@ def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
     if sensor is None or focal is None:
         raise UsageError(
             tr(
-                "this photo does not say enough of its camera; give numbers: sensor in mm, "
-                "focal length in mm, pixels, as in 23.5x15.6,35,6000x4000."
+                "This photo's metadata do not describe its camera. Give numbers: sensor width x "
+                "height in mm, focal length in mm, pixels, for example 23.5x15.6,35,6000x4000."
             ),
             file=path,
             field="--camera",
@@ -152,7 +158,7 @@ def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
     if pixels[0] < 16 or height < 16:
         raise _not_a_camera(words)
     return PlanCamera(
-        "camera by numbers",
+        tr("custom camera"),
         sensor[0],
         sensor[0] * height / pixels[0],
         focal,
@@ -164,9 +170,9 @@ def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
 def _not_a_camera(words: str) -> UsageError:
     return UsageError(
         tr(
-            "'{shortened}' does not describe a camera: give sensor in mm, focal length "
-            "in mm and pixels, as in 23.5x15.6,35,6000x4000.",
-            shortened=shortened(words),
+            "'{camera}' does not describe a camera. Give numbers: sensor width x height in mm, "
+            "focal length in mm, pixels, for example 23.5x15.6,35,6000x4000.",
+            camera=shortened(words),
         ),
         field="--camera",
     )

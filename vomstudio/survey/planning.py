@@ -18,7 +18,7 @@ import numpy.typing as npt
 from vomstudio.errors import UsageError
 from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane, smallest_plane
 from vomstudio.survey.plan_camera import PlanCamera
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 Manner = Literal["handheld", "drone", "terrain"]
@@ -76,6 +76,8 @@ class Station:
 
 @dataclass(frozen=True)
 class ControlPoint:
+    """A point to be laid out and surveyed, in the frame of the outcrop."""
+
     label: str
     use: Literal["control", "check"]
     along_m: float
@@ -115,6 +117,7 @@ class SurveyPlan:
 
     @property
     def smallest_plane_m(self) -> float:
+        """Extent of the smallest plane that can be measured."""
         return smallest_plane(self.gsd_m)
 
     @property
@@ -123,6 +126,7 @@ class SurveyPlan:
         return _TARGET_PIXELS * self.gsd_m
 
     def of_kind(self, kind: str) -> list[Station]:
+        """Stations that are "perpendicular" or "oblique"."""
         return [station for station in self.stations if station.kind == kind]
 
     def as_dict(self) -> dict[str, Any]:
@@ -189,13 +193,15 @@ def plan_survey(
     manner: Manner = "handheld",
     f_number: float = 8.0,
 ) -> SurveyPlan:
-    """width_m, height_m : of the outcrop (or of the ground, for manner "terrain").
+    """Stations, control points and figures of a survey.
+
+    width_m, height_m : of the outcrop (or of the ground, for manner "terrain").
 
     One of `distance_m`, `gsd_m` (the wanted size of a pixel) and `plane_m` (across the smallest
     plane to be measured) must be given. With several, the distance counts, and a warning tells
     where it is too far for the others, of which the finer counts. Raises UsageError.
     """
-    _require_sound(
+    _check_input(
         overlap,
         {
             "--width": width_m,
@@ -207,42 +213,25 @@ def plan_survey(
         },
     )
     warnings: list[str] = []
-    if plane_m is not None:
-        gsd_m = min(gsd_m or math.inf, gsd_for_plane(plane_m))
-    if distance_m is None:
-        if gsd_m is None:
-            raise UsageError(
-                tr(
-                    "say how far the camera will be, or how large a pixel may be: --distance M "
-                    "or --gsd M; or the smallest plane to be measured: --plane M."
-                )
-            )
-        distance_m = distance_for(camera, gsd_m)
-    if distance_m * 1000.0 <= 2.0 * camera.focal_mm:
-        raise UsageError(tr("this is closer than a lens can focus."), field="--distance")
-    gsd = ground_sampling_distance(
-        camera.sensor_width_mm, camera.focal_mm, distance_m, camera.width_px
-    )
-    if gsd_m is not None and gsd > gsd_m * (1.0 + 1e-9):
-        warnings.append(
-            f"at {distance_m:g} m a pixel covers {1000 * gsd:.3g} mm; for {1000 * gsd_m:.3g} mm go "
-            f"to {distance_for(camera, gsd_m):.3g} m"
-        )
+    distance_m, gsd, too_far = _distance(camera, distance_m, gsd_m, plane_m)
+    warnings += too_far
     footprint = gsd * camera.width_px, gsd * camera.height_px
     spacing = (1.0 - overlap) * footprint[0], (1.0 - overlap) * footprint[1]
     expected = (width_m / spacing[0] + 2.0) * (height_m / spacing[1] + 1.0) * 2.0
     if expected > _MOST_PHOTOS:
         raise UsageError(
             tr(
-                "this would take some {expected:,.0f} photos; go farther away, or plan a "
-                "part of it.",
-                expected=expected,
+                "This survey would take about {count:,.0f} photos. Increase the distance, or plan "
+                "a part of the outcrop.",
+                count=expected,
             )
         )
     stations, least, middle = _stations(
         camera, distance_m, width_m, height_m, footprint, spacing, manner
     )
-    sharp = depth_of_field(camera.focal_mm, f_number, distance_m, _BLUR_PIXELS * camera.pitch_mm)
+    sharp = depth_of_field(
+        camera.focal_mm, f_number, distance_m, _BLUR_PIXELS * camera.pixel_pitch_mm
+    )
     warnings += _warnings(manner, stations, distance_m, width_m, height_m, footprint, least)
     return SurveyPlan(
         camera,
@@ -264,14 +253,52 @@ def plan_survey(
     )
 
 
-def _require_sound(overlap: float, lengths: Mapping[str, float | None]) -> None:
+def _distance(
+    camera: PlanCamera, distance_m: float | None, gsd_m: float | None, plane_m: float | None
+) -> tuple[float, float, list[str]]:
+    """(distance, pixel size on the rock, a warning where that is too large), metres. Raises
+    UsageError where none is given, or the lens cannot focus there."""
+    warnings = []
+    if plane_m is not None:
+        gsd_m = min(gsd_m or math.inf, gsd_for_plane(plane_m))
+    if distance_m is None:
+        if gsd_m is None:
+            raise UsageError(
+                tr(
+                    "Give the distance of the camera (--distance M), the size of a pixel on the "
+                    "rock (--gsd M) or the extent of the smallest plane to be measured (--plane M)."
+                )
+            )
+        distance_m = distance_for(camera, gsd_m)
+    if distance_m * 1000.0 <= 2.0 * camera.focal_mm:
+        raise UsageError(
+            tr("This distance is too short for the lens to focus."), field="--distance"
+        )
+    gsd = ground_sampling_distance(
+        camera.sensor_width_mm, camera.focal_mm, distance_m, camera.width_px
+    )
+    if gsd_m is not None and gsd > gsd_m * (1.0 + 1e-9):
+        warnings.append(
+            tr(
+                "At {distance:g} m a pixel covers {gsd:.3g} mm. For {wanted:.3g} mm go to "
+                "{closer:.3g} m.",
+                distance=distance_m,
+                gsd=1000 * gsd,
+                wanted=1000 * gsd_m,
+                closer=distance_for(camera, gsd_m),
+            )
+        )
+    return distance_m, gsd, warnings
+
+
+def _check_input(overlap: float, lengths: Mapping[str, float | None]) -> None:
     """Raises UsageError with the name of what is wrong."""
     for name, value in lengths.items():
         if value is not None and not 0 < value < 1e6:
-            raise UsageError(tr("must be a positive number."), field=name)
+            raise UsageError(tr("This must be a positive number."), field=name)
     if not LEAST_OVERLAP <= overlap <= MOST_OVERLAP:
         raise UsageError(
-            tr("neighbouring photos should overlap by 60 to 80 %: give 0.6 to 0.8."),
+            tr("Neighbouring photos should overlap by 60 to 80 %. Give 0.6 to 0.8."),
             field="--overlap",
         )
 
@@ -292,18 +319,18 @@ def _stations(
     if manner != "handheld":
         ways.append((1, spacing[1]))
     for beyond, margin in ways:
-        rows = _even(height, footprint[1], spacing[1], margin)
+        rows = _row_heights(height, footprint[1], spacing[1], margin)
         along = [i * width / columns for i in range(-beyond, columns + 1 + beyond)]
         aimed = [(u, v, 0.0, 0.0) for v in rows for u in along]
         aimed += _obliques(rows, width, footprint, manner)
-        stations = tuple(_aimed(n, *target, distance) for n, target in enumerate(aimed, 1))
+        stations = tuple(_station_at(n, *target, distance) for n, target in enumerate(aimed, 1))
         views = _views(camera, stations, width, height)
         if views.min() >= WANTED_VIEWS:
             break
     return stations, int(views.min()), float(np.median(views))
 
 
-def _even(extent: float, seen: float, spacing: float, margin: float) -> list[float]:
+def _row_heights(extent: float, seen: float, spacing: float, margin: float) -> list[float]:
     """Heights of rows whose pictures cover the extent and a margin on either side; one row where a
     single picture does."""
     free = extent + 2.0 * margin - seen
@@ -330,7 +357,7 @@ def _obliques(
     return found
 
 
-def _aimed(
+def _station_at(
     number: int, u: float, v: float, turn_deg: float, tilt_deg: float, distance: float
 ) -> Station:
     """A camera at `distance` from its target, looking at it with this turn and tilt."""
@@ -399,18 +426,37 @@ def _warnings(
     highest = max(station.up_m for station in stations)
     if manner == "handheld" and highest > _REACH_M:
         one_row = distance * height / footprint[1]
-        found.append(
-            f"the upper rows are up to {highest:.1f} m above the foot: use a drone or a pole, or "
-            f"stand {one_row:.0f} m away, where one row shows all of it"
-            if one_row > distance * (1.0 + 1e-9)
-            else f"the row is {highest:.1f} m above the foot: use a drone or a pole; photos that "
-            "look up from the ground do not show what lies on ledges"
-        )
+        if one_row > distance * (1.0 + 1e-9):
+            found.append(
+                tr(
+                    "The upper rows are up to {height:.1f} m above the foot of the outcrop. Use a "
+                    "drone or a pole, or stand {distance:.0f} m away, where one row covers all of "
+                    "it.",
+                    height=highest,
+                    distance=one_row,
+                )
+            )
+        else:
+            found.append(
+                tr(
+                    "The row is {height:.1f} m above the foot of the outcrop. Use a drone or a "
+                    "pole: photos taken upwards from the ground do not show the tops of ledges.",
+                    height=highest,
+                )
+            )
     if min(width, height) < 0.2 * max(width, height):
         found.append(
-            "the outcrop is a narrow strip: control points on it lie nearly in one line; put some "
-            "before or beside it, and take photos of those too"
+            tr(
+                "The outcrop is a narrow strip, so that control points on it are nearly in one "
+                "line. Put some in front of it or beside it, and photograph those too."
+            )
         )
     if least < WANTED_VIEWS:
-        found.append(f"some places near the border are seen by only {least} photos; add some there")
+        found.append(
+            tr_n(
+                "Some places near the border are seen by only {count} photo. Add some there.",
+                "Some places near the border are seen by only {count} photos. Add some there.",
+                least,
+            )
+        )
     return found

@@ -15,9 +15,10 @@ from vomstudio.survey.camera_positions import (
     rotation_error95_deg,
     straightness,
 )
-from vomstudio.survey.check_limits import Limits, Looked
+from vomstudio.survey.check_limits import Limits, SurveyMeasurements
 from vomstudio.survey.check_results import Finding, length, named
-from vomstudio.survey.overlap import SetLook
+from vomstudio.survey.overlap import FEWEST_MATCHES, SetOverlap
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 
-def best_overlap(pairs: SetLook, count: int) -> list[float]:
+def best_overlap(pairs: SetOverlap, count: int) -> list[float]:
+    """Largest overlap (0 to 1) of each of `count` photos with another one."""
     best = [0.0] * count
     for pair in pairs.pairs:
         for i in (pair.first, pair.second):
@@ -33,14 +35,14 @@ def best_overlap(pairs: SetLook, count: int) -> list[float]:
     return best
 
 
-def of_pairs(seen: Looked, best: Sequence[float], limits: Limits) -> list[Finding]:
+def of_pairs(seen: SurveyMeasurements, best: Sequence[float], limits: Limits) -> list[Finding]:
+    """Findings on matches, overlap and base. best : see `best_overlap`"""
     photos, pairs = seen.photos, seen.pairs
     count = len(photos)
     if count < 2:
         return []
     found = []
-    parts = pairs.parts(count)
-    lonely = tuple(photos[g[0]].name for g in parts if len(g) == 1)
+    parts = pairs.components(count)
     larger = [g for g in parts if len(g) > 1]
     if not larger:
         return [
@@ -48,35 +50,14 @@ def of_pairs(seen: Looked, best: Sequence[float], limits: Limits) -> list[Findin
                 "unmatched",
                 "error",
                 (),
-                "No two of the photos show the same rock: a quick comparison finds fewer than 16 "
-                "common points in every pair.",
+                tr(
+                    "No two photos show the same rock: every pair has fewer than {count} matches.",
+                    count=FEWEST_MATCHES,
+                ),
                 0,
             )
         ]
-    if lonely:
-        found.append(
-            Finding(
-                "unmatched",
-                "warning",
-                lonely,
-                f"{named(lonely)}: {'matches' if len(lonely) == 1 else 'match'} no other photo; "
-                "too little overlap, blur, or another subject.",
-                len(lonely),
-            )
-        )
-    if len(larger) > 1:
-        sizes = ", ".join(str(len(g)) for g in larger)
-        small = tuple(photos[i].name for g in larger[1:] for i in g)
-        found.append(
-            Finding(
-                "parts",
-                "warning",
-                small,
-                f"The photos fall into {len(larger)} parts that share no rock ({sizes} photos): "
-                "they would become separate models.",
-                len(larger),
-            )
-        )
+    found += _of_components(photos, parts)
     thin = tuple(photos[i].name for g in larger for i in g if best[i] < limits.overlap)
     if thin:
         most = max(best[i] for g in larger for i in g if best[i] < limits.overlap)
@@ -85,8 +66,12 @@ def of_pairs(seen: Looked, best: Sequence[float], limits: Limits) -> list[Findin
                 "low-overlap",
                 "warning",
                 thin,
-                f"{named(thin)}: {'overlaps' if len(thin) == 1 else 'overlap'} the nearest photo "
-                f"by no more than {most:.0%} (60 % or more is wanted).",
+                tr(
+                    "These photos overlap their best neighbour by {overlap:.0f} % or less: "
+                    "{photos}. 60 % or more is required.",
+                    photos=named(thin),
+                    overlap=100 * most,
+                ),
                 most,
             )
         )
@@ -98,8 +83,11 @@ def of_pairs(seen: Looked, best: Sequence[float], limits: Limits) -> list[Findin
                 "few-views",
                 "warning",
                 few,
-                f"Half of the rock is seen by {views:.0f} photos or fewer; four to five are wanted "
-                "for every place.",
+                tr(
+                    "Half of the rock is seen by {count:.0f} photos or fewer. Every place should "
+                    "be seen by four or five.",
+                    count=views,
+                ),
                 views,
             )
         )
@@ -107,7 +95,46 @@ def of_pairs(seen: Looked, best: Sequence[float], limits: Limits) -> list[Findin
     return found
 
 
-def _of_positions_seen(seen: Looked, limits: Limits) -> list[Finding]:
+def _of_components(photos: Sequence[Photo], parts: Sequence[Sequence[int]]) -> list[Finding]:
+    """Photos without matches, and components that match no other; parts : rows, largest first."""
+    found = []
+    lonely = tuple(photos[g[0]].name for g in parts if len(g) == 1)
+    larger = [g for g in parts if len(g) > 1]
+    if lonely:
+        found.append(
+            Finding(
+                "unmatched",
+                "warning",
+                lonely,
+                tr(
+                    "These photos match no other photo: {photos}. They overlap too little, are "
+                    "blurred, or show something else.",
+                    photos=named(lonely),
+                ),
+                len(lonely),
+            )
+        )
+    if len(larger) > 1:
+        sizes = ", ".join(str(len(g)) for g in larger)
+        small = tuple(photos[i].name for g in larger[1:] for i in g)
+        found.append(
+            Finding(
+                "parts",
+                "warning",
+                small,
+                tr(
+                    "The photos form {count} disconnected components ({sizes} photos), which would "
+                    "become separate models.",
+                    count=len(larger),
+                    sizes=sizes,
+                ),
+                len(larger),
+            )
+        )
+    return found
+
+
+def _of_positions_seen(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
     photos = seen.photos
     turned: list[tuple[str, str]] = []
     twins: list[tuple[str, str]] = []
@@ -133,8 +160,12 @@ def _of_positions_seen(seen: Looked, limits: Limits) -> list[Finding]:
                 "same-position",
                 "warning",
                 those,
-                f"{named(those)} were taken from one position with another direction or zoom: a "
-                "rotation shows no depth, and confuses the alignment (one position, one photo).",
+                tr(
+                    "These photos were taken from the same position as another, with a different "
+                    "direction or zoom: {photos}. Without a base there is no depth, and the "
+                    "alignment suffers. Take one photo from each position.",
+                    photos=named(those),
+                ),
                 len(turned),
             )
         )
@@ -145,8 +176,11 @@ def _of_positions_seen(seen: Looked, limits: Limits) -> list[Finding]:
                 "near-identical",
                 "info",
                 those,
-                f"{named(those)} show almost the same from the same place: all but one can be left "
-                "out.",
+                tr(
+                    "These photos are almost identical to another: {photos}. All but one can be "
+                    "left out.",
+                    photos=named(those),
+                ),
                 len(twins),
             )
         )
@@ -158,16 +192,13 @@ def _in_any(pairs: Sequence[tuple[str, str]]) -> tuple[str, ...]:
 
 
 def of_directions(
-    seen: Looked, axes: Array, known: npt.NDArray[np.bool_], limits: Limits
+    seen: SurveyMeasurements, axes: Array, known: npt.NDArray[np.bool_], limits: Limits
 ) -> list[Finding]:
     """One view direction only: doming (textbook 3.2.1)."""
     photos = seen.photos
     gimbal = _gimbal_axes(photos)
-    source = "the drone's gimbal says"
     if gimbal is not None:
         axes, known = gimbal, np.ones(len(photos), bool)
-    else:
-        source = "estimated from the pictures"
     if known.sum() < 3 or known.sum() < 0.5 * len(photos):
         return []
     used = axes[known]
@@ -182,19 +213,30 @@ def of_directions(
     if spread >= limits.doming_deg:
         return []
     down = gimbal is not None and bool(np.all(gimbal[:, 2] < -math.cos(math.radians(15.0))))
-    what = "All photos look straight down" if down else "All photos look in nearly one direction"
-    return [
-        Finding(
-            "one-direction",
-            "warning",
-            (),
-            f"{what} (within {max(spread, 0.1):.2g} degrees, {source}): the model may be bent like "
-            "a dome, and focal length and distance cannot be told apart, so the focal length is "
-            "better held at its EXIF value. Oblique photos up to 30 degrees from the perpendicular "
-            "prevent both.",
-            spread,
+    angle = max(spread, 0.1)
+    if down:
+        first = tr(
+            "All photos look straight down (within {angle:.2g} degrees, by the drone's gimbal).",
+            angle=angle,
         )
-    ]
+    elif gimbal is not None:
+        first = tr(
+            "All photos look in nearly one direction (within {angle:.2g} degrees, by the drone's "
+            "gimbal).",
+            angle=angle,
+        )
+    else:
+        first = tr(
+            "All photos look in nearly one direction (within {angle:.2g} degrees, estimated from "
+            "the photos).",
+            angle=angle,
+        )
+    risk = tr(
+        "The model may be bent like a dome, and focal length and distance are highly correlated, "
+        "so keep the focal length at its EXIF value. Oblique photos up to 30 degrees from the "
+        "perpendicular prevent both."
+    )
+    return [Finding("one-direction", "warning", (), f"{first} {risk}", spread)]
 
 
 def _gimbal_axes(photos: Sequence[Photo]) -> Array | None:
@@ -214,7 +256,9 @@ def _gimbal_axes(photos: Sequence[Photo]) -> Array | None:
     return np.array(found)
 
 
-def of_sizes(seen: Looked, gsd: Sequence[float | None], limits: Limits) -> list[Finding]:
+def of_sizes(
+    seen: SurveyMeasurements, gsd: Sequence[float | None], limits: Limits
+) -> list[Finding]:
     """Pixel sizes an order of magnitude apart: from distances, else along the matched pairs."""
     photos = seen.photos
     sizes: list[float | None] = list(gsd)
@@ -237,14 +281,17 @@ def of_sizes(seen: Looked, gsd: Sequence[float | None], limits: Limits) -> list[
             "gsd-spread",
             "warning",
             far,
-            f"Pixels on the rock differ by a factor of {ratio:.0f} between the photos: keep them "
-            "within an order of magnitude.",
+            tr(
+                "The ground sampling distances of the photos differ by a factor of {ratio:.0f}. "
+                "Keep them within an order of magnitude.",
+                ratio=ratio,
+            ),
             ratio,
         )
     ]
 
 
-def _relative_sizes(pairs: SetLook, count: int) -> list[float | None]:
+def _relative_sizes(pairs: SetOverlap, count: int) -> list[float | None]:
     sizes: dict[int, float] = {}
     best = sorted((p for p in pairs.pairs if p.pixel_ratio is not None), key=lambda p: -p.matches)
     if best:
@@ -268,6 +315,7 @@ def _relative_sizes(pairs: SetLook, count: int) -> list[float | None]:
 
 
 def of_positions(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
+    """Findings on GPS positions: whether and how well they would register a model."""
     positions = metres_from_gps(photos)
     known = np.isfinite(positions[:, 0])
     placed = [photo for photo, k in zip(photos, known, strict=True) if k]
@@ -278,22 +326,26 @@ def of_positions(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
                 "no-gps",
                 "info",
                 (),
-                "The photos say no position: scale and orientation must come from control points, "
-                "or from a measured length and a known direction in the scene.",
+                tr(
+                    "The photos have no GPS position. Scale and orientation must come from control "
+                    "points, or from a measured length and a known direction in the scene."
+                ),
                 0,
             )
         ]
     found = []
     at = positions[known]
-    size = float(np.linalg.norm(at[:, :2] - at[:, :2].mean(axis=0), axis=1).max())
-    if len(placed) > 1 and size < 0.05:
+    if len(placed) > 1 and _radius(at) < 0.05:
         return [
             Finding(
                 "gps-equal",
                 "warning",
                 names,
-                f"All {len(placed)} GPS positions are the same: the receiver had not updated, or "
-                "wrote a place of the network. They can register nothing.",
+                tr(
+                    "All {count} GPS positions are identical: the receiver had not updated, or "
+                    "stored the position of a network. They cannot register a model.",
+                    count=len(placed),
+                ),
                 len(placed),
             )
         ]
@@ -303,46 +355,68 @@ def of_positions(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
                 "gps-few",
                 "info",
                 names,
-                f"Only {len(placed)} of {len(photos)} photos have a GPS position.",
+                tr(
+                    "Only {count} of {total} photos have a GPS position.",
+                    count=len(placed),
+                    total=len(photos),
+                ),
                 len(placed),
             )
         )
     if len(placed) >= 3:
-        sigma, stated = accuracy_of(placed)
-        error, _ = rotation_error95_deg(at, sigma)
-        said = f"{length(sigma)} {'as the files state' if stated else 'assumed'}"
-        if straightness(at) < limits.straight and error > limits.rotation_deg:
-            found.append(
-                Finding(
-                    "collinear",
-                    "warning",
-                    (),
-                    "The camera positions lie in one line: nothing holds a model that is "
-                    "registered by them against turning about it.",
-                    straightness(at),
-                )
-            )
-        elif error > limits.rotation_deg:
-            found.append(
-                Finding(
-                    "gps-noise",
-                    "warning",
-                    (),
-                    f"The camera positions spread over {length(2 * size)} and are good to {said}: "
-                    f"registered by them the model can be turned by {error:.0f} degrees (95 %), "
-                    "and every dip with it. Control points are needed.",
-                    error,
-                )
-            )
-        else:
-            found.append(
-                Finding(
-                    "gps-registration",
-                    "info",
-                    (),
-                    f"Registered by the camera positions (good to {said}) the model can be turned "
-                    f"by {error:.1f} degrees (95 %).",
-                    error,
-                )
-            )
+        found.append(_of_gps_accuracy(placed, at, limits))
     return found
+
+
+def _of_gps_accuracy(placed: Sequence[Photo], at: Array, limits: Limits) -> Finding:
+    """How well the positions `at` (n, 3) of these photos determine the rotation of a model."""
+    sigma, stated = accuracy_of(placed)
+    error, _ = rotation_error95_deg(at, sigma)
+    accuracy = (
+        tr("{length}, as stated in the files", length=length(sigma))
+        if stated
+        else tr("{length}, assumed", length=length(sigma))
+    )
+    if straightness(at) < limits.straight and error > limits.rotation_deg:
+        return Finding(
+            "collinear",
+            "warning",
+            (),
+            tr(
+                "The camera positions lie in one line. A model registered by them alone can rotate "
+                "about this line."
+            ),
+            straightness(at),
+        )
+    if error > limits.rotation_deg:
+        return Finding(
+            "gps-noise",
+            "warning",
+            (),
+            tr(
+                "The camera positions extend over {extent} with an accuracy of {accuracy}. A model "
+                "registered by them alone, and every dip on it, can be rotated by up to "
+                "{error:.0f} degrees (95 %). Control points are needed.",
+                extent=length(2 * _radius(at)),
+                accuracy=accuracy,
+                error=error,
+            ),
+            error,
+        )
+    return Finding(
+        "gps-registration",
+        "info",
+        (),
+        tr(
+            "A model registered by the camera positions (accuracy: {accuracy}) can be rotated by "
+            "up to {error:.1f} degrees (95 %).",
+            accuracy=accuracy,
+            error=error,
+        ),
+        error,
+    )
+
+
+def _radius(at: Array) -> float:
+    """Largest horizontal distance of positions (n, 3) from their mean."""
+    return float(np.linalg.norm(at[:, :2] - at[:, :2].mean(axis=0), axis=1).max())

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.progress import Progress, Silent
 from vomstudio.survey.photo_quality import blur
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr, tr_n
 
 Bytes = npt.NDArray[np.uint8]
 
@@ -31,6 +31,10 @@ _LEAST_SHIFT = 0.04
 _MOST_SHIFT = 0.4
 _SMALL = 480
 _FEWEST = 8
+NO_DETAIL = to_translate("without any detail")
+BLURRED = to_translate("blurred")
+UNCHANGED = to_translate("nearly the same as the one before")
+"""Reasons for leaving frames out: keys of `FrameReport.skipped` and of the command's JSON."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,7 @@ def take_frames(
     """
     if not 0.05 <= fps <= 10.0:
         raise UsageError(
-            tr("take 1 to 4 frames per second (0.05 to 10 are possible)."), field="--fps"
+            tr("Take 1 to 4 frames per second (0.05 to 10 are possible)."), field="--fps"
         )
     progress = progress or Silent()
     target = _checked_target(Path(folder), force)
@@ -101,20 +105,27 @@ def take_frames(
             part = Path(tempfile.mkdtemp(prefix=".vom-frames-", dir=parent))
         except OSError as error:
             raise TargetError(
-                tr("cannot write here ({strerror})", strerror=error.strerror), file=folder
+                tr("This folder cannot be written ({error}).", error=error.strerror), file=folder
             ) from error
         try:
-            report = _take(source, target, part, fps, progress)
-            _judge(report, fps)
+            report = _choose_frames(source, target, part, fps, progress)
+            _add_verdict(report, fps)
             if not report.frames:
-                why = ", ".join(f"{n} moments {reason}" for reason, n in report.skipped.items())
+                reasons = ", ".join(
+                    tr("{reason}: {count}", reason=tr(reason), count=count)
+                    for reason, count in report.skipped.items()
+                )
                 raise InputError(
-                    tr("no frame of it can be used: {why}.", why=why), file=source.path
+                    tr(
+                        "No frame of this video can be used. Frames left out: {reasons}.",
+                        reasons=reasons,
+                    ),
+                    file=source.path,
                 )
             _put_in_place(part, target, report)
         except OSError as error:
             raise TargetError(
-                tr("the frames cannot be written ({strerror}).", strerror=error.strerror),
+                tr("The frames cannot be written ({error}).", error=error.strerror),
                 file=folder,
             ) from error
         finally:
@@ -130,18 +141,19 @@ class _Video:
         import cv2
 
         if path.is_dir():
-            raise InputError(tr("this is a folder; name a video."), file=path)
+            raise InputError(tr("This is a folder. Name a video."), file=path)
         if not path.is_file():
-            raise InputError(tr("there is no such file."), file=path)
+            raise InputError(tr("There is no such file."), file=path)
         if path.stat().st_size == 0:
-            raise InputError(tr("this file is empty (0 bytes)."), file=path)
+            raise InputError(tr("This file is empty (0 bytes)."), file=path)
         self.path = path
         self._capture = cv2.VideoCapture(str(path))
         ok, first = self._capture.read() if self._capture.isOpened() else (False, None)
         if not ok or first is None:
             self._capture.release()
             raise InputError(
-                tr("this is not a video that can be read, or a damaged one."), file=path
+                tr("This is not a video, is damaged, or has a format that cannot be read."),
+                file=path,
             )
         self._first = np.asarray(first)
         self.height, self.width = self._first.shape[:2]
@@ -169,13 +181,15 @@ class _Video:
         self.count = number
 
 
-def _take(source: _Video, target: Path, part: Path, fps: float, progress: Progress) -> FrameReport:
+def _choose_frames(
+    source: _Video, target: Path, part: Path, fps: float, progress: Progress
+) -> FrameReport:
     import cv2
 
     report = FrameReport(target, source.width, source.height, source.fps, 0.0)
     window = max(1, round(source.fps / fps))
     stated = source.count
-    progress.stage("taking frames", stated)
+    progress.stage(tr("Choosing frames"), stated)
     last: Bytes | None = None
     sigmas: list[float] = []
     stem = source.path.stem
@@ -186,29 +200,33 @@ def _take(source: _Video, target: Path, part: Path, fps: float, progress: Progre
         # The sharp ones so far: most of a video may be blurred.
         sharp = float(np.quantile(sigmas, 0.1)) if len(sigmas) >= 5 else 0.0
         if sigma is None:
-            _count(report, "without any detail")
+            _count(report, NO_DETAIL)
             continue
         sigmas.append(sigma)
         if sigma > min(max(_BLUR_PX, _BLUR_TIMES * sharp), _MOST_BLUR_PX):
-            _count(report, "blurred")
+            _count(report, BLURRED)
             continue
         small = _reduced(frame)
         if last is not None:
             shift = _shift(last, small)
             if shift is not None and shift < _LEAST_SHIFT:
-                _count(report, "nearly the same as the one before")
+                _count(report, UNCHANGED)
                 continue
             if shift is None or shift > _MOST_SHIFT:
                 report.gaps.append(round(number / source.fps, 2))
         name = f"{stem}_{number:06d}.jpg"
         if not cv2.imwrite(str(part / name), frame, [cv2.IMWRITE_JPEG_QUALITY, 96]):
-            raise OSError(28, "the disk may be full")
+            raise OSError(28, tr("the disk may be full"))
         report.frames.append(Frame(name, number, number / source.fps, sigma))
         last = small
     report.seconds = (source.count or 0) / source.fps
     if stated and source.count is not None and source.count < 0.95 * stated:
         report.warnings.append(
-            f"the video ends after {source.count} of its {stated} frames: it is damaged or cut off"
+            tr(
+                "The video ends after {count} of its {total} frames: it is damaged or incomplete.",
+                count=source.count,
+                total=stated,
+            )
         )
     return report
 
@@ -271,61 +289,94 @@ def _count(report: FrameReport, reason: str) -> None:
     report.skipped[reason] = report.skipped.get(reason, 0) + 1
 
 
-def _judge(report: FrameReport, fps: float) -> None:
-    """Whether it is time to give up."""
+def _add_verdict(report: FrameReport, fps: float) -> None:
+    """Adds warnings and the verdict: whether the video is worth a reconstruction."""
     taken = len(report.frames)
     moments = taken + sum(report.skipped.values())
-    blurred = report.skipped.get("blurred", 0) / max(moments, 1)
-    still = report.skipped.get("nearly the same as the one before", 0)
+    blurred = report.skipped.get(BLURRED, 0) / max(moments, 1)
+    still = report.skipped.get(UNCHANGED, 0)
     reasons = []
+    size = max(report.width, report.height)
     if taken < _FEWEST:
-        reasons.append(f"only {taken} frames are sharp and different ({_FEWEST} are the least)")
+        reasons.append(
+            tr_n(
+                "Only {count} frame is sharp and different from the others; {least} are needed.",
+                "Only {count} frames are sharp and different from each other; {least} are needed.",
+                taken,
+                least=_FEWEST,
+            )
+        )
     if blurred > 0.5:
-        reasons.append(f"{blurred:.0%} of it is blurred")
+        reasons.append(tr("{share:.0f} % of the video is blurred.", share=100 * blurred))
     if taken and len(report.gaps) > 0.3 * taken:
-        reasons.append(f"at {len(report.gaps)} moments it moves so fast that frames hardly overlap")
-    if max(report.width, report.height) < 1000:
-        reasons.append(f"its pictures have only {report.width} x {report.height} pixels")
-    elif max(report.width, report.height) < 1900:
+        reasons.append(
+            tr(
+                "At {count} moments the camera moves so fast that frames hardly overlap.",
+                count=len(report.gaps),
+            )
+        )
+    if size < 1000:
+        reasons.append(
+            tr(
+                "Its frames have only {width} x {height} pixels.",
+                width=report.width,
+                height=report.height,
+            )
+        )
+    elif size < 1900:
         report.warnings.append(
-            f"its pictures have only {report.width} x {report.height} pixels; photos show much more"
+            tr(
+                "The frames have only {width} x {height} pixels. Photos show much more detail.",
+                width=report.width,
+                height=report.height,
+            )
         )
     if 0 < blurred <= 0.5 and blurred > 0.2:
-        report.warnings.append(f"{blurred:.0%} of it is blurred: move more slowly")
+        report.warnings.append(
+            tr("{share:.0f} % of the video is blurred. Move more slowly.", share=100 * blurred)
+        )
     if still > 0.3 * max(moments, 1):
-        report.warnings.append("the camera stood still for much of it: keep moving")
+        report.warnings.append(tr("The camera stood still for much of the video. Keep moving."))
     if fps > 4.0 or fps < 1.0:
-        report.warnings.append("1 to 4 frames per second are usual")
+        report.warnings.append(tr("1 to 4 frames per second are usual."))
     report.good_enough = not reasons
     if reasons:
-        report.verdict = (
-            f"This video is not good enough: {'; '.join(reasons)}. It is time to give it up and "
-            "take photos, or to film again slowly and smoothly, without standing still."
+        report.verdict = tr(
+            "This video is not good enough. {reasons} Take photos instead, or film again slowly "
+            "and smoothly, without standing still.",
+            reasons=" ".join(reasons),
         )
     else:
-        report.verdict = (
-            f"{taken} frames can be used. They have no position and no camera data: bring scale "
-            "and orientation by control points or a measured length."
+        report.verdict = tr_n(
+            "{count} frame can be used. It has no position and no camera data: scale and "
+            "orientation must come from control points or a measured length.",
+            "{count} frames can be used. They have no position and no camera data: scale and "
+            "orientation must come from control points or a measured length.",
+            taken,
         )
 
 
 # ------------------------------------------------------------------------------------------------
 def _checked_target(folder: Path, force: bool) -> Path:
     if not folder.name:
-        raise TargetError(tr("this names no folder."), file=folder)
+        raise TargetError(tr("This does not name a folder."), file=folder)
     target = folder.absolute()
     if not target.parent.is_dir():
         raise TargetError(
             tr(
-                "the folder {parent} does not exist; make it or name another.", parent=target.parent
+                "The folder {folder} does not exist. Create it, or name another one.",
+                folder=target.parent,
             ),
             file=folder,
         )
     if target.exists() and not target.is_dir():
-        raise TargetError(tr("this is a file, not a folder; name another."), file=folder)
+        raise TargetError(tr("This is a file. Name a folder."), file=folder)
     if target.is_dir() and any(target.iterdir()) and not force and not is_ours(target):
         raise TargetError(
-            tr("this folder holds other files; use --force to write among them, or name another."),
+            tr(
+                "This folder contains other files. Use --force to write among them, or name "
+                "another folder."
+            ),
             file=folder,
         )
     return target

@@ -25,10 +25,11 @@ _QUICK_S = 0.01
 
 @dataclass(eq=False)
 class Stroke:
-    """
-    chosen : (n,) whether each face or point of the model is in
-    touched : what has been added or taken away as it is drawn, of points every `stride`-th
-    quick : the surface answers at once
+    """What one stroke of the brush adds to a patch or erases from it.
+
+    chosen : (n,) whether each face or point of the model is in the patch
+    touched : corners of what has been added or erased, as drawn; of points every `stride`-th
+    quick : the surface's search tree stands, so that its resolution is known at once
     """
 
     model: Model
@@ -49,7 +50,7 @@ class Stroke:
     def begin(
         cls, hit: Hit, model: Model, surface: PaintSurface, patch: Painted | None, *, removes: bool
     ) -> Stroke:
-        """Where the brush first meets a surface. patch: the one that is painted on."""
+        """Start a stroke where the brush first meets a surface. patch : the one to change."""
         chosen = np.zeros(surface.count, np.bool_)
         if patch is not None:
             chosen[known_ids(patch, surface.count)] = True
@@ -69,7 +70,7 @@ class Stroke:
         )
 
     def paint(self, hit: Hit, radius: float) -> None:
-        """radius: m."""
+        """Add or erase what lies within `radius`, in metres, of a hit."""
         ids = self.surface.within(hit.index, hit.position, radius / self.scale)
         ids = ids[self.chosen[ids] == self.removes]
         if not len(ids):
@@ -81,12 +82,12 @@ class Stroke:
         )
 
     def ids(self) -> npt.NDArray[np.int64]:
-        """What is in the patch now."""
+        """(k,) indices of the faces or points in the patch now."""
         return np.flatnonzero(self.chosen)
 
     def figures(self, ids: npt.NDArray[np.int64], *, whole: bool) -> dict[str, Any]:
-        """The fields of a patch that follow from its ids; `whole` with those that only a record
-        needs."""
+        """The fields of a patch that follow from its ids, by name; `whole` with those that only a
+        record needs."""
         points, weights = self.surface.weighted(ids)
         known = moments(points, weights)
         figures = {
@@ -112,11 +113,11 @@ class Stroke:
 
     # --- live figures ------------------------------------------------------------------------
     def due(self, now: float) -> bool:
-        """Something has been painted since it was last measured, and there is time to do it."""
+        """Whether the live figures should be computed: the patch has changed, and there is time."""
         return self.count != self.measured and now >= self.measured_until
 
     def note_measured(self, started: float) -> None:
-        """It has just been measured: what takes long is not done again at once."""
+        """It has just been measured; the longer that took, the later it is done again."""
         now, self.measured = time.perf_counter(), self.count
         self.measured_until = now + (now - started) * (1.0 / _LIVE_SHARE - 1.0)
 

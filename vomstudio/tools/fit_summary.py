@@ -1,4 +1,4 @@
-"""A live fit in the few words that stand beside the cursor."""
+"""Short texts on a live fit, shown beside the cursor."""
 
 from __future__ import annotations
 
@@ -6,19 +6,21 @@ from textwrap import wrap
 
 from vomstudio.geology.quality import Verdict
 from vomstudio.geometry.planes import PlaneFit
+from vomstudio.words import tr
 
 WIDTH = 44
-"""Letters of a line beside the cursor."""
+"""Characters of a line beside the cursor."""
 
 
 def error_text(fit: PlaneFit) -> str:
+    """Semi-axes of the 95 % region of the orientation, in degrees."""
     if fit.max_confidence95_deg is None:
-        return "95 %: undefined"
+        return tr("95 %: undefined")
     return f"95 %: {fit.max_confidence95_deg:.1f}° × {fit.min_confidence95_deg or 0:.1f}°"
 
 
 def indices_text(fit: PlaneFit, size: str) -> str:
-    """M and K where there are such, and the size in words."""
+    """M and K where they are defined, and the size as text."""
     indices = "   ".join(
         f"{name} {value:.1f}" for name, value in (("M", fit.M), ("K", fit.K)) if value is not None
     )
@@ -26,4 +28,5 @@ def indices_text(fit: PlaneFit, size: str) -> str:
 
 
 def first_reason(verdict: Verdict) -> list[str]:
+    """The first reason of a verdict, in lines of WIDTH."""
     return [line for why in verdict.reasons[:1] for line in wrap(why, WIDTH)]

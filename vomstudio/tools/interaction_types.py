@@ -1,4 +1,4 @@
-"""What passes between the viewport and a tool: plain data, no Qt, no VTK."""
+"""Data passed between the viewport and a tool; without Qt and VTK."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ Point = tuple[float, float, float]
 
 
 class Button(enum.Enum):
+    """A mouse button."""
+
     NONE = "none"
     LEFT = "left"
     MIDDLE = "middle"
@@ -86,7 +88,7 @@ class BrushRing:
     """Where a round brush touches the surface.
 
     centre : (3,) World; radius : m; normal : (3,) of the surface there, None where unknown
-    removes : what it touches is taken away
+    removes : the brush erases
     """
 
     centre: npt.NDArray[np.float64]

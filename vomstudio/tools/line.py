@@ -17,13 +17,15 @@ from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError
 from vomstudio.geology.notation import format_line
 from vomstudio.geometry.plane_discs import disc
+from vomstudio.tools.fit_summary import WIDTH, first_reason
 from vomstudio.tools.polyline import PolylineTool, plane_of, points_text
 from vomstudio.tools.tool_entry import ToolEntry
+from vomstudio.words import to_translate, tr, tr_n
 
 
 @dataclass(frozen=True)
 class NextLine:
-    """What the next line is: fields as in Lineation."""
+    """Attributes of the next line; fields as in Lineation."""
 
     type_id: str = "lineation"
     set_name: str = ""
@@ -32,11 +34,10 @@ class NextLine:
 
 
 class LineTool(PolylineTool[Lineation]):
-    """Two points or more. It has a type of its own for what is made next: what the other tools
-    measure are planes."""
+    """Picks two points or more. It keeps its own type for the next feature, as the other tools
+    measure planes."""
 
     name = "line"
-    what = "line"
     record = Lineation
 
     def __init__(self, context: Any) -> None:
@@ -45,38 +46,47 @@ class LineTool(PolylineTool[Lineation]):
 
     def hint(self) -> str:
         if self._feature is None:
-            return "Line: click along a striation, a hinge or another lineation on the outcrop"
+            return tr("Line: click along a striation, a hinge or another lineation on the outcrop.")
         count = len(self.vertices)
         if count < 2:
-            return "Line: 1 point; a line needs 2. Backspace takes it back; Esc cancels"
-        return (
-            f"Line: {count} points; more give its error. Enter or double click finishes; "
-            "drag a vertex to move it; Esc cancels"
+            return tr("Line: 1 of at least 2 points. Backspace removes it; Esc cancels.")
+        return tr_n(
+            "Line: {count} point. Further points determine its error. Enter or double click "
+            "finishes; drag a vertex to move it; Esc cancels.",
+            "Line: {count} points. Further points determine its error. Enter or double click "
+            "finishes; drag a vertex to move it; Esc cancels.",
+            count,
         )
 
     def why_not_finish(self) -> str | None:
         if self._feature is None:
-            return "no line is being picked"
+            return tr("No line is being picked.")
         missing = 2 - len(self.vertices)
-        return None if missing <= 0 else f"a line needs 2 points; pick {missing} more"
+        if missing <= 0:
+            return None
+        return tr_n(
+            "A line needs at least 2 points: pick {count} more.",
+            "A line needs at least 2 points: pick {count} more.",
+            missing,
+        )
 
     @property
     def attributes(self) -> NextLine:
-        """Those of the open line, else of the next one."""
+        """The attributes of the open line, else of the next one."""
         line = self._feature
         if line is None:
             return self.next
         return NextLine(line.type_id, line.set_name, line.plane_id, line.slip)
 
     def choose(self, **values: str) -> None:
-        """Other attributes for the next line, and for the open one where it is new. Without a
-        plane there is no sense of slip."""
-        self.next = _sound(replace(self.next, **values))  # type: ignore[arg-type]
+        """Set attributes of the next line, and of the open one where it is new. Without a plane
+        there is no sense of slip."""
+        self.next = _without_orphan_slip(replace(self.next, **values))  # type: ignore[arg-type]
         line = self._feature
         if line is None or self._continued:
             self._context.tool_changed()
             return
-        chosen = _sound(replace(self.attributes, **values))  # type: ignore[arg-type]
+        chosen = _without_orphan_slip(replace(self.attributes, **values))  # type: ignore[arg-type]
         if chosen != self.attributes:
             changed = replace(
                 line,
@@ -103,7 +113,7 @@ class LineTool(PolylineTool[Lineation]):
     def _edit(self, feature: Lineation) -> Edit:
         if self.measurement is None or self.measurement.problem:
             problem = self.measurement.problem if self.measurement else None
-            raise GeometryError(problem or "no points")
+            raise GeometryError(problem or tr("No points have been picked."))
         records = self._context.session.records
         if not self._continued:
             return edits.add_features(records, [feature])
@@ -119,7 +129,7 @@ class LineTool(PolylineTool[Lineation]):
         }
 
     def forget(self) -> None:
-        """A plane of the project that is closed is none of the next one's."""
+        """The next project does not have this project's planes."""
         super().forget()
         self.next = replace(self.next, plane_id="", slip="")
 
@@ -165,8 +175,9 @@ class LineTool(PolylineTool[Lineation]):
             # The second point is where the cursor is.
             measured = self._context.measure(replace(self._feature, vertices=(*self.vertices, at)))
         if measured is None or measured.line is None or measured.line_fit is None:
-            why = "" if count < 2 or measured is None else f": {measured.problem}"
-            return (f"{points_text(count)}{why}",)
+            if count < 2 or measured is None or not measured.problem:
+                return (points_text(count),)
+            return (points_text(count), *wrap(measured.problem, WIDTH))
         error = measured.max_confidence95_deg
         decimals = 1 if error is not None and error < 1.0 else 0
         lines = [format_line(measured.line, decimals)]
@@ -178,25 +189,34 @@ class LineTool(PolylineTool[Lineation]):
             )
             lines.append(f"95 %: {error:.1f}°{across}   n {count}")
         elif not live:
-            lines.append(f"95 %: undefined   n {count}")
+            lines.append(f"{tr('95 %: undefined')}   n {count}")
         if measured.rake_deg is not None and self._feature is not None:
             base = self._context.session.records.get(self._feature.plane_id)
-            name = base.name if base is not None else "its plane"
-            lines.append(f"rake {measured.rake_deg:.0f}°, {measured.off_plane_deg:.1f}° off {name}")
+            name = base.name if base is not None else tr("its plane")
+            lines.append(
+                tr(
+                    "Rake {rake:.0f}°, {angle:.1f}° off {plane}",
+                    rake=measured.rake_deg,
+                    angle=measured.off_plane_deg,
+                    plane=name,
+                )
+            )
         if measured.verdict is not None and not live:
-            lines += [x for why in measured.verdict.reasons[:1] for x in wrap(why, 44)]
+            lines += first_reason(measured.verdict)
         return tuple(lines)
 
 
-def _sound(line: NextLine) -> NextLine:
+def _without_orphan_slip(line: NextLine) -> NextLine:
     return line if line.plane_id else replace(line, slip="")
 
 
 TOOL = ToolEntry(
     LineTool,
-    label="&Line",
+    label=to_translate("&Line"),
     icon="arrow-top-right",
     key="L",
-    tip="Click along a striation, hinge or other lineation: trend, plunge, rake on a plane",
+    tip=to_translate(
+        "Click along a striation, hinge or other lineation: trend, plunge, rake on a plane."
+    ),
     order=30,
 )

@@ -19,25 +19,24 @@ from vomstudio.errors import GeometryError
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.tools.polyline import PolylineTool, plane_of, points_text
 from vomstudio.tools.tool_entry import ToolEntry
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr, tr_n
 
 KINDS: tuple[DimensionKind, ...] = tuple(kind for kind, _ in DIMENSION_KINDS)
 TWO_ENDS = ("distance", "thickness")
 LEAST = {"distance": 2, "polyline": 2, "area": 3, "thickness": 2}
 
-_NEXT = {
-    "distance": "click the two ends of a distance",
-    "polyline": "click along the line whose length is wanted",
-    "area": "click around the area, corner after corner",
-    "thickness": "click a point on the base and one on the top",
+_HINTS = {
+    "distance": to_translate("Measure: click the two end points of the distance."),
+    "polyline": to_translate("Measure: click along the line whose length you want."),
+    "area": to_translate("Measure: click the corners of the area, one after the other."),
+    "thickness": to_translate("Measure: click a point on the base and one on the top."),
 }
 
 
 class MeasureTool(PolylineTool[Dimension]):
-    """A distance or thickness is done with its second point, the others with Enter."""
+    """A distance or thickness ends with its second point, the others with Enter."""
 
     name = "measure"
-    what = "measurement"
     record = Dimension
 
     def __init__(self, context: Any) -> None:
@@ -47,41 +46,49 @@ class MeasureTool(PolylineTool[Dimension]):
 
     @property
     def kind(self) -> DimensionKind:
-        """Of the open measurement, else of the next one."""
+        """Kind of the open measurement, else of the next one."""
         return self._feature.kind if self._feature else self.next_kind
 
     @property
     def plane_id(self) -> str:
+        """Plane across which a thickness is measured; "" for none."""
         return self._feature.plane_id if self._feature else self.next_plane_id
 
     def hint(self) -> str:
         if (why := self._no_plane()) is not None:
-            return f"Measure: {why}"
+            return why
         if self._feature is None:
-            return f"Measure: {_NEXT[self.kind]}"
+            return tr(_HINTS[self.kind])
         if self.kind in TWO_ENDS:
-            return "Measure: click the other end; Backspace takes the first one back; Esc cancels"
-        return (
-            f"Measure: {points_text(len(self.vertices))}. Enter or double click finishes; "
-            "drag a vertex to move it; Ctrl+click inserts one; Esc cancels"
+            return tr("Measure: click the other end. Backspace removes the first one; Esc cancels.")
+        return tr_n(
+            "Measure: {count} point. Enter or double click finishes; drag a vertex to move it; "
+            "Ctrl+click inserts one; Esc cancels.",
+            "Measure: {count} points. Enter or double click finishes; drag a vertex to move it; "
+            "Ctrl+click inserts one; Esc cancels.",
+            len(self.vertices),
         )
 
     def why_not_finish(self) -> str | None:
         if self._feature is None:
-            return "nothing is being measured"
+            return tr("No measurement is open.")
         missing = LEAST[self.kind] - len(self.vertices)
         if missing > 0:
-            article = "an" if self.kind == "area" else "a"
-            return f"{article} {self.kind} needs {LEAST[self.kind]} points; pick {missing} more"
+            return tr_n(
+                "At least {least} points are needed: pick {count} more.",
+                "At least {least} points are needed: pick {count} more.",
+                missing,
+                least=LEAST[self.kind],
+            )
         return self._no_plane()
 
     def _no_plane(self) -> str | None:
         if self.kind == "thickness" and plane_of(self._context, self.plane_id) is None:
-            return "choose the plane that the thickness is measured across"
+            return tr("Choose the plane across which the thickness is measured.")
         return None
 
     def choose(self, kind: DimensionKind | None = None, plane_id: str | None = None) -> None:
-        """Another kind or plane for the next measurement, and for the open one where it is new."""
+        """Set kind or plane of the next measurement, and of the open one where it is new."""
         self.next_kind = self.next_kind if kind is None else kind
         self.next_plane_id = self.next_plane_id if plane_id is None else plane_id
         open_one = self._feature
@@ -120,19 +127,22 @@ class MeasureTool(PolylineTool[Dimension]):
             self.finish()
 
     def insert_vertex(self, position: Point) -> None:
+        """As in the base class; a distance or thickness has no vertices between its ends."""
         if self.kind not in TWO_ENDS:
             super().insert_vertex(position)
 
     def _edit(self, feature: Dimension) -> Edit:
         if (why := self.why_not_finish()) is not None:
-            raise GeometryError(f"{why[:1].upper()}{why[1:]}.")
+            raise GeometryError(why)
         measured = self.measurement
         if measured is None or measured.problem:
             raise GeometryError(
-                measured.problem if measured and measured.problem else tr("no points")
+                measured.problem
+                if measured and measured.problem
+                else tr("No points have been picked.")
             )
         if max((measured.dimension or {}).values(), default=0.0) <= 0.0:
-            raise GeometryError(tr("All points are at the same place; pick them farther apart."))
+            raise GeometryError(tr("All points coincide. Pick them farther apart."))
         records = self._context.session.records
         if not self._continued:
             return edits.add_features(records, [feature])
@@ -143,7 +153,7 @@ class MeasureTool(PolylineTool[Dimension]):
         return {"kind": feature.kind, "plane_id": feature.plane_id}
 
     def forget(self) -> None:
-        """A plane of the project that is closed is none of the next one's."""
+        """The next project does not have this project's planes."""
         super().forget()
         self.next_plane_id = ""
 
@@ -196,9 +206,9 @@ class MeasureTool(PolylineTool[Dimension]):
 
 TOOL = ToolEntry(
     MeasureTool,
-    label="&Measure",
+    label=to_translate("&Measure"),
     icon="ruler",
     key="M",
-    tip="Distance, length, area, thickness across a plane",
+    tip=to_translate("Measure a distance, a length, an area, or a thickness across a plane."),
     order=40,
 )

@@ -11,12 +11,13 @@ from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.patches import ids_of
 from vomstudio.tools.interaction_types import Area
 
-# So many points show where a patch of a cloud is; more would only cover each other.
+# Number of points that show where a patch of a cloud is; more would only cover each other.
 DOTS = 20_000
 
 
 def known_ids(patch: Painted, count: int) -> npt.NDArray[np.int64]:
-    """The faces or points of a patch that a model with `count` of them has."""
+    """(k,) indices of a patch's faces or points, without those that a model with `count` of them
+    does not have."""
     ids = ids_of(patch.runs)
     return ids[ids < count]
 

@@ -2,8 +2,8 @@
 
 A state machine without Qt or VTK. A stroke is press, drag, release, and one edit of the document:
 the first makes the patch, later ones change it, so undo takes back strokes and nothing that was
-painted can be lost. Only a stroke in the making is `open`; the patch that the next stroke goes on
-with is `current`, until it is finished.
+painted can be lost. Only an unfinished stroke is `open`; the patch that the next stroke changes is
+`current`, until it is finished.
 """
 
 from __future__ import annotations
@@ -27,22 +27,35 @@ from vomstudio.geometry.units import area_text
 from vomstudio.tools.brush_stroke import Stroke
 from vomstudio.tools.fit_summary import WIDTH, error_text, first_reason, indices_text
 from vomstudio.tools.interaction_types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
-from vomstudio.tools.polyline import rgb
+from vomstudio.tools.polyline import points_text, rgb
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.tools.tool_entry import ToolEntry
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 SMALLEST_RADIUS, LARGEST_RADIUS = 1e-3, 1e4
 STEP = 1.25
 # Part of the model's size that the first brush has.
 _FIRST_RADIUS = 1.0 / 80.0
 _REMOVED = (1.0, 1.0, 1.0)
-_NOTHING_PAINTED = "no patch is being painted"
+_NO_PATCH = to_translate("No patch is being painted.")
+_HINT_NEW = to_translate(
+    "Patch: paint over one surface with the left button; the right button orbits; "
+    "[ and ] change the brush size."
+)
+_HINT_ADDS = to_translate(
+    "Patch {patch}: the next stroke adds, with Ctrl it erases. Enter finishes; Esc discards the "
+    "strokes; the right button orbits; [ and ] change the brush size."
+)
+_HINT_ERASES = to_translate(
+    "Patch {patch}: the next stroke erases, with Ctrl it adds. Enter finishes; Esc discards the "
+    "strokes; the right button orbits; [ and ] change the brush size."
+)
 
 
 class PatchTool:
+    """Paints patches; see the module."""
+
     name = "patch"
-    what = "patch"
     paints = True
 
     def __init__(self, context: ToolContext) -> None:
@@ -61,17 +74,17 @@ class PatchTool:
     # --- state -------------------------------------------------------------------------------
     @property
     def open(self) -> bool:
-        """A stroke is being made."""
+        """A stroke is being painted."""
         return self._down
 
     @property
     def current(self) -> Patch | None:
-        """The patch that the next stroke goes on with."""
+        """The patch that the next stroke changes; None where it begins a new one."""
         return get(self._context.session.records, self._id, Patch)
 
     @property
     def continued(self) -> bool:
-        """The current patch was there before this tool took it up."""
+        """The current patch existed before this tool continued it."""
         return self._before is not None and self.current is not None
 
     @property
@@ -81,12 +94,12 @@ class PatchTool:
 
     @property
     def radius(self) -> float:
-        """Metres."""
+        """Radius of the brush, m."""
         return self._radius if self._radius is not None else 0.1
 
     @property
     def measurement(self) -> Measurement | None:
-        """Of what is painted now, the stroke in the making included."""
+        """Measurement of what is painted now, the unfinished stroke included."""
         if self._live is not None:
             return self._live
         patch = self.current
@@ -100,28 +113,21 @@ class PatchTool:
 
     def hint(self) -> str:
         if self._down:
-            return "Patch: release ends the stroke; Esc abandons it"
-        which = "takes away" if self.removing else "adds to"
+            return tr("Patch: releasing the button ends the stroke; Esc discards it.")
         patch = self.current
         if patch is None:
-            return (
-                "Patch: paint over one surface with the left button; the right button orbits; "
-                "[ and ] change the brush"
-            )
-        return (
-            f"Patch {patch.name}: the next stroke {which} it; Ctrl "
-            f"{'adds' if self.removing else 'takes away'}; Enter finishes, Esc gives it up; "
-            "the right button orbits; [ and ] change the brush"
-        )
+            return tr(_HINT_NEW)
+        return tr(_HINT_ERASES if self.removing else _HINT_ADDS, patch=patch.name)
 
     def why_not_finish(self) -> str | None:
-        return None if self._down or self.current is not None else _NOTHING_PAINTED
+        return None if self._down or self.current is not None else tr(_NO_PATCH)
 
     def why_not_cancel(self) -> str | None:
         return self.why_not_finish()
 
     # --- the brush ---------------------------------------------------------------------------
     def set_radius(self, metres: float) -> None:
+        """Set the radius of the brush, m, within the allowed limits."""
         metres = min(max(float(metres), SMALLEST_RADIUS), LARGEST_RADIUS)
         if metres != self._radius:
             self._radius = metres
@@ -129,19 +135,22 @@ class PatchTool:
             self._context.tool_changed()
 
     def larger(self) -> None:
+        """Enlarge the brush by one step."""
         self.set_radius(_two_digits(self.radius * STEP))
 
     def smaller(self) -> None:
+        """Shrink the brush by one step."""
         self.set_radius(_two_digits(self.radius / STEP))
 
     def set_removing(self, removing: bool) -> None:
-        """Strokes take away, and with Ctrl add."""
+        """Whether strokes erase; with Ctrl they then add."""
         self.removing = removing
         self._show()
         self._context.tool_changed()
 
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
+        """Paint while the left button is held; see `Tool`."""
         if event.kind is Pointer.MOVE:
             self._ctrl, self._hover = event.ctrl, event.hit
             self._show()
@@ -149,7 +158,9 @@ class PatchTool:
             return
         elif event.kind in (Pointer.CLICK, Pointer.DOUBLE_CLICK):
             if event.hit is None:
-                self._context.hint("There is no surface under the cursor: paint on the outcrop.")
+                self._context.hint(
+                    tr("There is no surface under the cursor. Paint on the outcrop.")
+                )
             elif not event.shift:
                 self._press(event)
                 self._release()
@@ -178,14 +189,15 @@ class PatchTool:
         patch, removes = self.current, self.removing != self._ctrl
         problem = ""
         if not isinstance(model, Model) or surface is None:
-            problem = "This model is not part of the project any more."
+            problem = tr("This model has been removed from the project.")
         elif patch is not None and patch.model_id != model.id:
-            problem = (
-                f"This is another model than that of {patch.name}. A patch belongs to one model: "
-                "finish it (Enter) first."
+            problem = tr(
+                "This is another model than that of {patch}. A patch belongs to one model: finish "
+                "it (Enter) first.",
+                patch=patch.name,
             )
         elif patch is None and removes:
-            problem = "There is no patch to take away from: paint one, or continue one, first."
+            problem = tr("There is no patch to erase from. Paint one, or continue one, first.")
         if problem or not isinstance(model, Model) or surface is None:
             self._down = False
             self._context.hint(problem)
@@ -229,7 +241,7 @@ class PatchTool:
             session.apply(edits.add_features(session.records, [painted]))
             self._id, self._before = painted.id, None
         else:
-            what = "Take away from" if stroke.removes else "Brush"
+            what = "Erase from" if stroke.removes else "Paint"
             session.apply(edits.change_feature(session.records, painted, what))
         self._context.created(painted.id)
 
@@ -264,21 +276,21 @@ class PatchTool:
         stroke.note_measured(started)
 
     # --- beginning and end -------------------------------------------------------------------
-    def take_up(self, patch_id: str) -> None:
-        """Go on painting a patch of the document."""
+    def continue_patch(self, patch_id: str) -> None:
+        """Continue painting a patch of the document. Raises DocumentError."""
         if self._down:
-            raise DocumentError(tr("a stroke is being made: release it first"))
+            raise DocumentError(tr("A stroke is being painted. Release the button first."))
         patch = get(self._context.session.records, patch_id, Patch)
         if patch is None:
-            raise DocumentError(tr("only a patch can be painted on"))
+            raise DocumentError(tr("Only a patch can be continued with the brush."))
         if self._context.surface(patch.model_id) is None:
-            raise DocumentError(tr("the model of {patch} is not open", patch=patch.name))
+            raise DocumentError(tr("The model of {patch} is not open.", patch=patch.name))
         self._id, self._before, self._hover = patch.id, patch, None
         self._show()
         self._context.tool_changed()
 
     def undo(self) -> bool:
-        """A stroke in the making cannot be taken back: it is released or abandoned."""
+        """A stroke that is being painted cannot be undone: it is released or discarded."""
         return self._down
 
     def finish(self) -> str | None:
@@ -293,8 +305,8 @@ class PatchTool:
         return patch.id
 
     def cancel(self) -> None:
-        """Abandon the stroke in the making; else give up the strokes since the patch was begun or
-        taken up, which undo brings back."""
+        """Discard the stroke that is being painted; else all strokes since the patch was begun or
+        continued, which undo restores."""
         if self._down:
             self._down, self._stroke, self._live = False, None, None
             self._show()
@@ -307,19 +319,24 @@ class PatchTool:
         try:
             if before is None:
                 session.apply(edits.delete(session.records, [patch.id]))
-                self._context.hint(f"{patch.name} was given up; Undo brings it back.")
+                self._context.hint(tr("{patch} was discarded. Undo restores it.", patch=patch.name))
             elif patch.runs != before.runs:
                 back = {name: getattr(before, name) for name in _PAINTED}
-                what = "Give up the strokes on"
+                what = "Discard strokes on"
                 session.apply(edits.change_feature(session.records, replace(patch, **back), what))
-                self._context.hint(f"{patch.name} is as it was; Undo brings the strokes back.")
+                self._context.hint(
+                    tr(
+                        "The strokes on {patch} were discarded. Undo restores them.",
+                        patch=patch.name,
+                    )
+                )
         except VomError as error:
             self._context.say(str(error))
             return
         self._reset()
 
     def leave(self) -> None:
-        """Another tool is taken up. A stroke that is being made is kept: there is no way back."""
+        """Another tool is chosen. A stroke that is being painted is kept."""
         if self._down:
             self._release()
         self._reset()
@@ -333,7 +350,7 @@ class PatchTool:
 
     def _reset(self) -> None:
         self._id, self._before, self._live, self._measured = None, None, None, None
-        # The next stroke begins a patch, and there is nothing to take away from.
+        # The next stroke begins a patch, and there is nothing to erase from.
         self.removing = False
         self._show()
         self._context.tool_changed()
@@ -360,8 +377,8 @@ class PatchTool:
                 self._context.say(str(error))
         self._show()
 
-    def look_again(self) -> None:
-        """The document has changed: an undo may have taken a stroke back."""
+    def document_changed(self) -> None:
+        """Undo may have taken a stroke back."""
         if not self._down and self._hover is not None:
             self._show()
 
@@ -417,14 +434,15 @@ class PatchTool:
             return ()
         fit, verdict = measurement.fit, measurement.verdict
         if fit is None or verdict is None:
-            return tuple(wrap(f"no plane yet: {measurement.problem}", WIDTH))
+            problem = tr("No plane yet: {problem}", problem=measurement.problem)
+            return tuple(wrap(problem, WIDTH))
         size = (
-            f"{fit.n} points"
+            points_text(fit.n)
             if measurement.area_m2 is None
             else f"{area_text(measurement.area_m2, metric=measurement.metric)}   n {fit.n}"
         )
         if self._down:
-            # What is about to be painted must not be covered; the panel has the rest.
+            # The text must not cover what is about to be painted; the panel has the rest.
             return (self._context.format_plane(measurement), error_text(fit))
         return (
             self._context.format_plane(measurement),
@@ -449,9 +467,9 @@ def _two_digits(length: float) -> float:
 
 TOOL = ToolEntry(
     PatchTool,
-    label="&Patch",
+    label=to_translate("&Patch"),
     icon="brush",
     key="P",
-    tip="Paint over one surface; its plane is fitted as you go",
+    tip=to_translate("Paint over one surface; its plane is fitted as you paint."),
     order=20,
 )

@@ -1,4 +1,4 @@
-"""What the tools share that make a feature out of clicks: a state machine for vertices.
+"""Base of the tools that pick vertices: a state machine.
 
 Without Qt or VTK. It is idle until the first click or until an old feature is continued; then
 exactly one of `finish` or `cancel` ends it. Every step is written to the journal as a draft before
@@ -22,7 +22,7 @@ from vomstudio.errors import DocumentError, VomError
 from vomstudio.geometry import transform
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
 from vomstudio.tools.tool_context import ToolContext
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 F = TypeVar("F", bound=Picked)
 
@@ -33,7 +33,6 @@ class PolylineTool(Generic[F]):
     """The unfinished feature is an ordinary record that is not in the document yet."""
 
     name: ClassVar[str]
-    what: ClassVar[str]
     paints: ClassVar[bool] = False
     record: ClassVar[type[Any]]
 
@@ -93,16 +92,16 @@ class PolylineTool(Generic[F]):
         return False
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """Feature type and set of what is made next have been chosen anew."""
+        """Another feature type or set was chosen for the next feature."""
 
     def leave(self) -> None:
-        """Another tool is taken up: what is open waits, with its draft."""
+        """Another tool is chosen; the open feature is kept, with its draft."""
 
-    def look_again(self) -> None:
-        """The document has changed: what is open is none of it yet."""
+    def document_changed(self) -> None:
+        """Nothing to do: an unfinished feature is not in the document."""
 
     def why_not_cancel(self) -> str | None:
-        return None if self.open else "nothing is being picked"
+        return None if self.open else tr("No feature is open.")
 
     # --- state -------------------------------------------------------------------------------
     @property
@@ -112,16 +111,17 @@ class PolylineTool(Generic[F]):
 
     @property
     def feature(self) -> F | None:
+        """The open feature; None where there is none."""
         return self._feature
 
     @property
     def continued(self) -> bool:
-        """The open feature is one of the document's, taken up again."""
+        """The open feature is one of the document that was continued."""
         return self._continued
 
     @property
     def vertices(self) -> tuple[Point, ...]:
-        """Model file frame."""
+        """Vertices of the open feature, in the model's file frame."""
         return self._feature.vertices if self._feature else ()
 
     @property
@@ -130,6 +130,7 @@ class PolylineTool(Generic[F]):
 
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
+        """Add, insert, mark or move vertices; a double click finishes."""
         if event.handle is not None and self.vertices:
             shift = 1 if self._closed else 0
             event = replace(event, handle=(event.handle - shift) % len(self.vertices))
@@ -160,15 +161,17 @@ class PolylineTool(Generic[F]):
             return
         hit = event.hit
         if hit is None:
-            self._context.hint("There is no surface under the cursor: click on the outcrop.")
+            self._context.hint(tr("There is no surface under the cursor. Click on the outcrop."))
             return
         if self._feature is None:
             self._begin(hit)
             return
         if hit.model_id != self._feature.model_id:
             self._context.hint(
-                f"This point lies on another model. A {self.what} belongs to one model: finish it "
-                "(Enter) or cancel it (Esc) first."
+                tr(
+                    "This point lies on another model. A feature lies on one model: finish it "
+                    "(Enter) or cancel it (Esc) first."
+                )
             )
             return
         if event.ctrl and len(self.vertices) > 1:
@@ -182,7 +185,7 @@ class PolylineTool(Generic[F]):
     def _begin(self, hit: Hit) -> None:
         model = self._context.session.records.get(hit.model_id)
         if not isinstance(model, Model):
-            self._context.say("This model is not part of the project any more.")
+            self._context.say(tr("This model has been removed from the project."))
             return
         self._keep(self._new(model, (hit.position,)), [()], None)
 
@@ -207,7 +210,7 @@ class PolylineTool(Generic[F]):
             self._set_vertices(after, self.current_vertex)
 
     def mark(self, index: int | None) -> None:
-        """The vertex that Delete removes."""
+        """Mark the vertex that Delete removes; None for none."""
         if index != self.current_vertex:
             self.current_vertex = index
             self._show()
@@ -215,7 +218,7 @@ class PolylineTool(Generic[F]):
 
     # --- steps -------------------------------------------------------------------------------
     def insert_vertex(self, position: Point) -> None:
-        """Between the two neighbours whose segment passes nearest to `position`."""
+        """Insert a vertex into the segment that is nearest to `position` (model file frame)."""
         line = np.asarray(self.vertices)
         start, step = line[:-1], np.diff(line, axis=0)
         length = np.maximum((step**2).sum(axis=1), 1e-300)
@@ -225,12 +228,13 @@ class PolylineTool(Generic[F]):
         self._set_vertices((*self.vertices[:index], position, *self.vertices[index:]), index)
 
     def move_vertex(self, index: int, position: Point) -> None:
+        """Move a vertex to `position` (model file frame)."""
         changed = list(self.vertices)
         changed[index] = position
         self._set_vertices(tuple(changed), index)
 
     def delete_vertex(self, index: int | None = None) -> None:
-        """Without an index: the marked vertex."""
+        """Delete a vertex; without an index the marked one."""
         at = self.current_vertex if index is None else index
         if self._feature is None or at is None or not 0 <= at < len(self.vertices):
             return
@@ -241,7 +245,7 @@ class PolylineTool(Generic[F]):
             self.cancel()
 
     def undo(self) -> bool:
-        """Take the last step of the open feature back; False where there is none."""
+        """Undo the last step of the open feature; False where there is none."""
         if self._feature is None or not self._steps:
             return False
         before = self._steps[-1]
@@ -257,7 +261,7 @@ class PolylineTool(Generic[F]):
         self._keep(feature, [*self._steps, self.vertices], mark)
 
     def _keep(self, feature: F, steps: list[tuple[Point, ...]], mark: int | None) -> None:
-        """Write the draft, then take it over and show it. What cannot be written is not done."""
+        """Write the draft, then adopt and show it. What cannot be written is not done."""
         try:
             self._context.session.set_draft(self._state(feature))
         except VomError as error:
@@ -271,14 +275,14 @@ class PolylineTool(Generic[F]):
 
     # --- beginning and end -------------------------------------------------------------------
     def continue_feature(self, feature_id: str) -> None:
-        """Take up a feature of the document again."""
+        """Continue a feature of the document. Raises DocumentError."""
         if self.open:
             raise DocumentError(
-                tr("a {what} is being picked: finish or cancel it first", what=self.what)
+                tr("A feature is open. Finish it (Enter) or cancel it (Esc) first.")
             )
         feature = self._context.session.records.get(feature_id)
         if not isinstance(feature, self.record):
-            raise DocumentError(tr("only a {what} can be continued", what=self.what))
+            raise DocumentError(tr("This tool cannot continue a feature of this kind."))
         self._continued = True
         # No line to where the cursor was last over the outcrop.
         self._hover = None
@@ -286,7 +290,8 @@ class PolylineTool(Generic[F]):
         self._continued = self._feature is not None
 
     def finish(self) -> str | None:
-        """The finished feature's id; None, with the reason said, where it cannot be one yet."""
+        """Finish the open feature and return its id; None, with the reason shown, where it is not
+        complete."""
         if self._feature is None:
             return None
         # A restored feature may be older than its model's surface.
@@ -302,8 +307,8 @@ class PolylineTool(Generic[F]):
         return feature.id
 
     def cancel(self) -> None:
-        """Give the open feature up; a continued one stays as it was. While the journal cannot be
-        written it stays open, since the next start would offer it back."""
+        """Discard the open feature; a continued one stays as it was. While the journal cannot be
+        written it stays open, since the next start would restore it."""
         if self._feature is None:
             return
         try:
@@ -314,7 +319,7 @@ class PolylineTool(Generic[F]):
         self._reset()
 
     def forget(self) -> None:
-        """Leave the open feature to its draft: the project is being closed."""
+        """The project is being closed; the open feature is kept as a draft."""
         if self._feature is not None:
             self._reset()
 
@@ -339,7 +344,7 @@ class PolylineTool(Generic[F]):
         }
 
     def restore(self, state: Mapping[str, Any]) -> bool:
-        """Go on with a draft; False where it is not one of this tool or its model is gone."""
+        """Continue a draft; False where it is not one of this tool or its model was removed."""
         records = self._context.session.records
         try:
             if state["tool"] != self.name or not isinstance(records.get(state["model_id"]), Model):
@@ -409,13 +414,13 @@ class PolylineTool(Generic[F]):
 
 
 def rgb(color: str) -> tuple[float, float, float]:
-    """0..1 of #rrggbb."""
+    """Red, green and blue, 0 to 1, of a colour written #rrggbb."""
     red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return red, green, blue
 
 
 def plane_of(context: ToolContext, plane_id: str) -> Measurement | None:
-    """The figures of a plane of the document."""
+    """Measurement of a plane of the document; None where there is none of this id."""
     feature = get_feature(context.session.records, plane_id)
     if feature is None or not may_have_plane(feature):
         return None
@@ -424,4 +429,5 @@ def plane_of(context: ToolContext, plane_id: str) -> Measurement | None:
 
 
 def points_text(count: int) -> str:
-    return f"{count} point{'s' if count != 1 else ''}"
+    """A number of points as text."""
+    return tr_n("{count} point", "{count} points", count)

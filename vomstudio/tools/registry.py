@@ -1,6 +1,4 @@
-"""The tools that there are. Each module of this package that has a `TOOL` is one; nothing has to be
-entered anywhere.
-"""
+"""All tools. Each module of this package that has a `TOOL` is one; no list has to be kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a tool is, and what it is given to work with."""
+"""The protocol of a tool, and of the context it works in."""
 
 from __future__ import annotations
 
@@ -13,15 +13,14 @@ from vomstudio.tools.interaction_types import PointerEvent, Preview
 
 
 class Tool(Protocol):
-    """A state machine for gestures in the viewport. One tool at most is open at a time: it has
-    something unfinished, which `finish` or `cancel` ends, and which its draft brings back.
+    """A state machine for gestures in the viewport. At most one tool is open at a time: it has an
+    unfinished feature, which `finish` or `cancel` ends and which its draft restores.
 
-    name : in drafts, and of its command and panel; what : what it makes, in a sentence; paints : it
-    draws with the left button, so that the right one turns the outcrop
+    name : in drafts, and of its command and panel; paints : it draws with the left button, so that
+    the right one orbits
     """
 
     name: ClassVar[str]
-    what: ClassVar[str]
     paints: ClassVar[bool]
 
     @property
@@ -32,13 +31,13 @@ class Tool(Protocol):
         """`undo` would take a step of the unfinished thing back."""
 
     def hint(self) -> str:
-        """What the next click does, for the status line."""
+        """What the next click does, as a sentence for the status line."""
 
     def why_not_finish(self) -> str | None:
-        """None where `finish` can be called now, else the reason."""
+        """None where `finish` can be called now, else the reason as a sentence."""
 
     def why_not_cancel(self) -> str | None:
-        """None where `cancel` can be called now, else the reason."""
+        """None where `cancel` can be called now, else the reason as a sentence."""
 
     def pointer(self, event: PointerEvent) -> None: ...
 
@@ -46,24 +45,24 @@ class Tool(Protocol):
         """Take the last step of the unfinished thing back; False where there is none."""
 
     def finish(self) -> str | None:
-        """Keep it; the id of what was made, or None with the reason said."""
+        """Keep it; the id of the feature, or None with the reason shown."""
 
     def cancel(self) -> None: ...
 
     def leave(self) -> None:
-        """Another tool is taken up."""
+        """Another tool is chosen."""
 
-    def look_again(self) -> None:
-        """The document has changed."""
+    def document_changed(self) -> None:
+        """The document has changed, perhaps by undo."""
 
     def forget(self) -> None:
-        """Leave it to its draft: the project is being closed."""
+        """The project is being closed; the unfinished feature is kept as a draft."""
 
     def restore(self, state: Mapping[str, Any]) -> bool:
-        """Go on with a draft; False where it is not one of this tool or cannot be read."""
+        """Continue a draft; False where it is not one of this tool or cannot be read."""
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """Feature type and set of what is made next have been chosen anew."""
+        """Another feature type or set was chosen for the next feature."""
 
 
 class ToolContext(Protocol):
@@ -96,13 +95,13 @@ class ToolContext(Protocol):
         """Draw the unfinished feature, or nothing."""
 
     def say(self, message: str) -> None:
-        """Tell the user what happened to their thing and what to do."""
+        """Tell the user in a sentence what happened and what to do."""
 
     def hint(self, message: str) -> None:
-        """The same of a click that did nothing: not worth a message that stays."""
+        """The same of a click that did nothing; the message disappears by itself."""
 
     def tool_changed(self) -> None:
-        """The tool's state has changed: its panel and the actions look again."""
+        """The tool's state has changed: its panel and the commands are refreshed."""
 
     def created(self, feature_id: str) -> None:
-        """A feature has been made or changed by the tool, and wants to be the selected one."""
+        """The tool has made or changed a feature, which becomes the selected one."""

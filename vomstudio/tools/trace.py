@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -13,47 +14,56 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Model, Point
 from vomstudio.geometry.plane_discs import disc
-from vomstudio.tools.fit_summary import error_text, first_reason, indices_text
+from vomstudio.tools.fit_summary import WIDTH, error_text, first_reason, indices_text
 from vomstudio.tools.local_surface import around
 from vomstudio.tools.polyline import PolylineTool, points_text
 from vomstudio.tools.tool_entry import ToolEntry
+from vomstudio.words import to_translate, tr, tr_n
 
 
 class TraceTool(PolylineTool[Trace]):
-    """Three points or more, of which a plane is fitted as they come."""
+    """Picks three points or more; a plane is fitted to them as they come."""
 
     name = "trace"
-    what = "trace"
     record = Trace
 
     @property
     def trace(self) -> Trace | None:
+        """The open trace."""
         return self._feature
 
     def hint(self) -> str:
         """What the next click does, for the status line."""
         if self._feature is None:
-            return "Trace: click along a bed, fault or fracture on the outcrop"
+            return tr("Trace: click along a bed, fault or fracture on the outcrop.")
         count = len(self.vertices)
         if count < 3:
-            return (
-                f"Trace: {count} point{'s' if count > 1 else ''}; a plane needs 3. "
-                "Click on; Backspace takes the last click back; Esc cancels"
+            return tr_n(
+                "Trace: {count} of at least 3 points. Go on clicking; Backspace removes the last "
+                "point; Esc cancels.",
+                "Trace: {count} of at least 3 points. Go on clicking; Backspace removes the last "
+                "point; Esc cancels.",
+                count,
             )
-        return (
-            f"Trace: {count} points. Enter or double click finishes; drag a vertex to move it; "
-            "Ctrl+click inserts one; Delete removes the marked one; Esc cancels"
+        return tr_n(
+            "Trace: {count} point. Enter or double click finishes; drag a vertex to move it; "
+            "Ctrl+click inserts one; Delete removes the marked one; Esc cancels.",
+            "Trace: {count} points. Enter or double click finishes; drag a vertex to move it; "
+            "Ctrl+click inserts one; Delete removes the marked one; Esc cancels.",
+            count,
         )
 
     def why_not_finish(self) -> str | None:
         if self._feature is None:
-            return "no trace is being picked"
+            return tr("No trace is being picked.")
         missing = 3 - len(self.vertices)
-        return None if missing <= 0 else f"a plane needs 3 points; pick {missing} more"
-
-    def continue_trace(self, trace_id: str) -> None:
-        """Take up a trace of the document again."""
-        self.continue_feature(trace_id)
+        if missing <= 0:
+            return None
+        return tr_n(
+            "A plane needs at least 3 points: pick {count} more.",
+            "A plane needs at least 3 points: pick {count} more.",
+            missing,
+        )
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Trace:
         return Trace(
@@ -128,8 +138,9 @@ class TraceTool(PolylineTool[Trace]):
     def _reading(self) -> tuple[str, ...]:
         count, measurement = len(self.vertices), self.measurement
         if measurement is None or measurement.fit is None or measurement.verdict is None:
-            why = "" if count < 3 or measurement is None else f": {measurement.problem}"
-            return (f"{points_text(count)}{why}",)
+            if count < 3 or measurement is None or not measurement.problem:
+                return (points_text(count),)
+            return (points_text(count), *wrap(measurement.problem, WIDTH))
         fit = measurement.fit
         return (
             self._context.format_plane(measurement),
@@ -141,9 +152,9 @@ class TraceTool(PolylineTool[Trace]):
 
 TOOL = ToolEntry(
     TraceTool,
-    label="&Trace",
+    label=to_translate("&Trace"),
     icon="vector-polyline",
     key="T",
-    tip="Click along a bed, fault or fracture; its plane is fitted as you go",
+    tip=to_translate("Click along a bed, fault or fracture; its plane is fitted as you click."),
     order=10,
 )

@@ -1,4 +1,4 @@
-"""Figures that follow from the records: what was measured, what is near, what is known."""
+"""Quantities that follow from the records: measurements, nearest picks, known frames."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from vomstudio.geology.quality import Thresholds
 from vomstudio.workspace.projects import Projects
 
 
-class Derived:
-    """Worked out when they are asked for, and again after an edit."""
+class DerivedQuantities:
+    """Computed when they are asked for, and anew after an edit."""
 
     def __init__(self, projects: Projects, thresholds: Callable[[], Thresholds]) -> None:
         self._projects, self._thresholds = projects, thresholds
@@ -25,25 +25,26 @@ class Derived:
         self._nearest: dict[str, NearestPick] | None = None
 
     def forget_all(self) -> None:
-        """Another project takes its place."""
+        """Another project is opened."""
         self.measurements = Measurements(self._thresholds())
         self._nearest = None
 
-    def look_again(self) -> None:
-        """After an edit."""
+    def refresh(self) -> None:
+        """Forget what an edit has changed."""
         self._nearest = None
         self.measurements.forget_all_but(self._projects.records)
 
     # --- figures -----------------------------------------------------------------------------
     def measured(self, ids: Iterable[str]) -> dict[str, Measurement]:
+        """The measurements of features of the project, by id."""
         return self.measurements.of(self._projects.records, ids)
 
     def measure(self, feature: Feature) -> Measurement:
-        """Of a feature that is not in the document."""
+        """The measurement of a feature that is not in the document."""
         return self.measurements.one(self._projects.records, feature)
 
     def nearest_pick(self, reading_id: str) -> NearestPick | None:
-        """The pick to which a compass reading is compared; worked out for all readings at once."""
+        """The pick with which a compass reading is compared; computed for all readings at once."""
         if self._nearest is None:
             self._nearest = nearest_picks(self._projects.records, self.measurements)
         return self._nearest.get(reading_id)
@@ -68,13 +69,14 @@ class Derived:
         return all(m.frame.has_metres for m in self._projects.of(Model))
 
     def frame_name(self) -> str:
+        """The names of the models' frames, each once."""
         names = list(dict.fromkeys(m.frame.name() for m in self._projects.of(Model)))
         return " / ".join(names)
 
     # --- what an edit touches ----------------------------------------------------------------
     def affected(self, edit: Edit) -> list[str]:
-        """The features that look different after an edit: its own, those of its models and feature
-        types, and what rests on them. Deleted ones are among them."""
+        """The ids of features that look different after an edit: its own, those of its models and
+        feature types, and those that depend on them. Deleted ones are among them."""
         ids = set(edit.ids)
         own = [i for i in edit.ids if isinstance(edit.before[i] or edit.after[i], Feature)]
         others = [f for f in self._projects.session.features() if f.id not in ids]

@@ -1,4 +1,4 @@
-"""How the models are shown: what the menus, the panel and the viewport agree on. No widgets."""
+"""Display settings of the models, shared by menus, panel and viewport. No widgets."""
 
 from __future__ import annotations
 
@@ -11,17 +11,19 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import ELEVATION, FieldStyle, field_names
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
+from vomstudio.words import to_translate, tr
 from vomstudio.workspace.owner_thread import Later
 
 MODES = {
-    "textured": "Textured",
-    "vertex_colors": "Vertex colours",
-    "plain shaded": "Plain, shaded",
-    "wireframe": "Wireframe",
-    "points": "Points",
-    "field": "Field",
+    "textured": to_translate("Textured"),
+    "vertex_colors": to_translate("Vertex colours"),
+    "plain shaded": to_translate("Shaded, without colour"),
+    "wireframe": to_translate("Wireframe"),
+    "points": to_translate("Points"),
+    "field": to_translate("Scalar field"),
 }
 POINT_SIZES = (1.0, 2.0, 3.0, 5.0, 8.0)
+_NO_MODEL = to_translate("Open a model first.")
 
 _KEEP_S = 0.4
 
@@ -58,18 +60,22 @@ class Display:
         self.changed.emit(what)
 
     def set_mode(self, mode: str) -> None:
+        """mode : a key of MODES"""
         self.mode = mode
         self._tell("mode")
 
     def set_lit(self, mode: str, lit: bool) -> None:
+        """Whether models are lit in a mode."""
         self.lit[mode] = lit
         self._tell("lit")
 
     def set_point_size(self, pixels: float | None) -> None:
+        """pixels : None for a size that fills the gaps between points"""
         self.point_size = pixels
         self._tell("point_size")
 
     def set_eye_dome(self, on: bool) -> None:
+        """Whether point clouds have eye-dome lighting."""
         self.eye_dome = on
         self._tell("eye_dome")
 
@@ -87,17 +93,20 @@ class Display:
         self._tell("fields")
 
     def set_clip(self, box: ClipBox | None, on: bool | None = None) -> None:
+        """Set the clipping box, and switch it on or off where `on` is given."""
         before, self.box = self.clipping, box
         if on is not None:
             self.clipping = on and box is not None
         self._tell("box" if self.clipping == before else "clip")
 
     def set_handles(self, on: bool) -> None:
+        """Whether the faces of the clipping box can be dragged in the view."""
         self.handles = on
         self._tell("clip")
 
     @property
     def clip_shown(self) -> ClipBox | None:
+        """The clipping box that is in effect; None where it is off."""
         return self.box if self.clipping else None
 
     # --- with the project --------------------------------------------------------------------
@@ -107,6 +116,7 @@ class Display:
         self._keep(self.as_dict())
 
     def as_dict(self) -> dict[str, Any]:
+        """What is kept with the project; `load` reads it."""
         return {
             "mode": self.mode,
             "lit": self.lit,
@@ -158,6 +168,7 @@ def default_field(data: Data) -> str:
 
 
 def has_textures(data: Data) -> bool:
+    """Whether a mesh has texture coordinates and at least one texture."""
     return (
         isinstance(data, Mesh)
         and data.uv is not None
@@ -168,16 +179,18 @@ def has_textures(data: Data) -> bool:
 def why_not_mode(mode: str, models: list[Data]) -> str | None:
     """Why these models cannot be shown in a mode; None where one of them can."""
     if not models:
-        return "open a model first"
-    what = "this model has" if len(models) == 1 else "no open model has"
-    no = "no " if len(models) == 1 else ""
-    meshes = [m for m in models if isinstance(m, Mesh)]
-    if mode == "textured" and not any(has_textures(m) for m in models):
-        return f"{what} {no}textures"
-    if mode == "vertex_colors" and not any(m.colors is not None or has_textures(m) for m in models):
-        return f"{what} {no}colours"
-    if mode == "wireframe" and not meshes:
-        return "a point cloud has no triangles"
+        return tr(_NO_MODEL)
+    textured = any(has_textures(m) for m in models)
+    if mode == "textured" and not textured:
+        if len(models) == 1:
+            return tr("This model has no textures.")
+        return tr("No open model has textures.")
+    if mode == "vertex_colors" and not (textured or any(m.colors is not None for m in models)):
+        if len(models) == 1:
+            return tr("This model has no colours.")
+        return tr("No open model has colours.")
+    if mode == "wireframe" and not any(isinstance(m, Mesh) for m in models):
+        return tr("A point cloud has no triangles.")
     return None
 
 
@@ -192,16 +205,18 @@ def mode_shown(mode: str, models: list[Data]) -> str:
 
 
 def why_not_lit(models: list[Data]) -> str | None:
+    """Why these models cannot be lit; None where one of them can."""
     if not models:
-        return "open a model first"
+        return tr(_NO_MODEL)
     if not any(isinstance(m, Mesh) for m in models):
-        return "a point cloud has no surface to be lit; eye-dome lighting shows its shape"
+        return tr("A point cloud has no surface to light. Eye-dome lighting shows its shape.")
     return None
 
 
 def why_not_eye_dome(models: list[Data]) -> str | None:
+    """Why these models have no eye-dome lighting; None where one of them has."""
     if not models:
-        return "open a model first"
+        return tr(_NO_MODEL)
     if not any(isinstance(m, PointCloud) for m in models):
-        return "eye-dome lighting is for point clouds; a mesh can be lit"
+        return tr("Eye-dome lighting is for point clouds. A mesh can be lit.")
     return None

@@ -1,4 +1,4 @@
-"""Edits of the open project; one that cannot be made says why."""
+"""Edits of the open project; where one fails, the reason is shown."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ from vomstudio.workspace.projects import Projects
 
 
 class Editing:
+    """Applies edits; a refused one becomes a notice instead of an exception."""
+
     def __init__(self, projects: Projects, notices: Notices) -> None:
         self._projects, self._notices = projects, notices
 
     def apply(self, edit: Edit) -> bool:
-        """False, with the reason said, where it cannot be done."""
+        """Apply an edit; False, with the reason shown, where it is refused."""
         return self._do(lambda: self._projects.session.apply(edit))
 
     def attempt(self, make: Callable[..., Edit], *args: Any, **values: Any) -> bool:
@@ -26,9 +28,11 @@ class Editing:
         )
 
     def undo(self) -> None:
+        """Undo the last edit."""
         self._do(self._projects.session.undo)
 
     def redo(self) -> None:
+        """Redo the last undone edit."""
         self._do(self._projects.session.redo)
 
     def _do(self, do: Callable[[], object]) -> bool:

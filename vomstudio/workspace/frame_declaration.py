@@ -1,4 +1,4 @@
-"""How a model stands in World, as a command or a script declares it."""
+"""The frame of a model, as a command or a script declares it."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from vomstudio.workspace.models import frame_of
 
 
 @dataclass(frozen=True)
-class Declared:
+class DeclaredFrame:
     """crs : such as EPSG:32633; up : the file's axis that points up; unit : a name of METRES. None
-    of what the file says itself, or what is usual."""
+    stands for what the file itself states, else for the default."""
 
     crs: str | None = None
     up: UpAxis | None = None
@@ -23,21 +23,26 @@ class Declared:
 
 
 @dataclass(frozen=True)
-class Placed:
+class FrameWithWarnings:
+    """A frame, and what the user must know of how it was found."""
+
     frame: Frame
     warnings: tuple[str, ...] = ()
 
 
-def placed(path: Path, file_crs: str | None, turned: bool, declared: Declared) -> Placed:
-    """The frame of a model's file. turned : its format is Y-up by itself and its reader has turned
-    it. A file that says nothing is taken as local, in metres, Z up. Raises UsageError."""
+def declared_frame(
+    path: Path, file_crs: str | None, turned: bool, declared: DeclaredFrame
+) -> FrameWithWarnings:
+    """The frame of a model's file. turned : its format is Y-up by definition and its reader has
+    rotated it. A file that states nothing is taken as local, in metres, Z up. Raises UsageError."""
     up: UpAxis = declared.up or "z"
     if turned:
         if declared.up == "z":
             raise UsageError(
                 tr(
-                    "this format is Y-up by itself and is turned when it is read; write the "
-                    "model in another format first: vomstudio convert --up z."
+                    "This format is Y-up by definition and is rotated to Z-up when it is read. To "
+                    "declare another up axis, first write the model in another format with "
+                    "vomstudio convert --up z."
                 ),
                 field="--up",
             )
@@ -47,25 +52,26 @@ def placed(path: Path, file_crs: str | None, turned: bool, declared: Declared) -
     metres = 1.0 if declared.unit is None else METRES[declared.unit]
     own = frame_of(path, file_crs)
     if own.kind != "undeclared":
-        return Placed(Frame(own.kind, own.crs, metres, up))
-    if declared == Declared():
-        said = (
-            f"{path.name} does not say how it stands in World: it is taken as local, in metres, "
-            "with z up and y to the north (--crs, --up and --unit say otherwise)"
+        return FrameWithWarnings(Frame(own.kind, own.crs, metres, up))
+    if declared == DeclaredFrame():
+        warning = tr(
+            "{file} states no frame. It is taken as local, in metres, z up and y north; --crs, "
+            "--up and --unit declare another frame.",
+            file=path.name,
         )
-        return Placed(Frame("local"), (said,))
-    return Placed(Frame("local", None, metres, up))
+        return FrameWithWarnings(Frame("local"), (warning,))
+    return FrameWithWarnings(Frame("local", None, metres, up))
 
 
-def _in_crs(crs: str, file_crs: str | None, up: UpAxis, unit: str | None) -> Placed:
+def _in_crs(crs: str, file_crs: str | None, up: UpAxis, unit: str | None) -> FrameWithWarnings:
     from vomstudio.io.gis.crs import parse_crs
 
     code, metres = parse_crs(crs)
     if unit is not None and METRES[unit] != metres:
         raise UsageError(
             tr(
-                "the unit of {code} is {metres:g} m, not {unit}; leave one of them out.",
-                code=code,
+                "The unit of {crs} is {metres:g} m, not {unit}. Leave out --crs or --unit.",
+                crs=code,
                 metres=metres,
                 unit=unit,
             ),
@@ -73,5 +79,11 @@ def _in_crs(crs: str, file_crs: str | None, up: UpAxis, unit: str | None) -> Pla
         )
     warnings: tuple[str, ...] = ()
     if file_crs not in (None, code):
-        warnings = (f"the file itself names {file_crs}; {code} was given and is taken",)
-    return Placed(Frame("crs", code, metres, up), warnings)
+        warnings = (
+            tr(
+                "The file states {file_crs}; {crs} was given and is used.",
+                file_crs=file_crs,
+                crs=code,
+            ),
+        )
+    return FrameWithWarnings(Frame("crs", code, metres, up), warnings)

@@ -29,7 +29,7 @@ from vomstudio.io.settings import Settings
 from vomstudio.progress import Progress, Silent
 from vomstudio.tools.local_surface import around
 from vomstudio.words import tr
-from vomstudio.workspace.frame_declaration import Declared, placed
+from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 from vomstudio.workspace.models import name_of, new_model
 
 Array = npt.NDArray[np.float64]
@@ -62,9 +62,9 @@ class AddedPicks:
     warnings: tuple[str, ...]
 
 
-class ProjectDesk:
-    """Changes are in the journal at once; `save` makes them the state that the next who opens the
-    project is not asked about."""
+class HeadlessProject:
+    """A project without a window. Changes are in the journal at once; after `save` nobody who opens
+    the project is asked about unsaved work."""
 
     def __init__(self, project: Project, progress: Progress | None = None) -> None:
         self.project = project
@@ -75,8 +75,9 @@ class ProjectDesk:
     @contextlib.contextmanager
     def opened(
         cls, folder: Path, settings: Settings, progress: Progress | None = None
-    ) -> Iterator[ProjectDesk]:
-        """Raises InputError where it is no project, or open elsewhere."""
+    ) -> Iterator[HeadlessProject]:
+        """Open a project and close it again. Raises InputError where the folder is no project, or
+        is open elsewhere."""
         project = Project.open(folder, settings=settings.affecting_results)
         try:
             yield cls(project, progress)
@@ -85,50 +86,56 @@ class ProjectDesk:
 
     @property
     def session(self) -> Session:
+        """The project's session."""
         return self.project.session
 
     # --- finding -----------------------------------------------------------------------------
     def find_model(self, wanted: str | None) -> Model:
-        """By id or name, whatever its case; None for the only one. Raises UsageError."""
+        """A model by id or name, case ignored; None for the only one. Raises UsageError."""
         models = self.session.of(Model)
         found = _matching(models, wanted) if wanted is not None else models
         if len(found) == 1:
             return found[0]
         names = ", ".join(model.name for model in models)
         if not models:
-            raise UsageError(tr("the project has no model yet; add one first."), field="--model")
+            raise UsageError(tr("The project has no model yet. Add one first."), field="--model")
         if wanted is None:
-            raise UsageError(tr("name one of the models: {names}.", names=names), field="--model")
+            raise UsageError(
+                tr("The project has several models. Name one of them: {names}.", names=names),
+                field="--model",
+            )
         if found:
             ids = ", ".join(model.id for model in found)
             raise UsageError(
                 tr(
-                    "several models are called {wanted}; name one by its id: {ids}.",
-                    wanted=wanted,
+                    "Several models are called {name}. Give the id of one of them: {ids}.",
+                    name=wanted,
                     ids=ids,
                 ),
                 field="--model",
             )
         raise UsageError(
-            tr("no model is called {wanted}; there are {names}.", wanted=wanted, names=names),
+            tr("No model is called {name}. The models are: {names}.", name=wanted, names=names),
             field="--model",
         )
 
     def find_type(self, wanted: str) -> FeatureType:
-        """By name or id, whatever its case. Raises UsageError."""
+        """A feature type by name or id, case ignored. Raises UsageError."""
         types = self.session.of(FeatureType)
         if found := _matching(types, wanted):
             return found[0]
         names = ", ".join(kind.name for kind in types)
         raise UsageError(
             tr(
-                "no feature type is called {wanted}; there are {names}.", wanted=wanted, names=names
+                "No feature type is called {name}. The feature types are: {names}.",
+                name=wanted,
+                names=names,
             ),
             field="--type",
         )
 
     # --- changes -----------------------------------------------------------------------------
-    def add_model(self, path: Path, declared: Declared | None = None) -> AddedModel:
+    def add_model(self, path: Path, declared: DeclaredFrame | None = None) -> AddedModel:
         """Read a model and make it part of the project. Raises InputError, UsageError."""
         path = path.resolve()
         folder = model_cache.folder_of(path, self.project.cache)
@@ -136,10 +143,10 @@ class ProjectDesk:
         models = self.session.of(Model)
         same = [m for m in models if m.content_hash == loaded.content_hash]
         if same:
-            said = f"the project has this file already, as {same[0].name}"
-            return AddedModel(same[0], False, (said,))
-        placement = placed(
-            path, loaded.crs, loaded.turned_about is not None, declared or Declared()
+            warning = tr("The project already contains this file, as {model}.", model=same[0].name)
+            return AddedModel(same[0], False, (warning,))
+        placement = declared_frame(
+            path, loaded.crs, loaded.turned_about is not None, declared or DeclaredFrame()
         )
         model = new_model(
             name_of(path),
@@ -155,8 +162,8 @@ class ProjectDesk:
     def add_picks(
         self, picks: Sequence[Picks], model: Model, kind: FeatureType, set_name: str = ""
     ) -> AddedPicks:
-        """A trace for each that defines a plane, all as one edit. Raises GeometryError where none
-        does."""
+        """Add a trace for each line of picks that defines a plane, all as one edit. Raises
+        GeometryError where none does."""
         surface, warnings = self._surface(model)
         records: dict[str, Record] = dict(self.session.records)
         traces: list[Trace] = []
@@ -173,46 +180,45 @@ class ProjectDesk:
             records[trace.id] = named
             traces.append(named)
         if not traces:
-            first = f"; the first, {skipped[0][0]}: {skipped[0][1]}" if skipped else ""
-            raise GeometryError(
-                tr(
-                    "none of the {count} lines of points is a plane{first}.",
-                    count=len(picks),
-                    first=first,
-                )
-            )
+            message = tr("None of the picked lines ({count}) defines a plane.", count=len(picks))
+            if skipped:
+                name, reason = skipped[0]
+                first = tr("The first is {name}: {reason}", name=name, reason=reason)
+                message = f"{message} {first}"
+            raise GeometryError(message)
         after: dict[str, Record | None] = {trace.id: trace for trace in traces}
         what = traces[0].name if len(traces) == 1 else f"{len(traces)} traces"
         self.session.apply(change(self.session.records, f"Add {what}", after))
         return AddedPicks(tuple(traces), tuple(skipped), warnings)
 
     def undo(self) -> str:
-        """The label of what was undone. Raises DocumentError where there is nothing."""
+        """Undo the last edit and return its label. Raises DocumentError where there is none."""
         label = self.session.undo_label
         if label is None:
-            raise DocumentError(tr("there is nothing to undo"))
+            raise DocumentError(tr("There is nothing to undo."))
         self.session.undo()
         return label
 
     def redo(self) -> str:
-        """The label of what was done again. Raises DocumentError where there is nothing."""
+        """Redo the last undone edit and return its label. Raises DocumentError."""
         label = self.session.redo_label
         if label is None:
-            raise DocumentError(tr("there is nothing to do again"))
+            raise DocumentError(tr("There is nothing to redo."))
         self.session.redo()
         return label
 
     def save(self) -> None:
+        """Mark the present state as saved."""
         if self.session.dirty:
             self.session.save()
 
     # --- models' data ------------------------------------------------------------------------
     def _surface(self, model: Model) -> tuple[Surface | None, tuple[str, ...]]:
-        """None, with the reason, where a model's file is not there any more."""
+        """The surface of a model; None, with the reason, where its file is gone or has changed."""
         if model.id in self._surfaces:
             return self._surfaces[model.id], ()
         path = self.project.find_model(model)
-        why = f"{model.name} is not where it was ({model.path})"
+        why = tr("The file of {model} was not found ({file}).", model=model.name, file=model.path)
         found: Surface | None = None
         if path is not None:
             try:
@@ -221,13 +227,18 @@ class ProjectDesk:
                 if loaded.content_hash == model.content_hash:
                     found = surface_of(loaded.data)
                 else:
-                    why = f"{path} has changed since {model.name} was measured on it"
+                    why = tr(
+                        "{file} has changed since features were measured on {model}.",
+                        file=path,
+                        model=model.name,
+                    )
             except VomError as error:
                 why = str(error)
         self._surfaces[model.id] = found
         if found is not None:
             return found, ()
-        return None, (f"{why}: resolution and outcrop are not known to the new planes",)
+        unknown = tr("Resolution and exposed face are not known for the new planes.")
+        return None, (f"{why} {unknown}",)
 
 
 def _matching(records: Sequence[Named], wanted: str) -> list[Named]:

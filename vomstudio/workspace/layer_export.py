@@ -1,4 +1,4 @@
-"""The GIS layers beside a project, brought up to date while nobody edits, in another process."""
+"""The GIS layers of a project, updated by a worker process while nobody edits."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from pathlib import Path
 from vomstudio.errors import VomError
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.job import Lane
-from vomstudio.jobs.product_tasks import WRITE_LAYERS, LayersOf
+from vomstudio.jobs.product_tasks import WRITE_LAYERS, LayersOrder
 from vomstudio.signals import Signal
+from vomstudio.words import tr
 from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.owner_thread import Later
 from vomstudio.workspace.projects import Projects
@@ -22,7 +23,7 @@ _PATIENCE_S = 10.0
 
 
 def written_layers(folder: Path, has_features: bool) -> list[str]:
-    """Bring the layers of a project up to date at once; sentences on why they could not be."""
+    """Update the layers of a project at once; a list of sentences says why they could not be."""
     if not has_features:
         remove_layers(folder)
         return []
@@ -31,18 +32,18 @@ def written_layers(folder: Path, has_features: bool) -> list[str]:
     try:
         export_project(folder, "gpkg", folder / LAYERS, force=True)
     except VomError as error:
-        return [f"the GIS layers are not up to date: {error}"]
+        return [tr("The GIS layers are not up to date. {error}", error=error)]
     return []
 
 
 def remove_layers(folder: Path) -> None:
-    """Layers that show what is not there any more would be worse than none."""
+    """Delete the layers: outdated ones would be worse than none."""
     with contextlib.suppress(OSError):
         (folder / LAYERS).unlink(missing_ok=True)
 
 
 class GisLayers:
-    """written : the file, or nothing where it could not be brought up to date"""
+    """written : the file, or an empty text where it could not be updated"""
 
     def __init__(self, projects: Projects, jobs: Jobs, notices: Notices, later: Later) -> None:
         self.written: Signal[str] = Signal()
@@ -54,15 +55,17 @@ class GisLayers:
         if not self._projects.project.untitled:
             self._timer.start()
 
-    def write_what_waits(self) -> None:
-        """An edit of the last moment, a discarded one included; `finish` waits for it."""
+    def write_pending(self) -> None:
+        """Write the edits of the last moment, discarded ones included; `finish` waits for it."""
         if self._timer.active:
             self.write()
 
     def finish(self) -> None:
+        """Wait for the layers that are being written."""
         self._jobs.finish(Lane.FILES, _PATIENCE_S)
 
     def write(self) -> None:
+        """Start a job that writes the layers now."""
         self._timer.stop()
         if self._projects.project.untitled:
             return
@@ -74,13 +77,15 @@ class GisLayers:
 
         def failed(event: Failed) -> None:
             self.written.emit("")
-            self._notices.warn(f"The GIS layers are not up to date: {event.message}")
+            self._notices.warn(
+                tr("The GIS layers are not up to date. {error}", error=event.message)
+            )
             self._timer.start(_AGAIN_S)
 
         self._jobs.submit(
             WRITE_LAYERS,
-            LayersOf(folder),
-            title="Writing GIS layers",
+            LayersOrder(folder),
+            title=tr("Writing GIS layers"),
             on_done=lambda _: self.written.emit(str(path)),
             on_failed=failed,
             quiet=True,

@@ -1,4 +1,4 @@
-"""Models on their way from a file to the workspace: read in a worker, mapped in a thread."""
+"""Loading of models: a worker process reads the file, a thread maps what it has cached."""
 
 from __future__ import annotations
 
@@ -25,12 +25,13 @@ from vomstudio.jobs.model_tasks import (
     LOAD_MODEL,
     PREVIEW_MODEL,
     CachedModel,
-    Glimpse,
-    GlimpsedPoints,
     ModelFile,
+    PreviewOrder,
+    PreviewPoints,
 )
-from vomstudio.jobs.thread_priority import give_way
+from vomstudio.jobs.thread_priority import lower_priority
 from vomstudio.signals import Signal
+from vomstudio.words import tr
 from vomstudio.workspace.owner_thread import Post
 from vomstudio.workspace.running_jobs import Jobs, RunningJob
 
@@ -48,6 +49,7 @@ class OpenModel:
 
     @property
     def kind(self) -> Literal["mesh", "cloud"]:
+        """Whether it is a mesh or a point cloud."""
         return "mesh" if isinstance(self.data, Mesh) else "cloud"
 
 
@@ -56,11 +58,11 @@ Then = Callable[[OpenModel], None]
 
 PREVIEW_SUFFIXES = (".las", ".laz")
 PREVIEW_BYTES = 8_000_000
-"""What is smaller is there before anybody has looked."""
+"""Smaller files are read before a preview would be."""
 
 
 class ModelLoader:
-    """`problem` says in a sentence what could not be opened.
+    """Loads models. `problem` gives a sentence on what could not be opened.
 
     `previewed` gives the key of a large cloud that is being read and some of its points, which may
     stand for it until `ended` names the key: read, given up, or not to be read.
@@ -79,7 +81,7 @@ class ModelLoader:
 
     @property
     def busy(self) -> bool:
-        """A model is on its way."""
+        """A model is being loaded."""
         return bool(self._running)
 
     def load(self, key: str, path: Path, cache: Path, then: Then) -> None:
@@ -102,7 +104,7 @@ class ModelLoader:
         self._running[key] = self._jobs.submit(
             LOAD_MODEL,
             ModelFile(path, cache),
-            title=f"Opening {path.name}",
+            title=tr("Opening {file}", file=path.name),
             on_done=lambda result: self._map(key, path, result, then),
             on_failed=failed,
         )
@@ -118,7 +120,7 @@ class ModelLoader:
     def _stream_in_thread(self, key: str, path: Path, then: Then, stop: threading.Event) -> None:
         # The threads that unpack points for this one and for all later ones are as modest as who
         # starts them.
-        give_way()
+        lower_priority()
         try:
             cloud = copc.stream(path, self._budget())
             self._glimpse(key, cloud.overview())
@@ -130,8 +132,8 @@ class ModelLoader:
                 self._arrive(key, str(error), then)
             return
         except Exception:
-            # Or it would be on its way for ever.
-            self._arrive(key, f"{path.name} could not be opened", then)
+            # Or it would count as loading for ever.
+            self._arrive(key, tr("{file} could not be opened.", file=path.name), then)
             raise
         if stop.is_set():
             return
@@ -158,7 +160,7 @@ class ModelLoader:
         os.close(descriptor)
         out = Path(name)
 
-        def ready(found: GlimpsedPoints) -> None:
+        def ready(found: PreviewPoints) -> None:
             if not found.points or key not in self._running:
                 out.unlink(missing_ok=True)
                 return
@@ -166,8 +168,8 @@ class ModelLoader:
 
         self._jobs.submit(
             PREVIEW_MODEL,
-            Glimpse(path, out),
-            title=f"Looking at {path.name}",
+            PreviewOrder(path, out),
+            title=tr("Previewing {file}", file=path.name),
             on_done=ready,
             on_failed=lambda _: out.unlink(missing_ok=True),
             quiet=True,
@@ -198,7 +200,7 @@ class ModelLoader:
             self.previewed.emit(key, cloud)
 
     def forget_all(self) -> None:
-        """Nothing that is on its way arrives any more."""
+        """Cancel everything that is being loaded."""
         for key in self._running:
             self.ended.emit(key)
         for stop in self._stops.values():
@@ -220,10 +222,11 @@ class ModelLoader:
         try:
             loaded = model_cache.open_cached(cached.folder)
         except VomError as error:
-            self._arrive(key, f"{path.name} cannot be kept at hand: {error}", then)
+            text = tr("{file} could not be cached. {error}", file=path.name, error=error)
+            self._arrive(key, text, then)
             return
         except Exception:
-            self._arrive(key, f"{path.name} could not be opened", then)
+            self._arrive(key, tr("{file} could not be opened.", file=path.name), then)
             raise
         data = loaded.data
         # Asked for again and again in the owner's thread, and a tenth of a second for ten million.
@@ -239,7 +242,7 @@ class ModelLoader:
         )
         self._arrive(key, opened, then)
         # The picture first, and the next ones: nobody waits for this.
-        give_way(19)
+        lower_priority(19)
         surface.build()
 
     def _hand_over(self, key: str, outcome: OpenModel | str, then: Then) -> None:

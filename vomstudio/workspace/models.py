@@ -1,4 +1,4 @@
-"""The models of the open project: brought in, found again, copied, held while they are open."""
+"""The models of the open project: adding, locating, copying, and the data of the open ones."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from vomstudio.io.project.folder import is_project
 from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
 from vomstudio.jobs.model_tasks import COPY_MODEL, CopiedModel, ModelCopy
 from vomstudio.signals import Signal
+from vomstudio.words import tr
 from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.model_loading import ModelLoader, OpenModel
 from vomstudio.workspace.notices import Notice, Notices
@@ -25,9 +26,9 @@ from vomstudio.workspace.running_jobs import Jobs
 
 
 class Models:
-    """open : the data of those that have been read, by id
+    """open : the data of the models that have been read, by id
 
-    loaded : one has been read; frame_wanted : one has come that does not say how it stands
+    loaded : a model has been read; frame_wanted : a model was added whose file states no frame
     """
 
     def __init__(
@@ -46,15 +47,15 @@ class Models:
         self._jobs, self._preferences, self._notices = jobs, preferences, notices
 
     def surface(self, model_id: str) -> PaintSurface | None:
-        """None while the model is not loaded."""
+        """The surface of an open model; None while it is not loaded."""
         found = self.open.get(model_id)
         return found.surface if found else None
 
     def open_path(self, path: Path) -> None:
-        """A project folder or a model file; the reason is said where it is neither."""
+        """Open a project folder or a model file; where it is neither, the reason is shown."""
         path = path.expanduser()
         if not path.exists():
-            self._notices.warn(f"{path}: there is no such file or folder.", "error")
+            self._notices.warn(tr("{path} does not exist.", path=path), "error")
         elif is_project(path) or (path.is_dir() and path.suffix == ".vom"):
             try:
                 self._projects.open(path)
@@ -84,9 +85,11 @@ class Models:
         """Read the data of a model of the project."""
         path = self._projects.project.find_model(model)
         if path is None:
-            text = (
-                f"The model {model.name} is not where it was ({model.path}). Its features are "
-                "here; use Model > Locate to say where the file is now."
+            text = tr(
+                "The file of {model} was not found ({file}). Its features are still there. Choose "
+                "the file with Model > Locate file.",
+                model=model.name,
+                file=model.path,
             )
             self._notices.tell(Notice(text, "warning", "locate"))
             return
@@ -96,8 +99,13 @@ class Models:
                 return
             if opened.content_hash != model.content_hash:
                 self._notices.warn(
-                    f"{path} has changed since {model.name} was measured on it. The features stay "
-                    "as they are; open the file as a new model to measure on it."
+                    tr(
+                        "{file} has changed since features were measured on {model}, so it is not "
+                        "shown. The features are unchanged. To measure on the changed file, open "
+                        "it as a new model.",
+                        file=path,
+                        model=model.name,
+                    )
                 )
                 return
             self._attach(model.id, path, opened)
@@ -105,7 +113,7 @@ class Models:
         self._loader.load(model.id, path, self._projects.project.cache, arrived)
 
     def locate(self, model_id: str, path: Path) -> None:
-        """The user says where a model's file is now."""
+        """Read a model from the file that the user has chosen for it."""
 
         def arrived(opened: OpenModel) -> None:
             stored = self._projects.project.model_path(path)
@@ -135,12 +143,14 @@ class Models:
             then()
             stored = project.model_path(copy.path)
             if self._editing.attempt(edits.relocate_model, model_id, stored, model.content_hash):
-                self._notices.info(f"{model.name} is part of the project's folder now.")
+                self._notices.info(
+                    tr("{model} has been copied into the project folder.", model=model.name)
+                )
 
         self._jobs.submit(
             COPY_MODEL,
             ModelCopy(path, project.folder / "models", cameras, photos),
-            title=f"Copying {model.name}",
+            title=tr("Copying {model}", model=model.name),
             on_done=arrived,
             on_failed=lambda event: self._notices.warn(event.message, "error"),
         )
@@ -158,7 +168,7 @@ class Models:
         if same:
             if same[0].id not in self.open:
                 self._attach(same[0].id, path, opened)
-            self._notices.info(f"{path.name} is open already.")
+            self._notices.info(tr("{file} is already open.", file=path.name))
             return
         placement: Frame | Registration = frame_of(path, opened.crs)
         stored = self._projects.project.model_path(path)
@@ -199,7 +209,7 @@ def new_model(
 
 
 def registration_of_file(records: Mapping[str, Record], stored: str) -> Registration | None:
-    """That of the reconstruction in whose folder a model lies."""
+    """The registration of the reconstruction in whose folder a model lies."""
     parts = Path(stored).parts
     if len(parts) != 3 or parts[0] != RECONSTRUCTIONS:
         return None
@@ -208,14 +218,16 @@ def registration_of_file(records: Mapping[str, Record], stored: str) -> Registra
 
 
 def name_of(path: Path) -> str:
-    """The file's name; every model made of photos has the same, so its folder's."""
+    """The name for a model's record: that of its file, or of its folder where it was reconstructed
+    from photos, as those files all have the same name."""
     if not path.with_name(cameras_file.FILE_NAME).is_file():
         return path.stem
     return path.parent.name if path.stem == "model" else f"{path.parent.name} {path.stem}"
 
 
 def frame_of(path: Path, crs: str | None) -> Frame:
-    """The file's own; a model made of photos in a local system of control has metres and north."""
+    """The frame that a file states; undeclared where it states none. A model reconstructed with
+    control in a local system is in metres and knows north."""
     if crs:
         return Frame("crs", crs)
     return Frame("local") if cameras_file.scale_known(path) else Frame()

@@ -1,4 +1,4 @@
-"""What the user is told of their things."""
+"""Messages to the user, without saying how they are shown."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from vomstudio.signals import Signal
 
 @dataclass(frozen=True)
 class Notice:
-    """What happened to the user's thing. level: "info", "hint" (goes by itself), "warning" or
-    "error". action: the name of the action that mends it, offered beside the sentence."""
+    """A message: one or more sentences, translated. level: "info", "hint" (disappears by itself),
+    "warning" or "error". action: the name of a command that helps, offered beside the message."""
 
     text: str
     level: str = "info"
@@ -19,20 +19,27 @@ class Notice:
 
 
 class Notices:
+    """Passes notices on to whoever listens to `told`."""
+
     def __init__(self) -> None:
         self.told: Signal[Notice] = Signal()
 
     def tell(self, notice: Notice) -> None:
+        """Pass a notice on."""
         self.told.emit(notice)
 
     def info(self, text: str) -> None:
+        """A notice of what was done."""
         self.told.emit(Notice(text))
 
     def hint(self, text: str) -> None:
+        """A notice that disappears by itself."""
         self.told.emit(Notice(text, "hint"))
 
     def warn(self, text: str, level: str = "warning") -> None:
+        """A warning, or another level."""
         self.told.emit(Notice(text, level))
 
     def fail(self, error: VomError) -> None:
+        """The message of an error."""
         self.told.emit(Notice(str(error), "error"))

@@ -17,6 +17,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
 from vomstudio.signals import Signal
+from vomstudio.words import tr
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.owner_thread import Post
 from vomstudio.workspace.projects import Projects
@@ -40,13 +41,14 @@ class ModelPhotos:
     folder: Path | None
 
     def path(self, view: int) -> Path | None:
+        """File of a view's photo; None where the photos were not found."""
         return None if self.folder is None else self.folder / self.views.views[view].name
 
 
 class PhotoLinks:
-    """changed: the photos of a model have come, gone or moved with it.
+    """The photos of the open models. changed: photos of a model were found, lost or moved with it.
 
-    Nothing is read before `want`: a model of millions of faces takes seconds to be made ready.
+    Nothing is read before `want`: preparing a model of millions of faces takes seconds.
     """
 
     def __init__(self, projects: Projects, models: Models, post: Post) -> None:
@@ -60,6 +62,7 @@ class PhotoLinks:
 
     # --- asked -------------------------------------------------------------------------------
     def of(self, model_id: str) -> ModelPhotos | None:
+        """The photos of a model; None where it has none or they are not read yet."""
         return self._ready.get(model_id)
 
     def models(self) -> list[str]:
@@ -67,6 +70,7 @@ class PhotoLinks:
         return [m.id for m in self._projects.of(Model) if m.id in self._ready]
 
     def busy(self) -> bool:
+        """Photos of a model are being read."""
         return bool(self._busy)
 
     def problem(self, model_id: str) -> str:
@@ -74,7 +78,7 @@ class PhotoLinks:
         return self._problems.get(model_id, "")
 
     def want(self) -> None:
-        """From now on photos are looked for."""
+        """From now on photos are searched for."""
         if not self._wanted:
             self._wanted = True
             for model_id in self._models.open:
@@ -82,16 +86,18 @@ class PhotoLinks:
 
     # --- told --------------------------------------------------------------------------------
     def open_cameras(self, model_id: str, path: Path) -> None:
+        """Use this file of cameras for a model, and keep the choice with the project."""
         self._remember(model_id, cameras=self._projects.project.model_path(path))
         self._wanted = True
         self.look(model_id)
 
     def find_photos(self, model_id: str, folder: Path) -> None:
+        """Use the photos of this folder for a model, and keep the choice with the project."""
         self._remember(model_id, photos=self._projects.project.model_path(folder))
         self.look(model_id)
 
     def forget_choices(self, model_id: str) -> None:
-        """What lies beside the model counts again."""
+        """Use the cameras and photos beside the model again."""
         kept = self._projects.view(_KEPT, {})
         self._projects.keep_view(_KEPT, {id_: kept[id_] for id_ in kept if id_ != model_id})
 
@@ -118,15 +124,16 @@ class PhotoLinks:
         return self._projects.project.folder / kept if kept else None
 
     def look(self, model_id: str) -> None:
-        """A model has come, or its file or its cameras are elsewhere now."""
+        """Read the photos of a model that was opened, or whose file or cameras have moved."""
         opened, path = self._models.open.get(model_id), self.cameras_path(model_id)
         record = self._projects.records.get(model_id)
         if not self._wanted or opened is None or path is None or not isinstance(record, Model):
             return
         if isinstance(opened.data, StreamedCloud):
-            self._problems[model_id] = (
-                f"{record.name} is too large to be held as a whole, so lines of sight cannot be "
-                "followed to it: open the mesh of the same outcrop, or a thinner cloud."
+            self._problems[model_id] = tr(
+                "{model} is too large to be held in memory as a whole, so lines of sight to it "
+                "cannot be traced. Open the mesh of the same outcrop, or a thinned cloud.",
+                model=record.name,
             )
             return
         self._busy.add(model_id)
@@ -169,7 +176,7 @@ class PhotoLinks:
             outcome: ModelPhotos | str = str(error)
         except Exception:
             # Or it would be busy for ever.
-            unusable = "The photos could not be used."
+            unusable = tr("The photos could not be used.")
             self._post(lambda: self._take(record.id, unusable, data))
             raise
         else:
@@ -192,6 +199,7 @@ class PhotoLinks:
         self.changed.emit(model_id)
 
     def edited(self, edit: Edit) -> None:
+        """Forget the photos of removed models, and read those of moved ones anew."""
         for id_, after in edit.after.items():
             before = edit.before[id_]
             if isinstance(before, Model) and after is None:
@@ -206,6 +214,7 @@ class PhotoLinks:
                 self.look(id_)
 
     def forget_all(self) -> None:
+        """Another project is opened."""
         self._ready.clear()
         self._trees.clear()
         self._problems.clear()

@@ -1,10 +1,11 @@
-"""Planes in words, as messages say them."""
+"""Planes as text, as panels and messages show them."""
 
 from __future__ import annotations
 
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.planes import PlaneFit
+from vomstudio.words import tr
 
 
 def plane_text(
@@ -18,4 +19,4 @@ def plane_text(
         error = fit.max_confidence95_deg
         decimals = 1 if error is not None and error < 1.0 else 0
     text = format_plane(Plane.from_normal(fit.normal), notation, decimals)
-    return f"{text} (local frame)" if local else text
+    return tr("{plane} (local frame)", plane=text) if local else text

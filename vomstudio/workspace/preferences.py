@@ -1,4 +1,4 @@
-"""The user's settings, as they are kept while the program runs."""
+"""The user's settings, and how they are saved while the program runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.workspace.owner_thread import Post
 
 
 class Preferences:
-    """`changed` is not told for the list of what was open lately, which has `recent_changed`."""
+    """`changed` is not sent for the list of recent files, which has `recent_changed`."""
 
     def __init__(self, settings: Settings, notices: Notices, post: Post) -> None:
         self.changed: Signal[()] = Signal()
@@ -22,6 +22,7 @@ class Preferences:
         self._file = SettingsFile(lambda text: post(lambda: notices.warn(text)))
 
     def keep(self) -> None:
+        """Write the settings to their file at once."""
         try:
             self._file.write(self.settings)
         except VomError as error:
@@ -29,13 +30,13 @@ class Preferences:
         self.changed.emit()
 
     def remember(self, path: Path) -> None:
-        """Among what was open lately."""
+        """Add to the list of recent files."""
         self.settings.add_recent(path.resolve())
         self.recent_changed.emit()
         self._file.write_soon(self.settings)
 
     def mark_open(self, folder: Path, is_open: bool) -> None:
-        """Note what must be offered if the program ends without closing it."""
+        """Note that a project is open, so that it is offered after a crash."""
         name = str(folder.resolve())
         kept = [path for path in self.settings.unclosed if path != name]
         unclosed = [*kept, name] if is_open else kept

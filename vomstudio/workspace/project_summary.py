@@ -1,4 +1,4 @@
-"""What is in a project, in figures; it may be open in a window meanwhile."""
+"""Summary of a project's contents; it may be open in a window meanwhile."""
 
 from __future__ import annotations
 
@@ -62,11 +62,12 @@ class ProjectSummary:
     draft: bool
 
     def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
         return asdict(self)
 
 
 def summarise(folder: Path) -> ProjectSummary:
-    """Raises InputError where it is no project, or a newer one."""
+    """Read a project's journal. Raises InputError where it is no project, or a newer one."""
     schema, played = read_schema_and_replay(folder)
     records = played.records
     features = [r for r in records.values() if isinstance(r, Feature)]
@@ -128,7 +129,10 @@ def _chosen(records: Any, wanted: Sequence[str], folder: Path) -> set[str]:
         found = {f.id for f in features if word in (f.id, getattr(f, "name", None))}
         if not found:
             raise InputError(
-                tr("there is no feature {word}; see vomstudio project list.", word=word),
+                tr(
+                    "The project has no feature {feature}. See vomstudio project list.",
+                    feature=word,
+                ),
                 file=folder,
             )
         chosen |= found

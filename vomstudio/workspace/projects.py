@@ -1,4 +1,4 @@
-"""The life of a project: made, opened, saved, saved under another name, left."""
+"""Creating, opening, saving and closing of projects."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from vomstudio.document.records import Record
 from vomstudio.document.session import Session
 from vomstudio.io.project.folder import Project, create_untitled, is_free, untitled_projects
 from vomstudio.signals import Signal
+from vomstudio.words import tr
 from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.preferences import Preferences
 
@@ -18,9 +19,9 @@ T = TypeVar("T")
 
 
 class Projects:
-    """The open project; another one may take its place.
+    """The open project; another one may replace it.
 
-    leaving : the open project is about to be closed; opened : another one has taken its place;
+    leaving : the open project is about to be closed; opened : another one has replaced it;
     edited, history_changed : of whichever is open; saved : also under another name
     """
 
@@ -36,20 +37,24 @@ class Projects:
     # --- the open one ------------------------------------------------------------------------
     @property
     def is_open(self) -> bool:
+        """Whether a project is open."""
         return self._project is not None
 
     @property
     def project(self) -> Project:
+        """The open project."""
         if self._project is None:
             raise RuntimeError("no project is open yet")
         return self._project
 
     @property
     def session(self) -> Session:
+        """Its session."""
         return self.project.session
 
     @property
     def records(self) -> Mapping[str, Record]:
+        """Its records by id."""
         return self.session.records
 
     def of(self, cls: type[T]) -> list[T]:
@@ -62,11 +67,13 @@ class Projects:
         return journal.view(key, default)
 
     def keep_view(self, key: str, value: Any) -> None:
+        """Keep view state with the project."""
         journal = self.project.journal
         journal.set_view(key, value)
 
     # --- coming and going --------------------------------------------------------------------
     def new(self) -> None:
+        """Create an untitled project and open it."""
         self._adopt(create_untitled(self._preferences.settings.affecting_results))
 
     def open(self, folder: Path) -> None:
@@ -94,6 +101,7 @@ class Projects:
         self.opened.emit()
 
     def leave(self) -> None:
+        """Close the project."""
         self._mark_open(False)
         self.leaving.emit()
         self.project.close()
@@ -104,9 +112,10 @@ class Projects:
 
     # --- keeping -----------------------------------------------------------------------------
     def save(self) -> None:
+        """Mark the present state as saved. Raises VomError."""
         self.session.save()
         self.saved.emit()
-        self._notices.info(f"Saved {self.project.name}.")
+        self._notices.info(tr("{project} was saved.", project=self.project.name))
 
     def save_as(self, folder: Path) -> None:
         """Raises TargetError."""
@@ -119,13 +128,14 @@ class Projects:
         # The same records under another name: no view has to be built anew.
         self.history_changed.emit()
         self.saved.emit()
-        self._notices.info(f"Saved as {folder}.")
+        self._notices.info(tr("The project was saved as {folder}.", folder=folder))
 
     def discard(self) -> None:
-        """Leave what was not saved to the history. Raises VomError."""
+        """Undo what was not saved; it stays in the history. Raises VomError."""
         if self.session.dirty:
             self.session.discard_unsaved()
 
     @property
     def unsaved_reconstructions(self) -> bool:
+        """The project is untitled and holds reconstructions."""
         return self.project.untitled and self.project.has_reconstructions

@@ -1,4 +1,4 @@
-"""Jobs in flight: worker processes, and their events brought to the thread that owns them."""
+"""Running jobs: worker processes, and their events passed to the thread that owns them."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ from functools import partial
 from typing import Any
 
 from vomstudio.errors import WorkerError
-from vomstudio.failures.error_collector import DESK
+from vomstudio.failures.error_collector import ERRORS
 from vomstudio.jobs.events import Done, Event, Failed, Fault, Stage, Step
 from vomstudio.jobs.job import Job, Lane, Request, Result
 from vomstudio.jobs.supervisor import Worker
 from vomstudio.signals import Signal
+from vomstudio.words import tr
 from vomstudio.workspace.owner_thread import Post
 
 
 @dataclass
 class RunningJob:
-    """A running job as it is shown."""
+    """A running job as it is shown. title, stage : translated; total, done : steps of the stage."""
 
     number: int
     title: str
@@ -31,16 +32,21 @@ class RunningJob:
     done: int = 0
     faults: list[Fault] = field(default_factory=list)
 
-    def words(self) -> str:
-        if not self.stage:
-            return self.title
-        if self.total:
-            return f"{self.title}: {self.stage}, {self.done:,} of {self.total:,}"
-        return f"{self.title}: {self.stage}"
+    def status(self) -> str:
+        """The stage, with its progress where that is known."""
+        if not self.total:
+            return self.stage
+        return tr(
+            "{stage}, {done:,} of {total:,}", stage=self.stage, done=self.done, total=self.total
+        )
+
+    def text(self) -> str:
+        """Title and status in one line."""
+        return f"{self.title}: {self.status()}" if self.stage else self.title
 
 
 class Jobs:
-    """Worker processes, each begun when it is first needed and each for its own lane."""
+    """One worker process for each lane, started when it is first needed."""
 
     def __init__(self, post: Post) -> None:
         self.changed: Signal[()] = Signal()
@@ -61,8 +67,8 @@ class Jobs:
         on_failed: Callable[[Failed], None],
         quiet: bool = False,
     ) -> RunningJob:
-        """Begin a job; of its end the owner's thread is told. After `close` nothing is begun and
-        nobody told."""
+        """Start a job; on_done or on_failed is called in the owner's thread when it ends. After
+        `close` nothing is started and nothing called. quiet : it is not shown."""
         lane = job.lane
         worker = self.workers[lane]
         try:
@@ -82,9 +88,11 @@ class Jobs:
         return begun
 
     def cancel(self, job: RunningJob) -> None:
+        """Ask a job to stop; on_failed is called when it has."""
         job.worker.cancel(job.number)
 
     def visible(self) -> list[RunningJob]:
+        """The jobs that are shown, the oldest first."""
         return [job for job in self.jobs.values() if not job.quiet]
 
     def _hand_over(self, lane: Lane, fault: Fault) -> None:
@@ -96,7 +104,7 @@ class Jobs:
             return
         if job is None:
             if isinstance(event, Fault):
-                _tell("Work beside the window", event)
+                _report(tr("Background work"), event)
             return
         if isinstance(event, Fault):
             # What the job's owner says at its end comes first.
@@ -113,23 +121,26 @@ class Jobs:
             else:
                 job.on_failed(event)
             for fault in job.faults:
-                _tell(f"“{job.title}”", fault)
+                _report(job.title, fault)
         self.changed.emit()
 
     def finish(self, lane: Lane, timeout_s: float) -> None:
-        """Wait for what a lane is doing; nobody is told of it before the owner's loop runs."""
+        """Wait for what a lane is doing; its end is announced when the owner's loop runs."""
         self.workers[lane].finish(timeout_s)
 
     def close(self) -> None:
+        """Stop all workers; nothing is called any more."""
         self._closed = True
         for worker in self.workers.values():
             worker.close()
         self.closed.emit()
 
 
-def _tell(who: str, fault: Fault) -> None:
-    DESK.tell(
-        f"{who} met a mistake of the program ({fault.what}): your project is as it was, and a "
-        "report helps to mend it.",
-        fault.what,
+def _report(title: str, fault: Fault) -> None:
+    sentence = tr(
+        "{job}: an internal error occurred ({error}). Your project is unchanged. Please save a "
+        "report, so that the fault can be found.",
+        job=title,
+        error=fault.what,
     )
+    ERRORS.tell(sentence, fault.what)

@@ -1,4 +1,4 @@
-"""The tools, of which one at most is active, and what they are given to work with."""
+"""The tools, of which at most one is active, and the context they work in."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from vomstudio.signals import Signal
 from vomstudio.tools.interaction_types import PointerEvent, Preview
 from vomstudio.tools.registry import TOOLS
 from vomstudio.tools.tool_context import Tool
-from vomstudio.workspace.derived_quantities import Derived
+from vomstudio.words import tr, tr_n
+from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.plane_summary import plane_text
@@ -30,7 +31,7 @@ NAVIGATE = "navigate"
 class ToolHost:
     """Also the `ToolContext` of its tools.
 
-    changed : a tool's state; undo_changed : told after it, as what is undone may be a tool's step;
+    changed : a tool's state; undo_changed : sent after it, as undo may take back a tool's step;
     active_changed : another tool is active; next_changed : feature type and set for what is made
     next; preview : what is drawn of an unfinished feature
     """
@@ -39,7 +40,7 @@ class ToolHost:
         self,
         projects: Projects,
         models: Models,
-        derived: Derived,
+        derived: DerivedQuantities,
         selection: Selection,
         preferences: Preferences,
         notices: Notices,
@@ -62,18 +63,20 @@ class ToolHost:
 
     # --- which one ---------------------------------------------------------------------------
     def activate(self, name: str) -> None:
+        """Make a tool the active one; NAVIGATE for none. Refused while another one is open."""
         if name == self.active_name:
             return
         if (left := self.active) is not None:
             left.leave()
         open_tool = self.open_tool
         if open_tool is not None and self.tools.get(name) is not open_tool:
-            waits = "finish it with Enter or cancel it with Esc"
             if name in self.tools:
-                self.hint(f"What is being picked comes first: {waits}.")
+                self.hint(tr("Finish the open feature (Enter) or cancel it (Esc) first."))
                 self.active_changed.emit(self.active_name)
                 return
-            self._notices.info(f"What is being picked waits: {waits}.")
+            self._notices.info(
+                tr("The open feature stays unfinished. Finish it with Enter or cancel it with Esc.")
+            )
         self.active_name = name
         self.active_changed.emit(name)
 
@@ -88,58 +91,66 @@ class ToolHost:
         return next((tool for tool in self.tools.values() if tool.open), None)
 
     def finish(self) -> None:
+        """Finish the open feature, else what the active tool is doing."""
         if (tool := self.open_tool or self.active) is not None:
             tool.finish()
 
     def cancel(self) -> None:
+        """Discard the open feature, else what the active tool is doing."""
         if (tool := self.open_tool or self.active) is not None:
             tool.cancel()
 
     def undo(self) -> bool:
-        """Take the last step of what is unfinished back; False where there is none."""
+        """Take back the last step of the unfinished feature; False where there is none."""
         tool = self.open_tool
         return tool is not None and tool.undo()
 
     def pointer(self, event: PointerEvent) -> None:
+        """Pass a pointer event to the active tool."""
         if (tool := self.active) is not None:
             tool.pointer(event)
 
     def set_next(self, type_id: str, set_name: str) -> None:
-        """Feature type and set for what is made next, the open trace included."""
+        """Set feature type and set of the next feature, and of the open one where it is new."""
         self.next_type_id, self.next_set = type_id, set_name
         for tool in self.tools.values():
             tool.set_type(type_id, set_name)
         self.next_changed.emit()
 
     def keep_next_type(self) -> None:
-        """Another type for what is made next, where its own has gone."""
+        """Choose another type for the next feature where the present one was removed."""
         if self.next_type_id not in self._projects.records:
             self.next_type_id = self._projects.of(FeatureType)[0].id
 
-    def look_again(self) -> None:
-        """The document has changed."""
+    def document_changed(self) -> None:
+        """Tell the tools that the document has changed."""
         for tool in self.tools.values():
-            tool.look_again()
+            tool.document_changed()
 
     # --- coming and going with a project -----------------------------------------------------
     def forget(self) -> None:
-        """What is unfinished is left to its draft."""
+        """The project is being closed; an unfinished feature is kept as a draft."""
         for tool in self.tools.values():
             tool.forget()
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Go on with a draft."""
+        """Restore an unfinished feature from its draft."""
         name = str(state.get("tool"))
         tool = self.tools.get(name)
         if tool is not None:
             self.activate(name)
         if tool is None or not tool.restore(state):
-            self._notices.warn("An unfinished feature could not be read and was left out.")
+            self._notices.warn(tr("An unfinished feature could not be read and was left out."))
             return
         self.tool_changed()
         count = len(state.get("vertices", ()))
-        points = f"{count} point{'s' if count != 1 else ''}"
-        self._notices.info(f"An unfinished {tool.what} with {points} is back: go on picking.")
+        self._notices.info(
+            tr_n(
+                "An unfinished feature with {count} point was restored. You can go on picking.",
+                "An unfinished feature with {count} points was restored. You can go on picking.",
+                count,
+            )
+        )
 
     # --- ToolContext -------------------------------------------------------------------------
     @property

@@ -1,4 +1,4 @@
-"""What is hidden: view state, kept with the project and not undone."""
+"""Hidden records: view state, kept with the project and not subject to undo."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _KEPT = "hidden"
 
 
 class Visibility:
-    """changed : the ids that have come or gone"""
+    """changed : the ids that were shown or hidden"""
 
     def __init__(self, projects: Projects) -> None:
         self.changed: Signal[tuple[str, ...]] = Signal()
@@ -20,10 +20,11 @@ class Visibility:
         self.hidden: set[str] = set()
 
     def load(self) -> None:
-        """As the open project has kept it; nobody is told."""
+        """Read what the open project has kept, without a signal."""
         self.hidden = set(self._projects.view(_KEPT, []))
 
     def visible(self, id_: str) -> bool:
+        """Whether a record, feature type or group is shown."""
         return id_ not in self.hidden
 
     def show_only(self, ids: Iterable[str]) -> None:
@@ -36,9 +37,11 @@ class Visibility:
         self._set((self.hidden - ids - groups) | hidden, changed)
 
     def show_all(self) -> None:
+        """Show everything."""
         self._set(set(), set(self.hidden))
 
     def set_visible(self, ids: Iterable[str], visible: bool) -> None:
+        """Show or hide records, feature types or groups."""
         ids = set(ids)
         self._set(self.hidden - ids if visible else self.hidden | ids, ids)
 

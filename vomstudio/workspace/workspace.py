@@ -1,4 +1,4 @@
-"""Everything a program without a screen works with, joined."""
+"""All parts that a program works with, with or without a window, connected."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from vomstudio.document.records import Model, get_feature
 from vomstudio.document.selection import Selection
 from vomstudio.io.settings import Settings
 from vomstudio.signals import Signal
-from vomstudio.workspace.derived_quantities import Derived
+from vomstudio.words import tr
+from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.layer_export import GisLayers
@@ -27,9 +28,9 @@ from vomstudio.workspace.visibility import Visibility
 
 
 class Workspace:
-    """Each part has one idea; here stands only what concerns several of them.
+    """Connects the parts; here is only what concerns several of them.
 
-    Views connect to these signals, never to a session: another project may take its place.
+    Views connect to these signals, never to a session: another project may replace it.
     project_opened : another project, and no model of it yet; edited, history_changed : what is
     derived has been brought up to date; recovery_found : projects that a crash has left open
     """
@@ -44,7 +45,7 @@ class Workspace:
         self._closed = False
 
         def hand_over(call: Call) -> None:
-            # Who would be told by the time that it comes may be gone.
+            # By the time the call is made its receiver may be gone.
             post(lambda: None if self._closed else call())
 
         self.preferences = Preferences(settings, self.notices, hand_over)
@@ -52,7 +53,7 @@ class Workspace:
         self.selection = Selection()
         self.projects = Projects(self.preferences, self.notices)
         self.editing = Editing(self.projects, self.notices)
-        self.derived = Derived(self.projects, lambda: settings.thresholds)
+        self.derived = DerivedQuantities(self.projects, lambda: settings.thresholds)
         self.visibility = Visibility(self.projects)
         self.display = Display(lambda values: self.projects.keep_view("display", values), later)
         self.loader = ModelLoader(self.jobs, hand_over, lambda: settings.point_budget)
@@ -93,32 +94,34 @@ class Workspace:
         self.history_changed.emit()
         for problem in self.projects.project.problems:
             self.notices.warn(
-                f"A part of the project could not be read and was left out: {problem}"
+                tr(
+                    "A part of the project could not be read and was left out. {problem}",
+                    problem=problem,
+                )
             )
         for model in session.of(Model):
             self.models.load(model)
         if session.recovered:
-            self.notices.warn(
-                "Work that had not been saved is back. Save it, or take it back with Undo."
-            )
+            self.notices.warn(tr("Unsaved work was restored. Save it, or discard it with Undo."))
         if session.draft is not None:
             self.tools.restore(session.draft.state)
 
     def _leave(self) -> None:
         self.display.flush()
         self.loader.forget_all()
-        self.layers.write_what_waits()
+        self.layers.write_pending()
         self.tools.forget()
         self.models.open.clear()
         self.derived.forget_all()
 
     def offer_recovery(self) -> None:
+        """Send `recovery_found` where a crash has left projects open."""
         if found := self.projects.unclosed():
             self.recovery_found.emit(found)
 
     @property
     def worth_asking(self) -> bool:
-        """Closing now would put work aside that the user may want to keep."""
+        """Whether closing now would discard work that the user may want to save."""
         session, is_open = self.projects.session, self.tools.open_tool is not None
         made = self.projects.unsaved_reconstructions
         if not session.dirty and not is_open and not made:
@@ -126,13 +129,13 @@ class Workspace:
         return bool(session.features()) or is_open or not self.projects.project.untitled or made
 
     def discard(self) -> None:
-        """Leave what was not saved to the history. Raises VomError."""
+        """Undo what was not saved; it stays in the history. Raises VomError."""
         if (tool := self.tools.open_tool) is not None:
             tool.cancel()
         self.projects.discard()
 
     def close(self) -> None:
-        """The program ends: give everything back."""
+        """The program ends: close the project and stop all workers."""
         self.projects.leave()
         self.layers.finish()
         self.jobs.close()
@@ -144,19 +147,20 @@ class Workspace:
             if isinstance(record, Model) and id_ not in self.models.open:
                 self.models.load(record)
         self.tools.keep_next_type()
-        self.derived.look_again()
+        self.derived.refresh()
         self.selection.keep(self.projects.records)
         self.edited.emit(edit)
         self.photos.edited(edit)
-        self.tools.look_again()
+        self.tools.document_changed()
         self.layers.write_soon()
 
     def undo(self) -> None:
-        """The last step of what is unfinished, else the last edit."""
+        """Undo the last step of the unfinished feature, else the last edit."""
         if not self.tools.undo():
             self.editing.undo()
 
     def delete_selected(self) -> None:
+        """Delete the selected features, as one edit."""
         records = self.projects.records
         ids = [i for i in self.selection.ids if get_feature(records, i) is not None]
         if ids:

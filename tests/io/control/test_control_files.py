@@ -72,6 +72,11 @@ def test_a_stated_error_is_that_of_one_coordinate(tmp_path: Path) -> None:
     assert b == ControlPoint("B", (4.0, 5.0, 6.0))
 
 
+def test_comments_and_wrapped_texts_are_read_as_xml_means_them(tmp_path: Path) -> None:
+    text = micmac(point("<!-- of the mast --><![CDATA[A & B]]>", "1 <!-- east --> 2 &#51;"))
+    assert read_control(written(tmp_path, text)) == [ControlPoint("A & B", (1.0, 2.0, 3.0))]
+
+
 def test_elements_inside_others_are_found_as_newer_versions_write_them(tmp_path: Path) -> None:
     text = f"<Global>{marked(mark('A', '1.5 2.5'), photo='dir/a.jpg')}</Global>"
     assert read_marks(written(tmp_path, text)) == [Mark("A", "dir/a.jpg", 1.5, 2.5)]
@@ -81,6 +86,10 @@ BOMB = (
     '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>'
     "<DicoAppuisFlottant>&b;</DicoAppuisFlottant>"
 )
+UNFOLDING = "<!DOCTYPE x [<!ENTITY a0 'aaaaaaaaaa'>"
+for _k in range(1, 12):
+    UNFOLDING += f"<!ENTITY a{_k} '{f'&a{_k - 1};' * 10}'>"
+UNFOLDING += "]><x y='&a11;'/>"
 
 
 @pytest.mark.parametrize(
@@ -99,7 +108,13 @@ BOMB = (
         (marked(mark("A", "1 2")), "name it as the marks"),
         ("<html><body>404</body></html>", "html: has no ground point"),
         (BOMB, "declares an entity"),
+        (BOMB.replace("&b;", ""), "declares an entity (a)"),
+        ('<!DOCTYPE x [<!ENTITY a SYSTEM "/etc/passwd">]><x>&a;</x>', "declares an entity (a)"),
+        (UNFOLDING, "not well-formed XML"),
         ("<a>" * 200 + "</a>" * 200, "deep"),
+        ("<a>\n" * 65 + "</a>" * 65, "line 65, a: The elements are nested more than 64"),
+        ("<a>" * 64 + "</a>" * 64, "has no ground point"),
+        ("<a>" * 100_000 + "</a>" * 100_000, "not well-formed XML"),
         ("<?xml version='1.0' encoding='klingon'?><a/>", "control.xml"),
         (b"<a>\xff\xfe\x00</a>", "not well-formed XML"),
         ("<", "not well-formed XML"),

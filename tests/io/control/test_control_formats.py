@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 
-from vomstudio.io import plugins
 from vomstudio.io.control import formats, registry
 from vomstudio.io.control.control_files import (
     crs_of,
@@ -44,7 +44,7 @@ def _fresh_formats() -> Iterator[None]:
 
 def offer(monkeypatch: pytest.MonkeyPatch, *values: str) -> None:
     points = [EntryPoint(f"p{i}", value, registry.GROUP) for i, value in enumerate(values)]
-    monkeypatch.setattr(plugins, "entry_points", lambda group: points)
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points)
 
 
 def require_theirs_is_read(photos: Path) -> None:

@@ -97,8 +97,7 @@ def test_the_file_read_whole_is_a_laz_file(cliff: Path) -> None:
     assert loaded.warnings == ()
     las = laspy.read(cliff)
     assert np.array_equal(loaded.data.points, np.asarray(las.xyz))
-    keys = copc.nodes(cliff).keys
-    cloud = copc.read_nodes(cliff, keys)
+    cloud = all_nodes(cliff)
     assert np.array_equal(in_order(cloud.points), in_order(loaded.data.points))
     assert set(cloud.fields) == set(loaded.data.fields)
     with copc.CopcFile(cliff) as file:
@@ -114,7 +113,7 @@ def test_the_file_read_whole_is_a_laz_file(cliff: Path) -> None:
 @pytest.mark.parametrize("point_format", [6, 8])
 def test_other_point_formats_are_read(tmp_path: Path, point_format: int) -> None:
     path = make(tmp_path / "a.copc.laz", 5000, point_format)
-    cloud = copc.read_nodes(path, copc.nodes(path).keys)
+    cloud = all_nodes(path)
     assert len(cloud.points) == 5000
     assert (cloud.colors is None) == (point_format == 6)
 
@@ -147,9 +146,9 @@ def test_place_and_size_are_known_without_reading_points(cliff: Path) -> None:
         assert np.array_equal(file.bounds, [theirs.header.mins, theirs.header.maxs])
 
 
-def test_a_node_that_is_not_there_is_said(cliff: Path) -> None:
-    with pytest.raises(InputError, match=r"no node \(3, 7, 7, 7\)"):
-        copc.read_nodes(cliff, [(3, 7, 7, 7)])
+def all_nodes(path: Path) -> PointCloud:
+    with copc.CopcFile(path) as file:
+        return file.read(file.nodes())
 
 
 def cut_or_sound(path: Path) -> None:
@@ -169,7 +168,7 @@ def test_a_file_cut_anywhere_gives_one_sentence(tmp_path: Path) -> None:
     for n in [*range(0, 1500, 37), *range(1500, len(content), 997), len(content) - 1]:
         path.write_bytes(content[:n])
         with pytest.raises(InputError):
-            copc.read_nodes(path, copc.nodes(path).keys)
+            all_nodes(path)
         cut_or_sound(path)
 
 
@@ -202,7 +201,7 @@ def test_a_node_that_promises_too_much_is_not_believed(tmp_path: Path, count: in
         assert copc.nodes(path).points.sum() < 500
         return
     with pytest.raises(InputError, match="damaged"):
-        copc.read_nodes(path, copc.nodes(path).keys)
+        all_nodes(path)
 
 
 def test_pages_that_go_in_circles_are_refused(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
@@ -54,6 +55,20 @@ def test_resolution_of_a_grid_of_points_is_its_spacing(side: int) -> None:
     points = np.stack([x, y, 0 * x], -1).reshape(-1, 3) + OFFSET
     order = np.random.default_rng(2).permutation(len(points))
     assert resolution(PointCloud(points[order])) == pytest.approx(0.05, rel=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_resolution_of_few_points_is_what_a_tree_says_to_the_bit(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(int(rng.integers(2, 300)), 3)) * 10.0 ** rng.uniform(-3, 6)
+    points = np.round(points, 1) if seed % 3 == 0 else points
+    points = rng.choice(points, len(points)) if seed % 2 else points
+    local = points - points[0]
+    # Itself, and with it those that stand at the same place.
+    near = np.sort(cKDTree(local).query(local, k=len(local))[0][:, :4], axis=1)
+    nearest = [row[row > 0][0] for row in near if (row > 0).any()]
+    found = resolution(PointCloud(points))
+    assert found == np.mean(nearest) if nearest else np.isnan(found)
 
 
 def test_resolution_of_random_points_is_that_of_a_poisson_process() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -11,7 +12,6 @@ import pytest
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io import plugins
 from vomstudio.io.models import formats, registry
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.reader import LoadedModel, Reader
@@ -34,7 +34,7 @@ XYZ = Reader("Made-up XYZ", (".xyzq",), lambda path, head: head.startswith(b"XYZ
 
 def offer(monkeypatch: pytest.MonkeyPatch, *values: str) -> None:
     points = [EntryPoint(f"p{i}", value, registry.GROUP) for i, value in enumerate(values)]
-    monkeypatch.setattr(plugins, "entry_points", lambda group: points)
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points)
 
 
 def test_a_reader_of_another_package_reads_its_files(
@@ -121,3 +121,10 @@ def test_an_unknown_file_is_refused_with_what_can_be_read(tmp_path: Path) -> Non
         read_model(path)
     for word in ("notes.docx", ".obj", ".ply", ".laz"):
         assert word in str(caught.value)
+
+
+def test_the_reader_asked_first_is_the_first_that_names_the_ending() -> None:
+    """Which spares the import of the others must not change who reads."""
+    for ending in formats.USUAL:
+        first = next(r for r in registry.find_readers().all if ending in r.extensions)
+        assert registry.usual_reader(ending) is first

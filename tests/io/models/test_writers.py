@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import io
 import json
 import resource
@@ -23,7 +24,6 @@ from PIL import Image
 from vomstudio.errors import Cancelled, TargetError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.io import plugins
 from vomstudio.io.models import writing
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import find_writers, write_model
@@ -427,7 +427,7 @@ def test_a_writer_of_another_package_writes_its_files(
         EntryPoint("theirs", "their_writers:WRITER", writing.GROUP),
         EntryPoint("worse", "no_such_package:WRITER", writing.GROUP),
     ]
-    monkeypatch.setattr(plugins, "entry_points", lambda group: points)
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points)
     writing.find_all.cache_clear()
     try:
         said = write_model(cloud(3), None, tmp_path / "m.count")

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.models.formats import xyz
 from vomstudio.io.models.opening import read_model
 
 
@@ -126,3 +131,52 @@ def test_damage_brings_points_or_one_sentence(tmp_path: Path) -> None:
             cloud_of(tmp_path, bytes(bad), f"{i % 2}.xyz")
         except InputError:
             continue
+
+
+def layout(delimiter: str, decimal: str, width: int) -> xyz.Layout:
+    return xyz.Layout(delimiter, decimal, None, 0, 0, width, [])
+
+
+WHOLE = st.integers(-(10**12), 10**12).map(str)
+FRACTION = st.tuples(st.integers(-(10**5) + 1, 10**6 - 1), st.integers(0, 10**7 - 1)).map(
+    lambda parts: f"{parts[0]}.{parts[1]:07d}"
+)
+
+
+@given(
+    columns=st.lists(
+        st.sampled_from([WHOLE, FRACTION, st.one_of(WHOLE, FRACTION)]).flatmap(
+            lambda cells: st.lists(cells, min_size=4, max_size=4)
+        ),
+        min_size=3,
+        max_size=6,
+    ),
+    delimiter=st.sampled_from([" ", ",", ";", "\t"]),
+    end=st.sampled_from(["\n", "\r\n"]),
+)
+def test_a_small_table_holds_what_pandas_reads_to_the_bit(
+    columns: list[list[str]], delimiter: str, end: str
+) -> None:
+    rows = [delimiter.join(cells) + end for cells in zip(*columns, strict=True)]
+    found = xyz.plain_numbers("".join(rows).encode(), layout(delimiter, ".", len(columns)))
+    assert found is not None
+    for i, cells in enumerate(columns):
+        wanted = pandas.read_csv(io.StringIO("\n".join(cells)), header=None)[0].to_numpy()
+        assert found[i].dtype == wanted.dtype
+        assert found[i].tobytes() == wanted.tobytes()
+
+
+def test_a_decimal_comma_is_a_point() -> None:
+    found = xyz.plain_numbers(b"1,5;2;-0,25\n", layout(";", ",", 3))
+    assert found is not None
+    assert [found[i].tolist() for i in range(3)] == [[1.5], [2], [-0.25]]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"1 2\n", b"1 2 3 4\n", b"1 2 3\n\n4 5 6\n", b"1 2 nan\n", b"1 2 3e2\n", b"1 2 # 3\n",
+     b"007 2 3\n", b"1 2 0.12345678901234567\n", b"1 2 1234567890123456\n", b"1 2 +3\n", b"",
+     b"1\x0b2 3 4\n", "1 2 ٣\n".encode(), b"1 2 '3'\n"],
+)  # fmt: skip
+def test_what_is_not_plain_is_left_to_pandas(content: bytes) -> None:
+    assert xyz.plain_numbers(content, layout(" ", ".", 3)) is None

@@ -328,6 +328,7 @@ def test_the_angles_of_every_maker_mean_the_same(space: str, body: str, angles) 
         b"<x:xmpmeta></rdf></x:xmpmeta>",
         b'<!DOCTYPE a [<!ENTITY b "c">]><x:xmpmeta>&b;</x:xmpmeta>',
         b"\xff\xfe<x:xmpmeta>\x00</x:xmpmeta>",
+        _FORM.format("", "<rdf:li>" * 5000 + "</rdf:li>" * 5000).encode(),
         None,
     ],
 )
@@ -498,7 +499,7 @@ def test_a_hundred_megapixels_are_listed_without_being_decoded(tmp_path: Path) -
     start = time.perf_counter()
     photo = one(tmp_path)
     assert time.perf_counter() - start < 0.25
-    assert photo.megapixels == 108
+    assert photo.width * photo.height == 108e6
     assert thumbnail(photo, 200).shape == (150, 200, 3)
 
 

@@ -18,7 +18,7 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError, TargetError
 from vomstudio.io.project.folder import Project, project_folder
-from vomstudio.io.project.journal import read_records
+from vomstudio.io.project.journal import read_replay
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
 
@@ -60,16 +60,16 @@ def test_float64_coordinates_come_back_to_the_last_bit(project):
         (4.0, 5.0, 6.5),
     )
     project.session.apply(edits.add_trace(project.session.records, bed("t1", vertices=vertices)))
-    assert read_records(project.folder)["t1"].vertices == vertices
+    assert read_replay(project.folder).records["t1"].vertices == vertices
 
 
 def test_an_open_project_can_be_read_by_another_process_but_not_opened(project):
     project.session.apply(edits.add_trace(project.session.records, bed("t1")))
     code = (
         "import sys; from pathlib import Path;"
-        "from vomstudio.io.project.journal import read_records;"
+        "from vomstudio.io.project.journal import read_replay;"
         "from vomstudio.io.project.folder import Project; p = Path(sys.argv[1]);"
-        "print(len(read_records(p)));"
+        "print(len(read_replay(p).records));"
         "import vomstudio.errors\n"
         "try: Project.open(p)\n"
         "except vomstudio.errors.InputError as e: print(e)"
@@ -90,7 +90,7 @@ def test_after_closing_one_file_holds_everything(project):
     project.session.apply(edits.add_trace(project.session.records, bed("t1")))
     project.close()
     assert not list(project.folder.glob("journal.sqlite-*"))
-    assert "t1" in read_records(project.folder)
+    assert "t1" in read_replay(project.folder).records
     reopened = Project.open(project.folder)
     project.__dict__.update(reopened.__dict__)
 
@@ -170,7 +170,7 @@ def test_saving_as_moves_the_history_along_and_leaves_the_old_as_it_was_saved(tm
     assert not session.of(Trace)
     session.redo()
     project.close()
-    assert {"t1"} == {i for i in read_records(tmp_path / "b.vom") if i.startswith("t")}
+    assert {"t1"} == {i for i in read_replay(tmp_path / "b.vom").records if i.startswith("t")}
     old = Project.open(tmp_path / "a.vom")
     assert not old.session.of(Trace)
     assert not old.session.dirty

@@ -20,7 +20,6 @@ from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import (
     TAKING_IN,
     SqliteJournal,
-    read_records,
     read_replay,
     read_schema_and_replay,
 )
@@ -61,7 +60,7 @@ def test_every_row_stays_to_the_letter_and_is_vouched_for(old: Path) -> None:
     path = old / "journal.sqlite"
     rows = asked(path, ROWS)
     assert len(rows) == 8
-    records = read_records(old)
+    records = read_replay(old).records
     project = Project.open(old)
     assert project.problems == []
     assert project.journal.opened_schema == 1

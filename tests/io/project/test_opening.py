@@ -27,7 +27,7 @@ from vomstudio.io.project.folder import (
     untitled_folder,
     untitled_projects,
 )
-from vomstudio.io.project.journal import SqliteJournal, read_records, read_replay
+from vomstudio.io.project.journal import SqliteJournal, read_replay
 from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
@@ -80,7 +80,7 @@ def test_a_project_that_is_there_is_neither_replaced_nor_locked(project: Project
             Project.create(project.folder)
         project.close()
     assert is_free(project.folder)
-    assert "t1" in read_records(project.folder)
+    assert "t1" in read_replay(project.folder).records
 
 
 def test_a_project_is_open_once_and_free_after(project: Project) -> None:
@@ -253,7 +253,7 @@ def test_an_empty_folder_is_saved_to_and_what_an_earlier_try_left_is_no_hindranc
     (tmp_path / "b.vom.part").mkdir()
     (tmp_path / "b.vom.part" / "journal.sqlite").write_bytes(OF_ANOTHER_DAY)
     project.save_as(tmp_path / "b.vom")
-    assert "m1" in read_records(tmp_path / "b.vom")
+    assert "m1" in read_replay(tmp_path / "b.vom").records
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.vom", "b.vom"]
     project.close()
 
@@ -298,7 +298,7 @@ def test_a_saving_that_fails_leaves_nothing_and_work_goes_on_where_it_was(
     assert project.session.dirty
     add_bed(project)
     project.close()
-    assert "t1" in read_records(tmp_path / "a.vom")
+    assert "t1" in read_replay(tmp_path / "a.vom").records
 
 
 def test_the_project_left_behind_is_not_written_to_where_it_was_saved(
@@ -321,7 +321,7 @@ def test_unsaved_work_goes_to_the_new_name_and_can_be_brought_back_under_the_old
     add_bed(project)
     project.save_as(tmp_path / "b.vom")
     project.close()
-    assert "t1" in read_records(tmp_path / "b.vom")
+    assert "t1" in read_replay(tmp_path / "b.vom").records
     left = read_replay(tmp_path / "a.vom")
     assert "t1" not in left.records
     assert left.done[-1][1].label == "Discard unsaved changes"

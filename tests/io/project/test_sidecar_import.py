@@ -21,7 +21,7 @@ from vomstudio.errors import InputError
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.project.folder import Project
-from vomstudio.io.project.journal import TAKING_IN, read_records
+from vomstudio.io.project.journal import TAKING_IN, read_replay
 from vomstudio.io.project.reconstructions import asked, read_reconstruction
 from vomstudio.io.project.sidecar_import import (
     RECONSTRUCTIONS,
@@ -482,7 +482,7 @@ def test_an_old_project_takes_in_what_lies_beside_it_as_one_step_at_its_first_op
     assert sets_in(project.session.records) == []
     assert project.problems == []
     project.close()
-    assert "m1" in read_records(project.folder)
+    assert "m1" in read_replay(project.folder).records
 
 
 def test_a_project_that_was_never_old_takes_in_nothing_by_itself(

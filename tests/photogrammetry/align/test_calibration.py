@@ -105,7 +105,7 @@ def test_lenses_are_told_apart_where_files_say_nothing(tmp_path: Path) -> None:
     found = sorted((round(c.values[0], -1), len(c.photos)) for c in alignment.cameras)
     assert found == [(1500, 5), (2300, 5)]
     assert worst_centre(alignment, made) < 0.05
-    assert any("through 2 lenses" in note for note in alignment.notes)
+    assert any("with 2 lenses" in note for note in alignment.notes)
     assert not (tmp_path / "work" / "lenses").exists()
 
 

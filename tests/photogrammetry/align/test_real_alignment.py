@@ -15,7 +15,7 @@ from vomstudio.io.photos.reading import read_photos
 from vomstudio.jobs.executors import Threads
 from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
 from vomstudio.photogrammetry.place.control import place_by_control
-from vomstudio.photogrammetry.place.georeference import by_gps
+from vomstudio.photogrammetry.place.georeference import place_by_gps
 from vomstudio.progress import Silent
 
 pytestmark = pytest.mark.slow
@@ -40,7 +40,7 @@ def test_a_lake_shore_placed_by_gps_agrees_with_an_independent_cloud(
     photos, aligned = placed(folder, tmp_path, 18)
     # Debian's COLMAP 3.8 on the same photos at the same size: 7515 points at 0.814 px.
     assert aligned.tie_points >= 7515
-    scene, report = by_gps(aligned.parts[0], photos)
+    scene, report = place_by_gps(aligned.parts[0], photos)
     assert not report.adjusted
     cloud = laspy.read(folder / "model.laz")
     known = np.column_stack([cloud.x, cloud.y, cloud.z])

@@ -63,7 +63,7 @@ def test_a_file_that_cannot_be_written_whole_is_not_there(tmp_path):
         path.write_bytes(b"half")
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    with pytest.raises(TargetError, match="make room"):
+    with pytest.raises(TargetError, match="Free some space"):
         write_whole(tmp_path / "a.npz", full)
     assert list(tmp_path.iterdir()) == []
 

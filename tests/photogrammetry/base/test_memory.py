@@ -44,9 +44,9 @@ def test_only_as_many_photos_are_worked_on_at_once_as_the_memory_holds(free):
 
 def test_one_photo_is_always_worked_on(free):
     free(0.1)
-    assert memory.at_once(GB, 8) == 1
+    assert memory.workers_at_once(GB, 8) == 1
     free(1000)
-    assert memory.at_once(GB, 8) == 8
+    assert memory.workers_at_once(GB, 8) == 8
 
 
 def test_depths_of_photos_that_fit_are_sought_at_the_wanted_size(free):

@@ -48,9 +48,9 @@ def test_tracks_are_found_from_both_sides():
 
 
 def test_a_damaged_scene_is_refused_with_what_to_do(tmp_path):
-    with pytest.raises(InputError, match="align"):
+    with pytest.raises(InputError, match="Align"):
         SparseScene.load(tmp_path)
     scene().save(tmp_path)
     (tmp_path / "scene.npz").write_bytes(b"PK")
-    with pytest.raises(InputError, match="align"):
+    with pytest.raises(InputError, match="Align"):
         SparseScene.load(tmp_path)

@@ -211,11 +211,11 @@ def test_a_photo_that_is_all_masked_has_an_empty_map(front):
 def test_nonsense_is_refused_in_words(front):
     photos, scene = front
     task = make_task(choose_pairs(scene).plans[0], photos.__getitem__)
-    with pytest.raises(GeometryError, match="no other"):
+    with pytest.raises(GeometryError, match="no other photo"):
         depth_map(replace(task, sources=(), methods=()))
-    with pytest.raises(GeometryError, match="no range"):
+    with pytest.raises(GeometryError, match=r"range .* is invalid"):
         depth_map(replace(task, near=5.0, far=4.0))
-    with pytest.raises(GeometryError, match="same place"):
+    with pytest.raises(GeometryError, match="same position"):
         depth_map(replace(task, sources=task.sources[:1] * 2 + (photos[0],), methods=("sgbm",) * 3))
     with pytest.raises(InputError, match="cannot be read"):
         depth_map(replace(task, reference=replace(task.reference, photo=b"")))
@@ -236,7 +236,7 @@ def test_a_map_comes_back_from_its_file_and_half_a_file_is_refused(front, tmp_pa
     assert back.view.name == made.name
     whole = (tmp_path / "map.npz").read_bytes()
     (tmp_path / "map.npz").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(InputError, match="make it again"):
+    with pytest.raises(InputError, match="Compute it again"):
         DepthMap.load(tmp_path / "map.npz")
 
 

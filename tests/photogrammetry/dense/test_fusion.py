@@ -7,7 +7,8 @@ from tests.photogrammetry.dense.dense_truth import look
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
-from vomstudio.photogrammetry.dense.fusion import FusionOptions, StoredMaps, fuse
+from vomstudio.photogrammetry.dense.fusion import FusionOptions, fuse
+from vomstudio.photogrammetry.pipeline.photo_results import Kept
 
 NORMAL = np.array([-0.3, 0.2, 1.0]) / np.linalg.norm([-0.3, 0.2, 1.0])
 
@@ -98,9 +99,9 @@ def test_the_order_of_the_photos_does_not_move_the_surface():
 
 def test_maps_in_files_and_a_small_cache_give_the_same(tmp_path):
     maps = [exact(view) for view in some_views()]
-    for one in maps:
-        one.save(tmp_path / one.name)
-    stored = StoredMaps([tmp_path / one.name for one in maps])
+    stored = Kept(tmp_path, names(maps), lambda path, one: one.save(path), DepthMap.load)
+    for row, one in enumerate(maps):
+        stored.put(row, one)
     around = {name: tuple(n for n in names(maps) if n != name) for name in names(maps)}
     a = fuse(names(maps), maps, None, around)
     b = fuse(names(maps), stored, None, around, FusionOptions(cache_bytes=1))

@@ -67,7 +67,7 @@ def test_a_depth_map_is_coloured_where_it_has_depths(made) -> None:
     assert found.coverage == inspection.coverage(made.out, "a.jpg") == pytest.approx(0.5)
     assert inspection.coverage(made.out, "b.jpg") is None
     assert DISTANCE - 1 <= found.low < found.high <= DISTANCE + 1
-    assert (found.colors[:, 80:] == inspection.NOTHING).all()
+    assert (found.colors[:, 80:] == inspection.NO_DEPTH).all()
     # viridis grows brighter with every step.
     bright = found.colors[60, :80].astype(int) @ [299, 587, 114]
     assert (np.diff(bright) >= 0).all()
@@ -96,9 +96,9 @@ def test_what_is_not_there_is_said(tmp_path) -> None:
     assert stage_folder(tmp_path, "alignment") is None
     assert not is_aligned(tmp_path)
     assert not is_aligned(tmp_path / "nowhere")
-    with pytest.raises(InputError, match="make the model"):
+    with pytest.raises(InputError, match="Make the model"):
         inspection.overview(tmp_path)
-    with pytest.raises(InputError, match="make the model"):
+    with pytest.raises(InputError, match="Make the model"):
         inspection.pair(tmp_path, "a", "b")
 
 
@@ -108,5 +108,5 @@ def test_a_damaged_database_is_named(tmp_path) -> None:
     for path in database.parent.glob("database.db*"):
         path.unlink()
     database.write_bytes(b"nothing of the kind" * 100)
-    with pytest.raises(InputError, match="align the photos again"):
+    with pytest.raises(InputError, match="Align the photos again"):
         inspection.overview(made.out)

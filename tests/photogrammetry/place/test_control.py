@@ -17,7 +17,7 @@ from vomstudio.geometry.cameras import View
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.mapping import residuals
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.control import by_control, place_by_control
+from vomstudio.photogrammetry.place.control import place_by_control, place_by_control_files
 from vomstudio.photogrammetry.place.ground_adjustment import triangulate
 
 PLACES = np.array(
@@ -117,8 +117,8 @@ def test_marks_of_nothing_are_told_and_do_no_harm(
     assert report.points[-1].role == "unseen"
     said = " ".join(report.warnings)
     assert "unknown.jpg" in said
-    assert "no such point in the table" in said
-    assert "tell nothing: G" in said
+    assert "are not in the table of control points" in said
+    assert "were not used: G" in said
 
 
 def surveyed(
@@ -192,7 +192,7 @@ def test_good_control_of_some_depth_frees_the_focal_length(
     assert placed.views[0].intrinsics.focal[0] == pytest.approx(1500, rel=0.01)
     # 5 % of 12 m are 0.6 m.
     assert centre_error(placed, views) < 0.08
-    assert "estimated with what is known of the ground" in report.decisions[0]
+    assert "estimated with ground control" in report.decisions[0]
     # A wrong lens makes good points contradict each other; none is left out for that.
     assert {p.role for p in report.points} == {"control"}
 
@@ -205,7 +205,7 @@ def test_weak_control_does_not_free_the_focal_length(
     placed, report = place_by_control(scene, *surveyed(views, depth, sigma), threads=1)
     assert placed.views[0].intrinsics.focal[0] == 1425.0
     assert "held at 1425 px" in report.decisions[0]
-    assert "1.5 % wanted" in report.decisions[0]
+    assert "1.5 % required" in report.decisions[0]
 
 
 def test_markers_without_coordinates_take_part(
@@ -219,7 +219,7 @@ def test_markers_without_coordinates_take_part(
         scene, control[:4], [mark for mark in marks if mark.label in four], threads=1
     )
     assert np.abs(placed.centres - without.centres).max() > 1e-6
-    assert "2 markers without coordinates took part in the adjustment" in report.decisions
+    assert "2 markers without coordinates were used as tie points." in report.decisions
     assert not any("not used" in warning for warning in report.warnings)
 
 
@@ -240,7 +240,7 @@ def test_too_few_points_and_points_on_a_line_are_refused(
     control, marks = marked(views)
     with pytest.raises(GeometryError, match="2 of the 2 control points"):
         place_by_control(scene, control[:2], marks)
-    with pytest.raises(GeometryError, match="none of the 5"):
+    with pytest.raises(GeometryError, match="0 of the 5"):
         place_by_control(scene, control, marks[:1])
     line, seen = [], []
     for i, x in enumerate((-4.0, 0.0, 2.0, 4.0)):
@@ -271,7 +271,7 @@ def test_tables_are_read_and_marks_are_asked_for(
     points_file.write_text("\n".join(["label,x,y,z", *rows]))
     rows = [f"{m.label},{m.photo},{m.x},{m.y}" for m in marks]
     marks_file.write_text("\n".join(["label,photo,x,y", *rows]))
-    placed, report = by_control(scene, points_file, marks_file, "25832")
+    placed, report = place_by_control_files(scene, points_file, marks_file, "25832")
     assert placed.crs == report.crs == "EPSG:25832"
     with pytest.raises(UsageError, match="marks"):
-        by_control(scene, points_file, None)
+        place_by_control_files(scene, points_file, None)

@@ -35,7 +35,7 @@ def test_enough_points_are_counted_and_nothing_is_complained_of() -> None:
     points = [*POINTS, ControlPoint("E", (5.0, 1.0, 2.0), None, True)]
     found = check_control(points, marks(*"ABCDE"), PHOTOS)
     assert found.problem is None
-    assert found.summary == "4 control points and 1 check point can be used, each in 4 photos"
+    assert found.summary == "Usable: 4 control points, 1 check point, each in 4 photos."
     assert found.warnings == ()
     assert found.crs is None
 
@@ -43,24 +43,24 @@ def test_enough_points_are_counted_and_nothing_is_complained_of() -> None:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (marks("A", "B"), "there are 2"),
-        (marks("A"), "there is 1"),
-        ([], "there are none"),
-        ([*marks("A", "B"), *marks("C", photos=1)], "there are 2"),
-        (marks("A", "B", "E"), "marks name points that the control does not have: E"),
+        (marks("A", "B"), "There are 2"),
+        (marks("A"), "There is 1"),
+        ([], "There are 0"),
+        ([*marks("A", "B"), *marks("C", photos=1)], "There are 2"),
+        (marks("A", "B", "E"), "not among the control points: E"),
         ([Mark(k, "x.jpg", 1, 1) for k in "ABC"], "not in the folder: x.jpg"),
     ],
 )
 def test_too_few_points_are_counted_with_the_reason(given: list[Mark], said: str) -> None:
     found = check_control(POINTS, given, PHOTOS)
     assert found.problem is not None
-    assert "3 control points, each marked in 2 or more of the photos, are needed" in found.problem
+    assert "3 are needed, each marked in 2 or more of the photos" in found.problem
     assert said in found.problem
 
 
 def test_check_points_do_not_count_as_control() -> None:
     points = [replace(p, check=p.label in "BC") for p in POINTS]
-    assert "there are 2" in str(check_control(points, marks(*"ABCD"), PHOTOS).problem)
+    assert "There are 2 usable" in str(check_control(points, marks(*"ABCD"), PHOTOS).problem)
 
 
 def test_points_in_one_line_are_refused() -> None:
@@ -72,9 +72,9 @@ def test_what_is_weak_is_said() -> None:
     found = check_control(POINTS, [*marks("A", "B", "C", photos=2), *marks("D", photos=1)], PHOTOS)
     assert found.problem is None
     said = "; ".join(found.warnings)
-    assert "3 control points leave nothing over" in said
+    assert "With 3 control points there is no redundancy" in said
     assert "no check points" in said
-    assert "fewer than 2 photos, so of no use: D" in said
+    assert "fewer than 2 photos and are not used: D" in said
     assert "fewer than 4 photos: A, B, C" in said
 
 
@@ -119,5 +119,5 @@ def test_a_place_outside_the_crs_does_not_stop_the_check() -> None:
 def test_marks_without_coordinates_are_tie_markers_where_two_photos_have_them() -> None:
     given = [*marks(*"ABCD"), *marks("T", photos=2), *marks("U", photos=1)]
     said = " ".join(check_control(POINTS, given, PHOTOS).warnings)
-    assert "tie photos together only: T" in said
-    assert "of no use: U" in said
+    assert "tie points only: T" in said
+    assert "so they are not used: U" in said

@@ -13,10 +13,10 @@ from tests.photogrammetry.place.test_georeference import scene_of
 from vomstudio.geometry.cameras import View
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.component_joining import JoinReport, join_parts, merged
+from vomstudio.photogrammetry.place.component_joining import JoinReport, join_components, merged
 from vomstudio.photogrammetry.place.control import place_by_control
-from vomstudio.photogrammetry.place.ground_adjustment import adjust_tied
-from vomstudio.photogrammetry.place.mark_observations import sightings
+from vomstudio.photogrammetry.place.ground_adjustment import bundle_adjust
+from vomstudio.photogrammetry.place.mark_observations import marks_by_point
 from vomstudio.registration.similarity import Similarity, fit_similarity
 
 MARKERS = {
@@ -41,7 +41,7 @@ class Wall:
             scene = scene_of(views, points)
             noise = rng.normal(0, noise_px, scene.track_pixels.shape)
             noisy = replace(scene, track_pixels=(scene.track_pixels + noise).astype("f4"))
-            self.parts.append(adjust_tied(noisy, (), threads=1))
+            self.parts.append(bundle_adjust(noisy, (), threads=1))
         turned = Similarity(
             7.0, Rotation.from_euler("xyz", [50, -20, 200], degrees=True).as_matrix(), np.ones(3)
         )
@@ -73,7 +73,7 @@ def wall() -> Wall:
 
 @pytest.fixture(scope="module")
 def joined(wall: Wall) -> tuple[SparseScene, JoinReport]:
-    parts, report = join_parts(wall.parts, wall.marks, threads=1)
+    parts, report = join_components(wall.parts, wall.marks, threads=1)
     assert len(parts) == 1
     return parts[0], report
 
@@ -87,7 +87,7 @@ def test_markers_bring_the_parts_to_where_they_are(
     # Five markers of half a pixel, 8 mm a pixel, under cameras 12 m away.
     assert np.median(wall.errors(scene)) < 0.01
     assert wall.errors(scene).max() < 0.03
-    assert not report.apart
+    assert not report.not_joined
     (junction,) = report.joined
     assert junction.photos == (5, 4)
     assert junction.by == "markers"
@@ -115,14 +115,14 @@ def test_every_observation_stays_with_its_photo_and_its_point(
 
 def test_rays_of_the_markers_meet_better_than_after_the_similarity_alone(wall: Wall) -> None:
     few = [mark for mark in wall.marks if mark.label in ("P1", "P2", "P4")]
-    parts, report = join_parts(wall.parts, few, threads=1)
-    assert any("nothing over to find a mistake" in w for w in report.joined[0].warnings)
+    parts, report = join_components(wall.parts, few, threads=1)
+    assert any("no redundancy" in w for w in report.joined[0].warnings)
     a, b = (placed(part, few) for part in wall.parts)
     fit = fit_similarity([b[label] for label in a], list(a.values()))
     rough = merged(wall.parts[0], wall.parts[1], fit)
 
     def miss(scene: SparseScene) -> float:
-        found, _ = sightings(scene, few)
+        found, _ = marks_by_point(scene, few)
         misses = [
             scene.views[row].project(sighting.place(scene))[0] - pixel
             for sighting in found.values()
@@ -135,7 +135,7 @@ def test_rays_of_the_markers_meet_better_than_after_the_similarity_alone(wall: W
 
 
 def placed(scene: SparseScene, marks: list[Mark]) -> dict[str, np.ndarray]:
-    return {label: s.place(scene) for label, s in sightings(scene, marks)[0].items()}
+    return {label: s.place(scene) for label, s in marks_by_point(scene, marks)[0].items()}
 
 
 def test_a_wrong_mark_is_left_out_and_named() -> None:
@@ -149,7 +149,7 @@ def test_a_wrong_mark_is_left_out_and_named() -> None:
     inside = {view.name for view in wall.parts[1].views}
     # In the one part another stone was taken for it.
     marks = [replace(m, x=m.x + 60) if m.label == "P3" and m.photo in inside else m for m in marks]
-    parts, report = join_parts(wall.parts, marks, threads=1)
+    parts, report = join_components(wall.parts, marks, threads=1)
     assert len(parts) == 1
     assert [m.label for m in report.joined[0].markers if not m.used] == ["P3"]
     assert any("left out: P3" in warning for warning in report.joined[0].warnings)
@@ -164,16 +164,16 @@ def test_what_is_missing_is_said(wall: Wall) -> None:
         for m in wall.marks
         if m.label == "P3" and (m.photo == lone or m.photo in {v.name for v in wall.parts[0].views})
     ]
-    parts, report = join_parts(wall.parts, two + once, threads=1)
+    parts, report = join_components(wall.parts, two + once, threads=1)
     assert len(parts) == 2
     assert not report.joined
-    (said,) = report.apart
-    assert "the part of 4 photos" in said
-    assert "2 markers (P1, P2) found" in said
-    assert "3 that are not in one line are needed" in said
-    assert "only, or from one spot: P3" in said
-    _, report = join_parts(wall.parts, [], threads=1)
-    assert "no markers found" in report.apart[0]
+    (said,) = report.not_joined
+    assert "The component of 4 photos" in said
+    assert "2 markers are found in it and in the largest component (P1, P2)" in said
+    assert "3 markers that are not in one line" in said
+    assert "or from one position: P3" in said
+    _, report = join_components(wall.parts, [], threads=1)
+    assert "No marker is found" in report.not_joined[0]
 
 
 def test_markers_on_a_line_are_refused(wall: Wall) -> None:
@@ -182,9 +182,9 @@ def test_markers_on_a_line_are_refused(wall: Wall) -> None:
         for x in (-3.0, -1.0, 1.0, 3.0)
         for view in wall.views
     ]
-    parts, report = join_parts(wall.parts, line, threads=1)
+    parts, report = join_components(wall.parts, line, threads=1)
     assert len(parts) == 2
-    assert "lie on one line" in report.apart[0]
+    assert "lie on one line" in report.not_joined[0]
 
 
 def test_markers_that_belong_to_other_stones_join_nothing(wall: Wall) -> None:
@@ -193,9 +193,9 @@ def test_markers_that_belong_to_other_stones_join_nothing(wall: Wall) -> None:
     wrong = [
         replace(m, label=swap.get(m.label, m.label)) if m.photo in inside else m for m in wall.marks
     ]
-    parts, report = join_parts(wall.parts, wrong, threads=1)
+    parts, report = join_components(wall.parts, wrong, threads=1)
     assert len(parts) == 2
-    assert "contradict" in report.apart[0]
+    assert "contradict" in report.not_joined[0]
 
 
 def test_control_points_of_their_own_bring_parts_together(wall: Wall) -> None:
@@ -216,7 +216,7 @@ def test_control_points_of_their_own_bring_parts_together(wall: Wall) -> None:
         for view in wall.views
         for mark in seen(view, names[:4] if view.name in first else ["Q1", "Q2", "Q3"])
     ]
-    parts, report = join_parts(wall.parts, marks, control, threads=1)
+    parts, report = join_components(wall.parts, marks, control, threads=1)
     assert len(parts) == 1
     assert report.joined[0].by == "control points"
     scene, fitted = place_by_control(parts[0], control, marks, threads=1)
@@ -227,13 +227,13 @@ def test_control_points_of_their_own_bring_parts_together(wall: Wall) -> None:
 
 def test_a_photo_of_both_parts_is_kept_once(wall: Wall) -> None:
     extra = scene_of([*wall.views[1::2], wall.views[0]], wall.points[0])
-    parts, _ = join_parts([wall.parts[0], extra], wall.marks, threads=1)
+    parts, _ = join_components([wall.parts[0], extra], wall.marks, threads=1)
     assert [view.name for view in parts[0].views] == [view.name for view in wall.views]
     assert (np.diff(parts[0].track_offsets) >= 2).all()
     assert np.nanmean(parts[0].errors_px) < 0.45
 
 
 def test_one_thread_gives_the_same_bits(wall: Wall, joined: tuple[SparseScene, JoinReport]) -> None:
-    again, _ = join_parts(wall.parts, wall.marks, threads=1)
+    again, _ = join_components(wall.parts, wall.marks, threads=1)
     assert np.array_equal(again[0].points, joined[0].points)
     assert np.array_equal(again[0].centres, joined[0].centres)

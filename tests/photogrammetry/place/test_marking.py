@@ -52,7 +52,7 @@ def marked(*photos: str, label: str = "A", point=POINT) -> Marking:
 
 
 def test_two_marks_tell_where_the_point_is_in_the_third_photo() -> None:
-    sight = PLACED.sight(marked("a.jpg", "b.jpg"), "A")
+    sight = PLACED.predict(marked("a.jpg", "b.jpg"), "A")
     assert set(sight.expected) == {"c.jpg"}, "the far one does not show it"
     assert sight.expected["c.jpg"] == pytest.approx(by_hand(VIEWS[2], POINT), abs=1e-4)
     assert max(sight.residuals_px.values()) < 1e-4
@@ -61,7 +61,7 @@ def test_two_marks_tell_where_the_point_is_in_the_third_photo() -> None:
 
 
 def test_one_mark_predicts_nothing() -> None:
-    sight = PLACED.sight(marked("a.jpg"), "A")
+    sight = PLACED.predict(marked("a.jpg"), "A")
     assert not sight.expected
     assert not sight.residuals_px
     assert sight.worst is None
@@ -69,14 +69,16 @@ def test_one_mark_predicts_nothing() -> None:
 
 def test_one_mark_leaves_a_line_on_which_the_point_lies() -> None:
     made = marked("a.jpg")
-    line = PLACED.course(made, "A", "c.jpg")
+    line = PLACED.epipolar_line(made, "A", "c.jpg")
     truth = by_hand(VIEWS[2], POINT)
     a, ab = line[:-1], np.diff(line, axis=0)
     share = np.clip(((truth - a) * ab).sum(axis=1) / (ab**2).sum(axis=1), 0.0, 1.0)
     assert np.hypot(*(a + share[:, None] * ab - truth).T).min() < 0.05
     assert VIEWS[2].contains(line).all()
-    assert not len(PLACED.course(made, "A", "a.jpg")), "it is marked there"
-    assert not len(PLACED.course(marked("a.jpg", "b.jpg"), "A", "c.jpg")), "two marks tell more"
+    assert not len(PLACED.epipolar_line(made, "A", "a.jpg")), "it is marked there"
+    assert not len(PLACED.epipolar_line(marked("a.jpg", "b.jpg"), "A", "c.jpg")), (
+        "two marks tell more"
+    )
 
 
 def test_a_mark_that_is_wrong_is_the_worst() -> None:
@@ -86,7 +88,7 @@ def test_a_mark_that_is_wrong_is_the_worst() -> None:
     for view in views:
         x, y = by_hand(view, POINT)
         made = made.marked("A", view.name, (x, y + (6.0 if view.name == "3.jpg" else 0.0)))
-    sight = PlacedPhotos((Cameras(views, Path()),)).sight(made, "A")
+    sight = PlacedPhotos((Cameras(views, Path()),)).predict(made, "A")
     assert sight.worst is not None
     name, residual = sight.worst
     assert name == "3.jpg"
@@ -104,7 +106,7 @@ def test_of_four_marks_the_wrong_one_is_found_whatever_its_way(wrong, way) -> No
         x, y = by_hand(view, POINT)
         dx, dy = way if number == wrong else (0.0, 0.0)
         made = made.marked("A", view.name, (x + dx, y + dy))
-    sight = PlacedPhotos((Cameras(views, Path()),)).sight(made, "A")
+    sight = PlacedPhotos((Cameras(views, Path()),)).predict(made, "A")
     assert sight.worst is not None
     assert sight.worst[0] == f"{wrong}.jpg"
 
@@ -124,7 +126,7 @@ def test_three_marked_control_points_tell_where_the_others_are() -> None:
             made = made.marked(label, view.name, by_hand(view, point))
     other = (-0.6, 0.2, -0.2)
     made = made.placed(ControlPoint("D", world(other)))
-    sight = PLACED.sight(made, "D")
+    sight = PLACED.predict(made, "D")
     assert set(sight.expected) == {"a.jpg", "b.jpg", "c.jpg"}
     for view in VIEWS[:3]:
         assert sight.expected[view.name] == pytest.approx(by_hand(view, other), abs=1e-3)
@@ -133,7 +135,7 @@ def test_three_marked_control_points_tell_where_the_others_are() -> None:
 def test_in_a_georeferenced_model_coordinates_are_looked_up_at_once() -> None:
     cameras = Cameras(VIEWS, Path(), (500_000, 5_000_000, 100), "EPSG:32633", True)
     point = ControlPoint("A", (500_000.7, 5_000_000.3, 99.1))
-    sight = PlacedPhotos((cameras,)).sight(Marking((point,)), "A")
+    sight = PlacedPhotos((cameras,)).predict(Marking((point,)), "A")
     assert sight.expected["b.jpg"] == pytest.approx(by_hand(VIEWS[1], POINT), abs=1e-4)
 
 
@@ -142,11 +144,11 @@ def test_parts_of_the_photos_have_frames_of_their_own() -> None:
     other = tuple(View(f"p{v.name}", v.intrinsics, v.rotation, v.translation) for v in VIEWS[:3])
     placed = PlacedPhotos((Cameras(VIEWS[:3], Path()), Cameras(other, Path())))
     made = marked("a.jpg", "b.jpg").marked("A", "pc.jpg", (5.0, 5.0))
-    assert set(placed.sight(made, "A").expected) == {"c.jpg"}
+    assert set(placed.predict(made, "A").expected) == {"c.jpg"}
     assert placed.part_of("pb.jpg") == 1
     (said,) = missing(made, placed)
-    assert "Part 2 (3 photos) is not joined" in said
-    assert "A has 2 marks in the model and 1 in part 2" in said
+    assert "Component 2 (3 photos) is not joined" in said
+    assert "A (2 in the model, 1 in component 2)" in said
 
 
 def test_what_a_registration_lacks_is_said_plainly() -> None:
@@ -156,10 +158,12 @@ def test_what_a_registration_lacks_is_said_plainly() -> None:
         for photo in ("a.jpg", "b.jpg"):
             made = made.marked(label, photo, (1.0, 2.0))
     made = made.marked("A", "a.jpg", (1.0, 2.0))
-    assert missing(made) == ["3 control points, each marked in 2 photos, are needed; A has 1 mark"]
+    assert missing(made) == [
+        "3 control points are needed, each marked in 2 photos. Too few marks: A (1 mark)."
+    ]
     assert ready(made) == ["B", "C"]
     assert missing(made.marked("A", "b.jpg", (3.0, 3.0))) == []
-    assert "1 more is to be added" in missing(made.removed("A"))[0]
+    assert "Add 1 more control point" in missing(made.removed("A"))[0]
     assert missing(made.removed("A").removed("B").removed("C")) == []
     assert ready(made, ["a.jpg"]) == []
 
@@ -169,7 +173,7 @@ def test_control_points_in_one_line_are_told_of() -> None:
     for label in "ABC":
         for photo in ("a.jpg", "b.jpg"):
             made = made.marked(label, photo, (1.0, 2.0))
-    assert missing(made) == ["The control points lie on one line; mark one beside it"]
+    assert missing(made) == ["The control points lie on one line. Mark one beside it."]
 
 
 def test_points_are_changed_renamed_and_removed() -> None:
@@ -181,10 +185,10 @@ def test_points_are_changed_renamed_and_removed() -> None:
     assert made.marks == (Mark("tie1", "a.jpg", 3.0, 4.0),)
     named = made.renamed("tie1", "corner")
     assert named.labels == ("corner",)
-    with pytest.raises(GeometryError, match="called corner already"):
+    with pytest.raises(GeometryError, match="corner is in use"):
         named.begun_with("x").renamed("x", "corner")
     for bad in ("", " a", "a\nb"):
-        with pytest.raises(GeometryError, match="a label is"):
+        with pytest.raises(GeometryError, match="A label must"):
             named.renamed("corner", bad)
     made = named.placed(ControlPoint("corner", (1.0, 2.0, 3.0), None, True))
     assert made.role("corner") == "check"

@@ -298,7 +298,7 @@ def test_photos_that_see_nothing_are_named_in_words(rock_wall):
     _, views, _, taken = rock_wall
     behind = rock.looking("behind.png", views[0].intrinsics, np.array([0, 9.0, 0]), np.zeros(3))
     away = SimpleNamespace(photo=taken[0].photo, mask=None, view=behind)
-    with pytest.raises(GeometryError, match="no photo sees this mesh"):
+    with pytest.raises(GeometryError, match="No photo sees this mesh"):
         make_texture(wall(), [away])
     made = make_texture(wall(), [*taken, away])
     assert any("behind.png sees nothing" in text for text in made.report.warnings)
@@ -309,7 +309,7 @@ def test_bad_photos_and_meshes_are_refused_in_words(rock_wall):
     with pytest.raises(GeometryError, match="at least one photo"):
         make_texture(wall(), [])
     empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
-    with pytest.raises(GeometryError, match="no faces"):
+    with pytest.raises(GeometryError, match="no triangles"):
         make_texture(empty, taken)
     broken = SimpleNamespace(photo=taken[0].photo[:500], mask=None, view=views[0])
     with pytest.raises(InputError, match="cannot be decoded"):

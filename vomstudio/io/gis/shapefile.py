@@ -1,8 +1,11 @@
 """ESRI shapefiles with z, written block by block: the geometry (.shp), its index (.shx) and the
 attributes (.dbf), by ESRI's white paper of 1998 and dBase III.
 
-Written here and not through GDAL, so that clouds of millions of points take seconds and no memory,
-can be cancelled, and a full disk is noticed.
+Written here because libraries were measured to be slower and to lose digits (two busy cores).
+300,000 points with three attributes took 1.4 to 2.5 s, written block by block, so that they can be
+cancelled and need no memory of their own; GDAL (pyogrio 0.13) 3.4 to 6.1 s and pyshp 3.1 12 to 17.
+Both give attributes 15 decimals: of evenly spread numbers below 1 GDAL changes 93 %, 1e-20 becomes
+0 and 1e300 becomes 1e23. Here every double comes back as it was, which GDAL reads in the tests.
 """
 
 from __future__ import annotations

@@ -4,6 +4,9 @@ COPC 1.0 (https://copc.io). A node of the octree is a cube that holds a thin, ev
 points within it; its eight children fill in what is between. So the nodes of the first levels are a
 picture of the whole, and nodes near the viewer, down to any level, the picture in full.
 The same file read whole, as a LAZ file, goes through `vomstudio.io.models.formats.las`.
+
+Its table is read here and not by laspy's CopcReader, which believes it: a file of 5,000 points in
+which one node promises 2**31 makes laspy ask for 88 GiB. lazrs unpacks the points.
 """
 
 from __future__ import annotations
@@ -11,7 +14,7 @@ from __future__ import annotations
 import struct
 import threading
 import weakref
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -274,22 +277,6 @@ def nodes(path: str | Path, levels: range | None = None, bounds: Array | None = 
     """The nodes of a file; see `CopcFile.nodes`."""
     with CopcFile(path) as file:
         return file.nodes(levels, bounds)
-
-
-def read_nodes(path: str | Path, keys: Iterable[Sequence[int]]) -> PointCloud:
-    """The points of the nodes with these keys (level, x, y, z). Raises InputError where there is
-    no such node."""
-    wanted = [tuple(int(number) for number in key) for key in keys]
-    with CopcFile(path) as file:
-        deepest = max((key[0] for key in wanted), default=0)
-        found = file.nodes(range(deepest + 1))
-        rows = {tuple(key): row for row, key in enumerate(found.keys.tolist())}
-        missing = [key for key in wanted if key not in rows]
-        if missing:
-            raise InputError(
-                tr("The file has no node {missing} with points.", missing=missing[0]), file=path
-            )
-        return file.read(found.take(np.array([rows[key] for key in wanted], np.int64)))
 
 
 def crs_of(path: str | Path) -> tuple[str | None, str | None]:

@@ -24,6 +24,7 @@ HASH_BLOCK_BYTES = 4 * 1024 * 1024
 SAMPLED_FACES = 200_000
 SAMPLED_POINTS = 20_000
 WINDOWS = 16
+FEW_POINTS = 300
 
 
 def read_model(path: str | Path, progress: Progress | None = None) -> LoadedModel:
@@ -127,11 +128,13 @@ def resolution(data: Mesh | PointCloud) -> float:
 
 
 def _point_spacing(points: npt.NDArray[np.float64]) -> float:
-    from scipy.spatial import cKDTree
-
     n = len(points)
     if n < 2:
         return float("nan")
+    if n <= FEW_POINTS:
+        return _mean_of(_nearest_of_few(points - points[0]))
+    from scipy.spatial import cKDTree
+
     if n <= 10 * SAMPLED_POINTS:
         local = points - points[0]
         return _mean_nearest(cKDTree(local), local[:: max(1, n // SAMPLED_POINTS)])
@@ -164,6 +167,16 @@ def _point_spacing(points: npt.NDArray[np.float64]) -> float:
 def _mean_nearest(tree: object, queries: npt.NDArray[np.float64]) -> float:
     k = min(4, tree.n)  # type: ignore[attr-defined]
     distance, _ = tree.query(queries, k=k)  # type: ignore[attr-defined]
+    return _mean_of(distance)
+
+
+def _nearest_of_few(local: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """What a tree would say, to the bit, without the import of scipy, which takes longer."""
+    x, y, z = (local[:, None, j] - local[None, :, j] for j in range(3))
+    return np.sort(np.sqrt(x * x + y * y + z * z), axis=1)[:, :4]
+
+
+def _mean_of(distance: npt.NDArray[np.float64]) -> float:
     nearest = _first_positive(distance)
     nearest = nearest[np.isfinite(nearest)]
     return float(nearest.mean()) if len(nearest) else float("nan")

@@ -7,6 +7,7 @@ someone else that names a `Reader` in the entry point group `vomstudio.readers`.
 from __future__ import annotations
 
 import functools
+import importlib
 from pathlib import Path
 
 from vomstudio.errors import InputError
@@ -22,6 +23,18 @@ def find_readers() -> Found[Reader]:
     from vomstudio.io.models import formats
 
     return find_plugins(formats, "READER", Reader, GROUP)
+
+
+def usual_reader(extension: str) -> Reader | None:
+    """The first of our readers that name an extension. The others are not imported for it."""
+    from vomstudio.io.models import formats
+
+    name = formats.USUAL.get(extension)
+    if name is None:
+        return None
+    reader = importlib.import_module(f"{formats.__name__}.{name}").READER
+    assert isinstance(reader, Reader)
+    return reader
 
 
 def extensions() -> tuple[str, ...]:
@@ -60,8 +73,11 @@ def choose_reader(path: Path, head: bytes) -> Reader:
     """
     if not head:
         raise InputError(tr("The file is empty. Export or copy it again."), file=path)
-    found = find_readers()
     extension = path.suffix.lower()
+    usual = usual_reader(extension)
+    if usual is not None and usual.matches(path, head):
+        return usual
+    found = find_readers()
     by_extension = [r for r in found.all if extension in r.extensions]
     for reader in by_extension:
         if reader.matches(path, head):

@@ -59,10 +59,6 @@ class Photo:
         return max(self.width, self.height)
 
     @property
-    def megapixels(self) -> float:
-        return self.width * self.height / 1e6
-
-    @property
     def camera_key(self) -> tuple[object, ...]:
         """Photos with the same key were taken through the same lens at the same setting, and can
         share one calibration."""

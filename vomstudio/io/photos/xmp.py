@@ -14,9 +14,10 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from xml.etree import ElementTree
 
+from vomstudio.errors import InputError
 from vomstudio.geometry.vectors import wrap360
+from vomstudio.io.text.xml_tree import Element, parse_xml
 
 _LARGEST = 4 << 20
 _PIX4D = "pix4d.com/camera"
@@ -75,12 +76,11 @@ def flatten(packet: bytes | str | None) -> dict[str, str]:
         return {}
     data = packet if isinstance(packet, bytes) else packet.encode("utf-8", "replace")
     found = re.search(rb"<x:xmpmeta.*?</x:xmpmeta>|<rdf:RDF.*?</rdf:RDF>", data, re.DOTALL)
-    # Entities are not wanted from a photo: they can grow without bounds.
-    if found is None or len(found[0]) > _LARGEST or b"<!ENTITY" in data:
+    if found is None or len(found[0]) > _LARGEST:
         return {}
     try:
-        root = ElementTree.fromstring(found[0])
-    except (ElementTree.ParseError, ValueError):
+        root = parse_xml(found[0])
+    except InputError:
         return {}
     tags: dict[str, str] = {}
     for description in root.iter("{http://www.w3.org/1999/02/22-rdf-syntax-ns#}Description"):
@@ -88,8 +88,8 @@ def flatten(packet: bytes | str | None) -> dict[str, str]:
     return tags
 
 
-def _collect(element: ElementTree.Element, under: str, tags: dict[str, str]) -> None:
-    for key, value in element.attrib.items():
+def _collect(element: Element, under: str, tags: dict[str, str]) -> None:
+    for key, value in element.items():
         tags.setdefault(under + _name(key), value.strip())
     for child in element:
         name = under + _name(child.tag)

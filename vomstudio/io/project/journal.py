@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from vomstudio.document.journal import Replay, Row, RowKind, replay
-from vomstudio.document.records import Record
 from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.version import __version__
 from vomstudio.words import tr
@@ -221,11 +220,6 @@ class SqliteJournal:
 def own_files(folder: Path) -> list[Path]:
     """The files that are the project's truth, and which no export may replace."""
     return [folder / f"{NAME}{ending}" for ending in ("", "-wal", "-shm")]
-
-
-def read_records(folder: Path) -> dict[str, Record]:
-    """The records of the project in `folder` as they are now. Raises as `read_replay`."""
-    return read_replay(folder).records
 
 
 def read_replay(folder: Path) -> Replay:

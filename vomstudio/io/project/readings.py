@@ -28,13 +28,6 @@ NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/pl
 ToGrid = Callable[[float, float], tuple[float, float] | None]
 """From longitude and latitude to x and y of the project."""
 
-NORTHS = ("magnetic", "true", "grid")
-
-ROLES = ("name", "azimuth", "inclination", "quadrant", "text", "trend", "plunge", "geometry",
-         "type", "set", "overturned", "x", "y", "z", "longitude", "latitude", "notes")  # fmt: skip
-"""What a column can be. `azimuth` and `inclination` are the two angles of the notation, `trend` and
-`plunge` those of rows that are lines in a table of planes, `text` both angles in one cell."""
-
 _YES = {"1", "true", "yes", "y", "x", "overturned", "inverted"}
 _EMPTY = {"", "-", "–", "nan", "na", "n/a", "none"}
 
@@ -156,8 +149,11 @@ def understand(
 ) -> FieldReadings:
     """The readings of a table, as written: no azimuth is turned here.
 
-    columns: role (of `ROLES`) to column. notation: one of `NOTATIONS`. A line that points up is
-    given by its other end. A position needs x, y and z, or longitude, latitude and z and what turns
+    columns: role to column. Roles are `azimuth` and `inclination`, the two angles of the notation,
+    `text`, both angles in one cell, `trend` and `plunge` of rows that are lines in a table of
+    planes, and `name`, `quadrant`, `geometry`, `type`, `set`, `overturned`, `notes`, `x`, `y`, `z`,
+    `longitude`, `latitude`. notation: one of `NOTATIONS`. A line that points up is given by its
+    other end. A position needs x, y and z, or longitude, latitude and z and what turns
     degrees into x and y (`io.crs.from_degrees`); else the reading has none.
     """
     if notation not in NOTATIONS:

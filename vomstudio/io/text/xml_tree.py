@@ -1,52 +1,26 @@
-"""Small XML files as trees whose elements know their lines, so that errors can say where."""
+"""Small XML files, through lxml, whose elements know their lines, so that errors can say where.
+
+libxml2 itself bounds what entities unfold to, and fetches nothing. From line 65,536 on the line may
+be that of what follows the element.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
 from math import isfinite, nan
 from pathlib import Path
-from xml.parsers import expat
+from typing import Any
 
 from vomstudio.errors import InputError
 from vomstudio.words import tr, tr_n
 
+Element = Any
+"""Of lxml, which carries no types."""
 LARGEST_FILE = 64 << 20
 _DEEPEST = 64
 
 
-@dataclass
-class Element:
-    """text : what stands in it before its first child"""
-
-    tag: str
-    attributes: dict[str, str]
-    line: int
-    text: str = ""
-    children: list[Element] = field(default_factory=list)
-
-    def all(self, tag: str) -> list[Element]:
-        """Its children of this name."""
-        return [child for child in self.children if child.tag == tag]
-
-    def child(self, tag: str) -> Element | None:
-        return next(iter(self.all(tag)), None)
-
-    def below(self, tag: str) -> Iterator[Element]:
-        """All elements of this name, itself included, in their order."""
-        waiting = [self]
-        while waiting:
-            here = waiting.pop()
-            if here.tag == tag:
-                yield here
-            waiting += reversed(here.children)
-
-
 def read_xml(path: str | Path) -> Element:
-    """The root of a file. Raises InputError with the line where it is no XML.
-
-    Files that declare entities are refused: they can unfold to more than any memory holds.
-    """
+    """The root of a file. Raises InputError with the line where it is no XML, as `parse_xml`."""
     path = Path(path)
     try:
         with path.open("rb") as stream:
@@ -59,56 +33,38 @@ def read_xml(path: str | Path) -> Element:
         raise InputError(
             tr("The file is larger than {limit} MB.", limit=LARGEST_FILE >> 20), file=path
         )
-    parser = expat.ParserCreate()
-    parser.buffer_text = True
-    open_: list[Element] = []
-    roots: list[Element] = []
+    return parse_xml(data, path)
 
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        made = Element(tag, attributes, parser.CurrentLineNumber)
-        if len(open_) >= _DEEPEST:
-            raise InputError(
-                tr("The elements are nested more than {limit} deep.", limit=_DEEPEST),
-                file=path,
-                line=made.line,
-                field=tag,
-            )
-        (open_[-1].children if open_ else roots).append(made)
-        open_.append(made)
 
-    def end(_: str) -> None:
-        open_.pop()
+def parse_xml(data: bytes, path: Path | None = None) -> Element:
+    """The root; path : for errors. Comments and processing instructions are left out.
 
-    def characters(text: str) -> None:
-        if not open_[-1].children:
-            open_[-1].text += text
+    Raises InputError where it is no XML, where elements stand in each other more than 64 deep, and
+    where it declares entities, which can unfold to more than any memory holds.
+    """
+    from lxml import etree
 
-    def entity(name: str, *_: object) -> None:
-        raise InputError(
-            tr(
-                "The file declares an entity ({name}), which such files do not need. Remove it.",
-                name=name,
-            ),
-            file=path,
-            line=parser.CurrentLineNumber,
-        )
-
-    parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.CharacterDataHandler, parser.EntityDeclHandler = characters, entity
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True
+    )
     try:
-        parser.Parse(data, True)
-    except expat.ExpatError as error:
+        root: Element = etree.fromstring(data, parser)
+    except etree.XMLSyntaxError as error:
+        said = error.msg.partition(", line ")[0].strip()
         raise InputError(
-            tr("This is not well-formed XML ({error}).", error=expat.ErrorString(error.code)),
-            file=path,
-            line=error.lineno,
+            tr("This is not well-formed XML ({error}).", error=said), file=path, line=error.lineno
         ) from error
-    except (LookupError, ValueError) as error:
-        # An encoding that nobody knows.
-        raise InputError(
-            tr("The file cannot be read as text ({error}).", error=error), file=path
-        ) from error
-    return roots[0]
+    declared = root.getroottree().docinfo.internalDTD
+    for entity in () if declared is None else declared.iterentities():
+        said = tr(
+            "The file declares an entity ({name}), which such files do not need. Remove it.",
+            name=entity.name,
+        )
+        raise InputError(said, file=path)
+    for deep in root.xpath("/*" * (_DEEPEST + 1)):
+        said = tr("The elements are nested more than {limit} deep.", limit=_DEEPEST)
+        raise InputError(said, file=path, line=deep.sourceline, field=deep.tag)
+    return root
 
 
 def is_xml(path: str | Path) -> bool:
@@ -125,15 +81,15 @@ def is_xml(path: str | Path) -> bool:
 
 def wrong(path: Path, element: Element, said: str, field: str | None = None) -> InputError:
     """An error that names file, line and element, or another field of it."""
-    return InputError(said, file=path, line=element.line, field=field or element.tag)
+    return InputError(said, file=path, line=element.sourceline, field=field or element.tag)
 
 
 def words(path: Path, parent: Element, tag: str) -> str:
     """What a child says. Raises InputError that names it where there is none or it is empty."""
-    child = parent.child(tag)
+    child = parent.find(tag)
     if child is None:
         raise wrong(path, parent, tr("The element has no {name}.", name=tag))
-    text = child.text.strip()
+    text = str(child.text or "").strip()
     if not text:
         raise wrong(path, child, tr("The element is empty."))
     return text
@@ -141,7 +97,7 @@ def words(path: Path, parent: Element, tag: str) -> str:
 
 def attribute(path: Path, element: Element, name: str) -> str:
     """Raises InputError where there is none or it is empty."""
-    value = element.attributes.get(name, "").strip()
+    value = str(element.get(name, "")).strip()
     if not value:
         raise wrong(path, element, tr("The element has no {name}.", name=name))
     return value
@@ -183,10 +139,10 @@ class Once:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._lines: dict[object, int] = {}
+        self._lines: dict[object, int | None] = {}
 
     def add(self, key: object, element: Element, said: str, field: str | None = None) -> None:
         """Raises InputError for a second one; said : a sentence with {line} of the first."""
         if key in self._lines:
             raise wrong(self._path, element, said.replace("{line}", str(self._lines[key])), field)
-        self._lines[key] = element.line
+        self._lines[key] = element.sourceline

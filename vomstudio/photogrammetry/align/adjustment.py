@@ -1,4 +1,4 @@
-"""The last bundle adjustment, in which every camera has its own freedom, and what it is worth."""
+"""Bundle adjustment with free parameters chosen for each camera, and its cross-validation."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def adjust(
     return found
 
 
-def unseen_error(
+def cross_validation_error(
     reconstruction: Any,
     freedoms: Mapping[int, Freedom],
     *,
@@ -104,11 +104,11 @@ def free_in(problem: Any, camera: Any, freedom: Freedom) -> None:
     held = [i for i in range(len(camera.params)) if i not in free]
     if held and problem.has_parameter_block(camera.params):
         manifold = pyceres.SubsetManifold(len(camera.params), held)
-        problem.set_manifold(camera.params, given(manifold))
+        problem.set_manifold(camera.params, owned_by_colmap(manifold))
 
 
-def given(thing: Any) -> Any:
-    """For a problem of COLMAP's, which deletes its parts itself: Python must not do so again."""
+def owned_by_colmap(thing: Any) -> Any:
+    """The thing, which Python must not delete: COLMAP's problem deletes its parts itself."""
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(thing))
     return thing
 
@@ -121,7 +121,8 @@ def adjuster_of(
     poses: bool = True,
     gauge: bool = True,
 ) -> Any:
-    """Each camera with its own freedom (COLMAP frees a kind of parameter of all or of none).
+    """A bundle adjuster in which each camera has its own free parameters (COLMAP frees a kind of
+    parameter of all cameras or of none).
 
     gauge : two cameras hold the frame; False where something else does
     """

@@ -1,8 +1,8 @@
-"""Where every photo was taken, from the photos alone: the whole alignment, resumable at any point.
+"""Alignment: poses and intrinsics of all photos from the photos alone, resumable at any point.
 
 The work folder holds `features/KEY.npz` (one per photo, named by content and settings),
 `database.db` (COLMAP's, with every pair that has been compared) and, at the end, `alignment.json`
-with `part0`, `part1` ...: the scenes of the disconnected parts, largest first, each with COLMAP's
+with `part0`, `part1` ...: the scenes of the connected components, largest first, each with COLMAP's
 own binary model beside it.
 """
 
@@ -32,7 +32,7 @@ from vomstudio.photogrammetry.align.matching import MatchingRule, PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.progress import Executor, Progress
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 _HEAD = "alignment.json"
 _VERSION = 1
@@ -57,7 +57,7 @@ class Options:
 @dataclass(frozen=True, eq=False)
 class Alignment:
     """parts : disconnected scenes in frames of their own, the one with most photos first
-    unregistered : (name, reason) of the photos in no part
+    unregistered : (name, sentence why) of the photos in no part
     reprojection_error_px : mean over the observations of the first part
     cameras : (c,) of all parts
     tie_points : number of points in 3 photos or more, first part
@@ -77,6 +77,7 @@ class Alignment:
         return len(self.parts[0].views)
 
     def save(self, folder: Path) -> None:
+        """Write `alignment.json` and the scenes into an existing folder."""
         for number, part in enumerate(self.parts):
             (folder / f"part{number}").mkdir(exist_ok=True)
             part.save(folder / f"part{number}")
@@ -99,7 +100,10 @@ class Alignment:
         try:
             head = json.loads((folder / _HEAD).read_text(encoding="utf-8"))
             if head["version"] > _VERSION:
-                raise InputError(tr("was written by a newer version"), file=folder / _HEAD)
+                raise InputError(
+                    tr("This alignment was written by a newer version. Update VOM Studio."),
+                    file=folder / _HEAD,
+                )
             return cls(
                 tuple(SparseScene.load(folder / f"part{i}") for i in range(head["parts"])),
                 tuple((str(n), str(r)) for n, r in head["unregistered"]),
@@ -111,8 +115,8 @@ class Alignment:
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(
                 tr(
-                    "is no whole alignment ({name__}); align the photos again",
-                    name__=type(error).__name__,
+                    "The alignment is incomplete or damaged ({error}). Align the photos again.",
+                    error=type(error).__name__,
                 ),
                 file=folder,
             ) from error
@@ -132,13 +136,16 @@ def align(
     executor: Executor,
     progress: Progress,
 ) -> Alignment:
-    """Place the photos. What an earlier run in the same folder finished is not done again.
+    """Compute poses and intrinsics. What an earlier run in the same folder finished is kept.
 
-    Raises InputError, with the reason, where no two photos can be placed; Cancelled.
+    Raises InputError, with the reason, where no two photos can be aligned; Cancelled.
     """
     if len(photos) < 2:
         raise InputError(
-            tr("one photo has no depth; take at least two of the same rock, better ten")
+            tr(
+                "A single photo has no depth. Take at least two photos of the same rock, "
+                "preferably ten."
+            )
         )
     work.mkdir(parents=True, exist_ok=True)
     threads = options.threads or -1
@@ -155,23 +162,29 @@ def align(
     if max(best, default=0) < _FEWEST_MATCHES:
         raise InputError(_no_overlap(photos, features, best))
     settings = mapping.MappingOptions(options.mapper, threads, options.seed)  # type: ignore[arg-type]
-    found, notes = mapping.map_photos(database, photos, work, settings, progress)
-    told = shared_lenses.separate(database, photos, features, work, settings, found, progress)
-    found, notes = told or (found, notes)
+    mapped = mapping.map_photos(database, photos, work, settings, progress)
+    mapped = (
+        shared_lenses.separate_lenses(
+            database, photos, features, work, settings, mapped.reconstructions, progress
+        )
+        or mapped
+    )
+    found = list(mapped.reconstructions)
     if not found:
         raise InputError(
             tr(
-                "the photos have points in common, but no two of them can be placed: step "
-                "aside between photos instead of turning on the spot, and let neighbours "
-                "overlap by 60 % or more"
+                "The photos match, but no pair of them has a base. Move between photos instead of "
+                "turning on the spot, and let neighbours overlap by 60 % or more."
             )
         )
-    progress.stage("Adjusting", len(found))
-    parts, cameras = [], []
-    trusted = not any("without it" in note for note in notes)
+    progress.stage(tr("Bundle adjustment"), len(found))
+    parts: list[SparseScene] = []
+    cameras: list[Calibration] = []
     for number, reconstruction in enumerate(found):
         progress.step(number)
-        reconstruction, own = calibrate(reconstruction, photos, threads, trusted, progress)
+        reconstruction, own = calibrate(
+            reconstruction, photos, threads, mapped.exif_trusted, progress
+        )
         found[number] = reconstruction
         cameras += own
         parts.append(mapping.scene_of(reconstruction, photos, features))
@@ -180,10 +193,7 @@ def align(
         shutil.rmtree(model, ignore_errors=True)
         model.mkdir(parents=True)
         reconstruction.write_binary(model)
-    notes = [choice.rule, *notes, *(_camera_note(c) for c in cameras)]
-    if len(parts) > 1:
-        sizes = " and ".join(str(len(p.views)) for p in parts)
-        notes.append(f"the photos fall into {len(parts)} parts of {sizes} that do not connect")
+    notes = [choice.rule, *mapped.notes, *_result_notes(parts, cameras)]
     lengths = np.linalg.norm(mapping.residuals(parts[0]), axis=1)
     alignment = Alignment(
         tuple(parts),
@@ -212,7 +222,7 @@ def find_features(
     found: list[Features | None] = [None] * len(photos)
     keys = [""] * len(photos)
     order: list[int] = []
-    progress.stage("Finding features", len(photos))
+    progress.stage(tr("Detecting features"), len(photos))
 
     def missing() -> Iterator[ExtractTask]:
         for row, photo in enumerate(photos):
@@ -220,7 +230,7 @@ def find_features(
                 data = photo.path.read_bytes()
                 mask = None if photo.mask is None else photo.mask.read_bytes()
             except OSError as error:
-                reason = f"cannot be read ({error.strerror})"
+                reason = tr("It cannot be read ({error}).", error=error.strerror)
                 found[row] = Features.none(photo.width, photo.height, reason)
                 keys[row] = f"unreadable {row}"
                 continue
@@ -262,27 +272,52 @@ def _best_matches(count: int, counts: dict[tuple[int, int], int]) -> list[int]:
     return best
 
 
+def _result_notes(parts: Sequence[SparseScene], cameras: Sequence[Calibration]) -> Iterator[str]:
+    """Sentences on the calibration, and on the components where there are several."""
+    yield from map(_camera_note, cameras)
+    if len(parts) > 1:
+        yield tr(
+            "The photos form {count} disconnected components ({sizes} photos).",
+            count=len(parts),
+            sizes=", ".join(str(len(p.views)) for p in parts),
+        )
+
+
 def _camera_note(camera: Calibration) -> str:
     focal, sigma = camera.values[0], camera.sigma[0]
-    change = ""
-    if camera.focal == "freed":
-        change = f" ± {sigma:.0f}"
-        if camera.exif_px:
-            change += f", {100 * (focal / camera.exif_px - 1):+.1f} % against EXIF"
-    count = f"{len(camera.photos)} photo" + ("s" if len(camera.photos) > 1 else "")
-    return f"focal length of {count}: {focal:.0f}{change} px, {camera.reason}"
+    if camera.focal != "freed":
+        value = tr("{focal:.0f} px", focal=focal)
+    elif camera.exif_px:
+        value = tr(
+            "{focal:.0f} ± {sigma:.0f} px, {change:+.1f} % against EXIF",
+            focal=focal,
+            sigma=sigma,
+            change=100 * (focal / camera.exif_px - 1),
+        )
+    else:
+        value = tr("{focal:.0f} ± {sigma:.0f} px", focal=focal, sigma=sigma)
+    return tr_n(
+        "Focal length of {count} photo: {value}. {reason}",
+        "Focal length of {count} photos: {value}. {reason}",
+        len(camera.photos),
+        value=value,
+        reason=camera.reason,
+    )
 
 
 def _no_overlap(
     photos: Sequence[PhotoLike], features: Sequence[Features], best: Sequence[int]
 ) -> str:
-    problems = [f"{p.name} {f.problem}" for p, f in zip(photos, features, strict=True) if f.problem]
+    problems = [
+        f"{p.name}: {f.problem}" for p, f in zip(photos, features, strict=True) if f.problem
+    ]
     if len(problems) >= len(photos) - 1:
-        return "fewer than two photos can be used: " + "; ".join(problems[:3])
-    return (
-        "no two photos show the same rock: at most "
-        f"{max(best, default=0)} points of one were found in another ({_FEWEST_MATCHES} wanted); "
-        "let neighbouring photos overlap by 60 % or more"
+        return tr("Fewer than two photos can be used. {problems}", problems=" ".join(problems[:3]))
+    return tr(
+        "No two photos show the same rock: a pair has at most {count} matches ({least} are "
+        "needed). Let neighbouring photos overlap by 60 % or more.",
+        count=max(best, default=0),
+        least=_FEWEST_MATCHES,
     )
 
 
@@ -299,13 +334,15 @@ def _unregistered(
         if found.problem:
             reason = found.problem
         elif matches < _FEWEST_MATCHES:
-            reason = (
-                f"shows nothing that another photo shows ({len(found.keypoints)} points, "
-                f"at most {matches} found again)"
+            reason = tr(
+                "It matches no other photo (at most {matches} matches of {features} features).",
+                matches=matches,
+                features=len(found.keypoints),
             )
         else:
-            reason = (
-                f"could not be placed: {matches} points in common with another photo, but not "
-                "with the model"
+            reason = tr(
+                "Its pose could not be computed: it has {matches} matches with another photo, but "
+                "too few with the model.",
+                matches=matches,
             )
         yield photo.name, reason

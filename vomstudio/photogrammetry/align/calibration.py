@@ -1,4 +1,4 @@
-"""The lens of each camera: what the photos tell of it, by the rules of `priors`."""
+"""Calibration of each camera from the photos, by the rules of `priors`."""
 
 from __future__ import annotations
 
@@ -10,11 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.photogrammetry.align import priors
-from vomstudio.photogrammetry.align.adjustment import adjust, free_parameters, unseen_error
+from vomstudio.photogrammetry.align.adjustment import (
+    adjust,
+    cross_validation_error,
+    free_parameters,
+)
 from vomstudio.photogrammetry.align.matching import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration, Freedom
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 Covariance = npt.NDArray[np.float64]
 
@@ -119,21 +124,25 @@ def _contradicted(
         exif, focal = (float(r.camera(number).params[0]) for r in (base, trial))
         sigma = _focal_sigma(trial, number, covariances) * factors[number]
         if priors.far_from_exif(focal / exif, sigma):
-            wrong[number] = f"{100 * (exif / focal - 1):+.0f} %"
+            wrong[number] = 100 * (exif / focal - 1)
     if not wrong:
         return None
     if len(wrong) < len(numbers):
         tried = {n: replace(f, focal=f.focal or n in wrong) for n, f in freedoms.items()}
         trial = _with_lenses(base, tried)
         covariances = adjust(trial, tried, threads=threads, progress=progress)
-    before = unseen_error(base, freedoms, threads=threads, progress=progress)
-    after = unseen_error(trial, tried, threads=threads, progress=progress)
+    before = cross_validation_error(base, freedoms, threads=threads, progress=progress)
+    after = cross_validation_error(trial, tried, threads=threads, progress=progress)
     if not after < priors.CONTRADICTED * before:
         return None
     for number, off in wrong.items():
-        reasons[number] = (
-            f"estimated: the value from EXIF is off by {off}; with it, tie points unseen by the "
-            f"adjustment miss by {before:.3f} px instead of {after:.3f}"
+        reasons[number] = tr(
+            "The focal length is estimated, since the photos contradict the EXIF value, which is "
+            "off by {off:+.0f} %: with it, the reprojection error in cross-validation is "
+            "{before:.3f} px instead of {after:.3f} px.",
+            off=off,
+            before=before,
+            after=after,
         )
     return trial, tried, covariances
 
@@ -150,7 +159,7 @@ def _widened(
     """(reconstruction, freedoms, covariances) with what proves good of k2 and the principal points
     of the cameras, None where nothing does. Tells `reasons` of it; `base` stays."""
     tried = {
-        number: priors.enriched(freedoms[number], len(rows), convergence)
+        number: priors.with_lens_parameters(freedoms[number], len(rows), convergence)
         for number, rows in by_camera.items()
     }
     said: dict[int, dict[str, str]] = {number: {} for number in tried}
@@ -174,18 +183,20 @@ def _widened(
         tried = kept
     verdict = ""
     if tried != freedoms:
-        before = unseen_error(base, freedoms, threads=threads, progress=progress)
+        before = cross_validation_error(base, freedoms, threads=threads, progress=progress)
         wider = _with_lenses(base, tried)
-        after = unseen_error(wider, tried, threads=threads, progress=progress)
+        after = cross_validation_error(wider, tried, threads=threads, progress=progress)
         if not after <= before:
-            verdict = (
-                f"k2 and the principal point held: with them, tie points unseen by the adjustment "
-                f"miss by {after:.3f} px instead of {before:.3f}"
+            verdict = tr(
+                "k2 and the principal point are held: with them free, the reprojection error in "
+                "cross-validation is {after:.3f} px instead of {before:.3f} px.",
+                after=after,
+                before=before,
             )
             tried = freedoms
     for number in said:
         for sentence in [verdict] if verdict else said[number].values():
-            reasons[number] += f"; {sentence}"
+            reasons[number] += f" {sentence}"
     if tried == freedoms:
         return None
     return trial, tried, covariances
@@ -215,7 +226,9 @@ def _kept(
     if not (freedom.second or freedom.centre):
         return freedom
     if covariance is None:
-        said["lens"] = "k2 and the principal point held: freed, nothing determines them"
+        said["lens"] = tr(
+            "k2 and the principal point are held, since the observations do not determine them."
+        )
         return replace(freedom, second=False, centre=False)
     places = free_parameters(camera, freedom)
     names = priors.parameter_names(str(camera.model_name))

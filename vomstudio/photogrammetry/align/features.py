@@ -1,4 +1,4 @@
-"""Points of a photo that are found again in other photos: SIFT (Lowe 2004, IJCV 60), by COLMAP."""
+"""Features of a photo: SIFT (Lowe 2004, IJCV 60), by COLMAP."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from vomstudio.files.atomic import atomic_write
 from vomstudio.photogrammetry.base.colmap import colmap
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -70,7 +71,7 @@ class Features:
     descriptors : (n, 128) uint8
     colors : (n, 3) uint8 of the photo there
     width, height : of the stored photo
-    problem : why nothing could be found, in words
+    problem : a sentence why there are none, None where there are
     """
 
     keypoints: npt.NDArray[np.float32]
@@ -82,6 +83,7 @@ class Features:
 
     @classmethod
     def none(cls, width: int, height: int, problem: str) -> Features:
+        """No features, with a sentence why."""
         return cls(
             np.zeros((0, 6), np.float32),
             np.zeros((0, 128), np.uint8),
@@ -137,9 +139,9 @@ def extract(task: ExtractTask) -> Features:
             pixels = _pixels(image, task.options.max_size)
         use = None if task.mask is None else _mask(task.mask, width, height)
     except (OSError, ValueError, SyntaxError, EOFError, TypeError, KeyError, IndexError) as error:
-        return Features.none(width, height, f"cannot be read ({error})")
+        return Features.none(width, height, tr("It cannot be read ({error}).", error=error))
     except MemoryError:
-        return Features.none(width, height, "is too large for the memory of this machine")
+        return Features.none(width, height, tr("It is too large for the memory of this computer."))
     keypoints, descriptors = sift(grey(pixels), task.options)
     rows, columns = pixels.shape[:2]
     place = keypoints[:, :2].astype(np.intp)
@@ -152,9 +154,9 @@ def extract(task: ExtractTask) -> Features:
         keypoints, descriptors, colors = keypoints[keep], descriptors[keep], colors[keep]
     problem = None
     if not len(keypoints):
-        problem = "has nothing that could be recognised in another photo"
+        problem = tr("It has no features that could be found in another photo.")
         if use is not None and not use.any():
-            problem = "is hidden by its mask altogether"
+            problem = tr("Its mask hides all of it.")
     return Features(keypoints, descriptors, colors, width, height, problem)
 
 

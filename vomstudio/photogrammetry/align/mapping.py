@@ -21,6 +21,7 @@ from vomstudio.photogrammetry.align.matching import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 # Incremental mapping grows faster than the number of photos.
 _INCREMENTAL_UP_TO = 300
@@ -43,14 +44,25 @@ class MappingOptions:
     seed: int = 0
 
 
+@dataclass(frozen=True, eq=False)
+class Mapped:
+    """reconstructions : COLMAP's, largest first; notes : sentences on what was done
+    exif_trusted : False where photos could only be placed without the focal lengths from EXIF
+    """
+
+    reconstructions: tuple[Any, ...]
+    notes: tuple[str, ...] = ()
+    exif_trusted: bool = True
+
+
 def map_photos(
     database: Path,
     photos: Sequence[PhotoLike],
     work: Path,
     options: MappingOptions,
     progress: Progress,
-) -> tuple[list[Any], list[str]]:
-    """(COLMAP reconstructions, largest first; what was done, in words).
+) -> Mapped:
+    """Poses and tie points from the matches in a database.
 
     Focal lengths from EXIF are held while photos are placed. Where that leaves more than a tenth of
     the photos out, it is tried with all of them free, and what places more photos is kept: EXIF
@@ -64,7 +76,7 @@ def map_photos(
     run = _incremental if mapper == "incremental" else _global
     notes = []
     if mapper == "global":
-        notes.append("photos were placed all at once (global mapping)")
+        notes.append(tr("All poses were computed at once (global mapping)."))
     free: Freed = "none" if all(known) else "unknown"
     parts = run(database, photos, work, options, progress, free)
     placed = _placed(parts)
@@ -72,11 +84,15 @@ def map_photos(
         others = run(database, photos, work, options, progress, "all")
         if _placed(others) > placed:
             notes.append(
-                f"with the focal length from EXIF only {placed} photos could be placed, "
-                f"{_placed(others)} without it"
+                tr(
+                    "With the focal length from EXIF only {count} photos could be aligned, without "
+                    "it {others}.",
+                    count=placed,
+                    others=_placed(others),
+                )
             )
-            parts = others
-    return parts, notes
+            return Mapped(tuple(others), tuple(notes), exif_trusted=False)
+    return Mapped(tuple(parts), tuple(notes))
 
 
 def _placed(parts: Sequence[Any]) -> int:
@@ -104,7 +120,7 @@ def _incremental(
     settings.triangulation.ignore_two_view_tracks = len(photos) > 3
     if free == "unknown":
         settings.constant_cameras = _known_cameras(database)
-    progress.stage("Placing photos", len(photos))
+    progress.stage(tr("Computing poses"), len(photos))
     placed = [0]
 
     def one_more() -> None:
@@ -146,7 +162,7 @@ def _global(
     settings.random_seed = options.seed
     settings.min_model_size = 2
     settings.mapper.bundle_adjustment.refine_focal_length = free != "none"
-    progress.stage("Placing photos")
+    progress.stage(tr("Computing poses"))
     out = _fresh(work / "mapping")
     # It takes no token: a wish to stop is heard at its end, or the worker is killed.
     found = cancellable(

@@ -23,7 +23,7 @@ from vomstudio.errors import InputError
 from vomstudio.photogrammetry.align.features import Features, sizes
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Pair = tuple[int, int]
 MatchingRule = Literal["auto", "exhaustive", "spatial", "preselected", "sequential"]
@@ -72,7 +72,7 @@ class PhotoLike(Protocol):
 @dataclass(frozen=True)
 class PairChoice:
     """pairs : (i, j) with i < j, rows of the photos
-    rule : in words, for the report
+    rule : a sentence for the report
     """
 
     pairs: tuple[Pair, ...]
@@ -102,23 +102,45 @@ def choose_pairs(
     if rule == "exhaustive":
         return PairChoice(
             tuple((i, j) for i in range(n) for j in range(i + 1, n)),
-            f"every photo was compared with every other ({every} pairs)",
+            tr_n(
+                "All photos were matched with each other ({count} pair).",
+                "All photos were matched with each other ({count} pairs).",
+                every,
+            ),
         )
     if rule == "sequential":
         steps = [*range(1, _IN_SEQUENCE + 1)]
         while steps[-1] * 2 < n:
             steps.append(steps[-1] * 2)
         pairs = {(i, i + s) for s in steps for i in range(n - s)}
-        said = f"each frame with the next {_IN_SEQUENCE}, and with some later ones"
+        said = tr(
+            "Each frame was matched with the next {neighbours} and with some later ones ({count} "
+            "of {total} pairs).",
+            neighbours=_IN_SEQUENCE,
+            count=len(pairs),
+            total=every,
+        )
+        return PairChoice(tuple(sorted(pairs)), said)
+    pairs = {(i, i + s) for s in (1, 2, 3) for i in range(n - s)}
+    if rule == "spatial":
+        pairs |= _nearest(photos)
+        said = tr(
+            "Each photo was matched with its {neighbours} nearest by GPS and with the next ones by "
+            "name ({count} of {total} pairs).",
+            neighbours=_NEIGHBOURS,
+            count=len(pairs),
+            total=every,
+        )
     else:
-        pairs = {(i, i + s) for s in (1, 2, 3) for i in range(n - s)}
-        if rule == "spatial":
-            pairs |= _nearest(photos)
-            said = f"each photo with its {_NEIGHBOURS} nearest by GPS, and the next ones by name"
-        else:
-            pairs |= _resembling(features, progress or Silent())
-            said = f"each photo with the {_NEIGHBOURS} most similar, and the next ones by name"
-    return PairChoice(tuple(sorted(pairs)), f"{said} ({len(pairs)} of {every} pairs)")
+        pairs |= _most_similar(features, progress or Silent())
+        said = tr(
+            "Each photo was matched with the {neighbours} most similar and with the next ones by "
+            "name ({count} of {total} pairs).",
+            neighbours=_NEIGHBOURS,
+            count=len(pairs),
+            total=every,
+        )
+    return PairChoice(tuple(sorted(pairs)), said)
 
 
 def _positions(photos: Sequence[PhotoLike]) -> npt.NDArray[np.float64]:
@@ -167,7 +189,7 @@ def _nearest(photos: Sequence[PhotoLike]) -> set[Pair]:
     return pairs
 
 
-def _resembling(features: Sequence[Features], progress: Progress) -> set[Pair]:
+def _most_similar(features: Sequence[Features], progress: Progress) -> set[Pair]:
     n = len(features)
     largest: list[npt.NDArray[np.float32]] = []
     for f in features:
@@ -176,11 +198,11 @@ def _resembling(features: Sequence[Features], progress: Progress) -> set[Pair]:
         largest.append(d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-6))
     score = np.zeros((n, n), np.int32)
     every = n * (n - 1) // 2
-    progress.stage("Looking for photos that resemble each other", every)
+    progress.stage(tr("Finding similar photos"), every)
     for i in range(n):
         progress.step(every - (n - i) * (n - i - 1) // 2)
         for j in range(i + 1, n):
-            score[i, j] = score[j, i] = _mutual(largest[i], largest[j])
+            score[i, j] = score[j, i] = _mutual_matches(largest[i], largest[j])
     pairs: set[Pair] = set()
     for i in range(n):
         best = np.argsort(-score[i], kind="stable")
@@ -192,7 +214,7 @@ def _resembling(features: Sequence[Features], progress: Progress) -> set[Pair]:
     return pairs
 
 
-def _mutual(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> int:
+def _mutual_matches(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> int:
     """Number of distinct mutual nearest neighbours."""
     if len(a) < 2 or len(b) < 2:
         return 0
@@ -291,13 +313,13 @@ def _camera(photo: PhotoLike, number: int) -> Any:
 
 def _is_sound(path: Path) -> bool:
     try:
-        with closing(_reading(path)) as connection:
+        with closing(_connection(path)) as connection:
             return bool(connection.execute("PRAGMA quick_check").fetchone() == ("ok",))
     except sqlite3.Error:
         return False
 
 
-def _reading(path: Path) -> sqlite3.Connection:
+def _connection(path: Path) -> sqlite3.Connection:
     if not path.exists():
         raise sqlite3.OperationalError("no such file")
     return sqlite3.connect(path, timeout=10)
@@ -306,7 +328,7 @@ def _reading(path: Path) -> sqlite3.Connection:
 def finished_pairs(path: Path) -> set[Pair]:
     """Rows of photos that have been compared, with whatever result."""
     pycolmap = colmap()
-    with closing(_reading(path)) as connection:
+    with closing(_connection(path)) as connection:
         rows = connection.execute("SELECT pair_id FROM two_view_geometries").fetchall()
     pairs = (pycolmap.pair_id_to_image_pair(row[0]) for row in rows)
     return {(min(a, b) - 1, max(a, b) - 1) for a, b in pairs}
@@ -324,7 +346,7 @@ def match_pairs(
     pycolmap = colmap()
     done = finished_pairs(path)
     left = [pair for pair in pairs if pair not in done]
-    progress.stage("Matching", len(pairs))
+    progress.stage(tr("Matching photos"), len(pairs))
     finished = len(pairs) - len(left)
     progress.step(finished)
     matching = pycolmap.FeatureMatchingOptions()
@@ -337,7 +359,7 @@ def match_pairs(
     # One call for all: it keeps the search trees of the photos from block to block.
     with (
         tempfile.TemporaryDirectory(prefix="vom-pairs-") as folder,
-        closing(_reading(path)) as watching,
+        closing(_connection(path)) as watching,
     ):
         pairing.match_list_path = Path(folder, "pairs.txt")
         pairing.match_list_path.write_text(
@@ -371,7 +393,7 @@ def _count(watching: sqlite3.Connection, other: int, finished: int) -> int:
 def pair_counts(path: Path) -> dict[Pair, int]:
     """Verified matches of every pair of photos (rows) that has any."""
     pycolmap = colmap()
-    with closing(_reading(path)) as connection:
+    with closing(_connection(path)) as connection:
         rows = connection.execute(
             "SELECT pair_id, rows FROM two_view_geometries WHERE rows > 0 ORDER BY pair_id"
         ).fetchall()
@@ -388,7 +410,7 @@ def match_counts(path: Path) -> dict[Pair, tuple[int, int]]:
     InputError without a sound database."""
     pycolmap = colmap()
     counts: dict[Pair, tuple[int, int]] = {}
-    for pair_id, tried, kept in _asked(
+    for pair_id, tried, kept in _rows_of_query(
         path,
         "SELECT g.pair_id, m.rows, g.rows FROM two_view_geometries g "
         "LEFT JOIN matches m ON m.pair_id = g.pair_id",
@@ -400,17 +422,18 @@ def match_counts(path: Path) -> dict[Pair, tuple[int, int]]:
 
 def feature_counts(path: Path) -> dict[int, int]:
     """Features of every photo (row). Raises InputError without a sound database."""
-    rows = _asked(path, "SELECT image_id, rows FROM keypoints")
+    rows = _rows_of_query(path, "SELECT image_id, rows FROM keypoints")
     return {int(image) - 1: int(count) for image, count in rows}
 
 
-def _asked(path: Path, question: str) -> list[tuple[Any, ...]]:
+def _rows_of_query(path: Path, question: str) -> list[tuple[Any, ...]]:
     try:
-        with closing(_reading(path)) as connection:
+        with closing(_connection(path)) as connection:
             return connection.execute(question).fetchall()
     except sqlite3.Error as error:
         raise InputError(
-            tr("cannot be read ({error}); align the photos again", error=error), file=path
+            tr("The matches cannot be read ({error}). Align the photos again.", error=error),
+            file=path,
         ) from error
 
 
@@ -423,7 +446,7 @@ def matches_of_pair(
     """Features (n, 2) and (n, 2) in pixels of two photos (rows), and rows of both (m, 2): of all
     matches, and of the verified ones. Raises InputError without a database."""
     if not path.exists():
-        raise InputError(tr("has no matches; align the photos first"), file=path)
+        raise InputError(tr("There are no matches. Align the photos first."), file=path)
     database = colmap().Database.open(path)
     try:
         tried = database.read_matches(a + 1, b + 1)

@@ -1,4 +1,4 @@
-"""What is believed of a camera: its focal length and distortion held or freed, by a stated rule.
+"""Which intrinsics of a camera are held and which are estimated, by a stated rule.
 
 Photos that all look the same way cannot tell a longer lens from rock farther away: the adjustment
 then finds a focal length that is 10 or 20 % off with a formal error of half a per cent, since what
@@ -33,6 +33,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.words import tr, tr_n
+
 CONVERGENT_DEG = 8.0
 FEWEST_PHOTOS = 6
 # A camera with fewer photos keeps the distortion it has.
@@ -64,7 +66,7 @@ class Calibration:
     correlation : (p, p), NaN where held
     photos : names
     focal : "held" or "freed"
-    reason : why, in words with numbers
+    reason : why, in sentences with numbers
     exif_px : focal length that EXIF gives
     convergence_deg : root mean square angle between the optical axes and their mean
     """
@@ -121,33 +123,51 @@ HELD = Freedom(False, False)
 def decide(
     known: bool, photos: int, convergence: float, trusted: bool = True
 ) -> tuple[Freedom, str]:
-    """What to free of a camera, and why, before its error is known.
+    """Which parameters of a camera to estimate, and a sentence why, before its error is known.
 
     known : EXIF gives the focal length; photos : placed photos of the camera; convergence : of all
     photos of the part, degrees; trusted : the photos could be placed with that focal length
     """
     distortion = photos >= FEWEST_FOR_DISTORTION
-    axes = f"the directions of view spread by {convergence:.1f}°"
     weak = convergence < CONVERGENT_DEG
     if not known:
         if weak:
-            return Freedom(True, distortion), (
-                f"estimated, for want of EXIF; {axes} only, which hardly determines it: depths may "
-                "be wrong by a tenth and more"
+            return Freedom(True, distortion), tr(
+                "The focal length is estimated, since there is no EXIF value. The view directions "
+                "spread by only {spread:.1f}°, so it is poorly constrained: depths can be wrong by "
+                "10 % or more.",
+                spread=convergence,
             )
-        return Freedom(True, distortion), f"estimated, for want of EXIF; {axes}"
+        return Freedom(True, distortion), tr(
+            "The focal length is estimated, since there is no EXIF value. The view directions "
+            "spread by {spread:.1f}°.",
+            spread=convergence,
+        )
     if not trusted:
-        return Freedom(True, distortion), "estimated: with the value from EXIF photos were left out"
+        return Freedom(True, distortion), tr(
+            "The focal length is estimated, since photos could not be aligned with the EXIF value."
+        )
     if weak:
-        return Freedom(False, distortion), (
-            f"held at the value from EXIF: {axes} only ({CONVERGENT_DEG:.0f}° wanted), which "
-            "cannot tell a longer lens from rock farther away"
+        return Freedom(False, distortion), tr(
+            "The focal length is held at the EXIF value. The view directions spread by only "
+            "{spread:.1f}° ({least:.0f}° required), so focal length and distance are highly "
+            "correlated.",
+            spread=convergence,
+            least=CONVERGENT_DEG,
         )
     if photos < FEWEST_PHOTOS:
-        return Freedom(False, distortion), (
-            f"held at the value from EXIF: {photos} photos of this camera ({FEWEST_PHOTOS} wanted)"
+        return Freedom(False, distortion), tr_n(
+            "The focal length is held at the EXIF value, since there is only {count} photo of this "
+            "camera ({least} required).",
+            "The focal length is held at the EXIF value, since there are only {count} photos of "
+            "this camera ({least} required).",
+            photos,
+            least=FEWEST_PHOTOS,
         )
-    return Freedom(True, distortion), f"estimated: {axes}"
+    return Freedom(True, distortion), tr(
+        "The focal length is estimated. The view directions spread by {spread:.1f}°.",
+        spread=convergence,
+    )
 
 
 def held_instead(
@@ -158,15 +178,27 @@ def held_instead(
     if exif_px is None:
         if sigma <= LOOSEST_SIGMA:
             return None
-        size = f"{100 * sigma:.0f} %" if np.isfinite(sigma) else "unlimited"
-        return USUAL_FOCAL * long_side, (
-            f"assumed, that of a usual lens ({36 * USUAL_FOCAL:.0f} mm on film): there is no EXIF, "
-            f"and estimated from these photos its error would be {size}; depths may be wrong by a "
-            "third"
+        if np.isfinite(sigma):
+            return USUAL_FOCAL * long_side, tr(
+                "The focal length of a usual lens ({focal:.0f} mm, 35 mm equivalent) is assumed. "
+                "There is no EXIF value, and estimated from these photos its error would be "
+                "{error:.0f} %. Depths can be wrong by a third.",
+                focal=36 * USUAL_FOCAL,
+                error=100 * sigma,
+            )
+        return USUAL_FOCAL * long_side, tr(
+            "The focal length of a usual lens ({focal:.0f} mm, 35 mm equivalent) is assumed. There "
+            "is no EXIF value, and these photos do not determine it. Depths can be wrong by a "
+            "third.",
+            focal=36 * USUAL_FOCAL,
         )
     if not trusted or sigma <= LARGEST_SIGMA:
         return None
-    return exif_px, f"held at the value from EXIF: freed, its error would be {100 * sigma:.1f} %"
+    return exif_px, tr(
+        "The focal length is held at the EXIF value, since its error would be {error:.1f} % if it "
+        "were estimated.",
+        error=100 * sigma,
+    )
 
 
 def far_from_exif(ratio: float, sigma: float) -> bool:
@@ -175,8 +207,8 @@ def far_from_exif(ratio: float, sigma: float) -> bool:
     return abs(ratio - 1) > max(FAR_FROM_EXIF, LEAST_SIGMAS * sigma)
 
 
-def enriched(freedom: Freedom, photos: int, convergence: float) -> Freedom:
-    """What more of a camera is worth a trial, after `decide`."""
+def with_lens_parameters(freedom: Freedom, photos: int, convergence: float) -> Freedom:
+    """After `decide`: with k2 and the principal point freed where that is worth a trial."""
     enough = freedom.distortion and photos >= FEWEST_PHOTOS
     return replace(
         freedom,
@@ -191,7 +223,22 @@ def judge_second(focal: float, corner_px: float, k2: float, sigma: float) -> tup
     bend = focal * k2 * radius**5
     instead = np.column_stack([radius, radius**3])
     left = bend - instead @ np.linalg.lstsq(instead, bend, rcond=None)[0]
-    return _judged("k2", float(np.abs(left).max()), abs(k2) / sigma if sigma > 0 else 0.0)
+    effect, sigmas = float(np.abs(left).max()), abs(k2) / sigma if sigma > 0 else 0.0
+    if effect >= LEAST_EFFECT_PX and sigmas >= LEAST_SIGMAS:
+        return True, tr(
+            "k2 is estimated: its effect in the corner is {effect:.2f} px, {times:.1f} times its "
+            "error.",
+            effect=effect,
+            times=sigmas,
+        )
+    return False, tr(
+        "k2 is held: estimated, its effect in the corner would be {effect:.2f} px, {times:.1f} "
+        "times its error ({least} px and {least_times:.0f} times required).",
+        effect=effect,
+        times=sigmas,
+        least=LEAST_EFFECT_PX,
+        least_times=LEAST_SIGMAS,
+    )
 
 
 def judge_centre(
@@ -211,28 +258,37 @@ def judge_centre(
         and sigma <= LARGEST_CENTRE_SIGMA * 2 * corner_px
         and distance <= FARTHEST_CENTRE * 2 * corner_px
     )
-    return kept, (
-        f"the principal point ({shift[0]:+.1f}, {shift[1]:+.1f} px from the middle, ± {sigma:.1f}) "
-        + (f"freed: {effect:.2f} px in the corner" if kept else "held: freed, it would ")
-        + ("" if kept else _of_centre(effect, sigma, distance, 2 * corner_px))
-    )
-
-
-def _of_centre(effect: float, sigma: float, distance: float, diagonal: float) -> str:
-    if effect < LEAST_EFFECT_PX:
-        return f"matter by {effect:.2f} px in the corner only ({LEAST_EFFECT_PX} wanted)"
-    if distance > FARTHEST_CENTRE * diagonal:
-        return "lie farther off than in any sound camera"
-    return f"be no better known than before ({LARGEST_CENTRE_SIGMA * diagonal:.1f} px wanted)"
-
-
-def _judged(name: str, effect: float, sigmas: float) -> tuple[bool, str]:
-    kept = effect >= LEAST_EFFECT_PX and sigmas >= LEAST_SIGMAS
-    said = f"{effect:.2f} px in the corner, {sigmas:.1f} times its error"
+    values = {"x": float(shift[0]), "y": float(shift[1]), "sigma": sigma}
     if kept:
-        return True, f"{name} freed: {said}"
-    wanted = f"{LEAST_EFFECT_PX} px and {LEAST_SIGMAS:.0f} times wanted"
-    return False, f"{name} held: freed, {said} ({wanted})"
+        said = tr(
+            "The principal point is estimated ({x:+.1f}, {y:+.1f} px from the centre, ± "
+            "{sigma:.1f} px): its effect in the corner is {effect:.2f} px.",
+            effect=effect,
+            **values,
+        )
+    elif effect < LEAST_EFFECT_PX:
+        said = tr(
+            "The principal point is held: estimated ({x:+.1f}, {y:+.1f} px from the centre, ± "
+            "{sigma:.1f} px), its effect in the corner would be only {effect:.2f} px ({least} px "
+            "required).",
+            effect=effect,
+            least=LEAST_EFFECT_PX,
+            **values,
+        )
+    elif distance > FARTHEST_CENTRE * 2 * corner_px:
+        said = tr(
+            "The principal point is held: estimated ({x:+.1f}, {y:+.1f} px from the centre, ± "
+            "{sigma:.1f} px), it would be farther off than in any sound camera.",
+            **values,
+        )
+    else:
+        said = tr(
+            "The principal point is held: estimated ({x:+.1f}, {y:+.1f} px from the centre, ± "
+            "{sigma:.1f} px), it would be no better known than before ({least:.1f} px required).",
+            least=LARGEST_CENTRE_SIGMA * 2 * corner_px,
+            **values,
+        )
+    return kept, said
 
 
 def correlated_factor(observations: int, photos: int) -> float:
@@ -241,6 +297,7 @@ def correlated_factor(observations: int, photos: int) -> float:
 
 
 def parameter_names(model: str) -> tuple[str, ...]:
+    """Names of the parameters of a COLMAP camera model, in its order."""
     from vomstudio.geometry.cameras import MODELS
 
     return MODELS[model]

@@ -1,4 +1,4 @@
-"""What a survey is worth once it is aligned: the same questions, answered by the tie points."""
+"""Survey check after the alignment: the same questions, answered by the tie points."""
 
 from __future__ import annotations
 
@@ -9,19 +9,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.photogrammetry.align.lens_check import of_lenses
 from vomstudio.survey.camera_positions import straightness
 from vomstudio.survey.check_limits import Limits
 from vomstudio.survey.check_results import (
     Finding,
     PhotoFigures,
     SurveyReport,
+    advice_for,
+    by_severity,
     length,
     named,
-    next_time,
-    ordered,
     verdict_of,
 )
 from vomstudio.survey.photo_limits import smallest_plane
+from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.geometry.cameras import View
@@ -32,9 +34,6 @@ Array = npt.NDArray[np.float64]
 
 _WEAK_POINTS = 50
 _HIGH_ERROR_PX = 2.0
-# Of a focal length, relative: by as much depths can be stretched.
-_VAGUE = 0.05
-_OTHER = 0.04
 
 
 def check_scene(
@@ -46,21 +45,25 @@ def check_scene(
     cameras: Sequence[Calibration] = (),
     limits: Limits | None = None,
 ) -> SurveyReport:
-    """unregistered : names of photos that could not be placed; other_parts : further parts that do
-    not hang together with this one; blur : sigma by name, from the check before; cameras : what
-    the alignment found of them."""
+    """Findings, figures and verdict for an aligned scene.
+
+    unregistered : names of photos without a pose
+    other_parts : further disconnected components
+    blur : sigma by name, from the check before
+    cameras : their calibration by the alignment
+    """
     limits = limits or Limits()
-    unit = "m" if scene.scaled or scene.crs is not None else "model units"
+    unit = "m" if scene.scaled or scene.crs is not None else tr("model units")
     if not scene.views:
         finding = Finding(
             "unregistered",
             "error",
             tuple(unregistered),
-            "No photo could be placed: too little overlap, or nothing to recognise.",
+            tr("No photo could be aligned. They overlap too little, or show too little detail."),
             float(len(unregistered)),
         )
         return SurveyReport(
-            "after", (), (finding,), verdict_of([finding], None), None, None, next_time([finding])
+            "after", (), (finding,), verdict_of([finding], None), None, None, advice_for([finding])
         )
     gsd = photo_pixel_sizes(scene)
     views = mean_views(scene)
@@ -74,9 +77,9 @@ def check_scene(
         *_of_directions(scene, limits),
         *_of_places(scene, gsd, limits),
         *_of_line(scene, limits),
-        *_of_lenses(cameras),
+        *of_lenses(cameras),
     ]
-    findings = list(ordered(findings))
+    findings = list(by_severity(findings))
     known = gsd[np.isfinite(gsd)]
     middle = float(np.median(known)) if len(known) else None
     figures = tuple(
@@ -98,7 +101,7 @@ def check_scene(
         verdict_of(findings, middle, unit),
         middle,
         None if middle is None else smallest_plane(middle),
-        next_time(findings),
+        advice_for(findings),
     )
 
 
@@ -196,9 +199,13 @@ def _of_registration(
                 "unregistered",
                 "error" if share > 0.5 else "warning",
                 tuple(unregistered),
-                f"{len(unregistered)} of {total} photos could not be placed: "
-                f"{named(list(unregistered))}. They see too little of what the others see, or are "
-                "blurred.",
+                tr(
+                    "{count} of {total} photos could not be aligned: {photos}. They overlap too "
+                    "little with the others, or are blurred.",
+                    count=len(unregistered),
+                    total=total,
+                    photos=named(list(unregistered)),
+                ),
                 float(len(unregistered)),
             )
         )
@@ -209,8 +216,11 @@ def _of_registration(
                 "parts",
                 "warning",
                 names,
-                f"The photos fall into {len(parts) + 1} parts that do not hang together "
-                f"({', '.join(str(len(p.views)) for p in (scene, *parts))} photos).",
+                tr(
+                    "The photos form {count} disconnected components ({sizes} photos).",
+                    count=len(parts) + 1,
+                    sizes=", ".join(str(len(p.views)) for p in (scene, *parts)),
+                ),
                 float(len(parts) + 1),
             )
         )
@@ -220,8 +230,13 @@ def _of_registration(
                 "few-photos",
                 "warning",
                 (),
-                f"Only {len(scene.views)} photos are placed: each place of the rock should be seen "
-                "in four or five.",
+                tr_n(
+                    "Only {count} photo is aligned. Each place of the rock should be seen in four "
+                    "or five.",
+                    "Only {count} photos are aligned. Each place of the rock should be seen in "
+                    "four or five.",
+                    len(scene.views),
+                ),
                 float(len(scene.views)),
             )
         )
@@ -239,8 +254,12 @@ def _of_points(scene: SparseScene, views: Array, overlap: Array, limits: Limits)
                 "weak-photos",
                 "warning",
                 weak,
-                f"{named(weak)}: held by fewer than {_WEAK_POINTS} tie points; their place is "
-                "uncertain.",
+                tr(
+                    "These photos have fewer than {least} tie points, so their poses are "
+                    "uncertain: {photos}.",
+                    least=_WEAK_POINTS,
+                    photos=named(weak),
+                ),
                 float(counts.min()),
             )
         )
@@ -254,8 +273,11 @@ def _of_points(scene: SparseScene, views: Array, overlap: Array, limits: Limits)
                     "few-views",
                     "warning",
                     few,
-                    f"Half of the rock lies in {middle:.0f} photos or fewer; four to five are "
-                    "wanted for every place.",
+                    tr(
+                        "Half of the rock is seen by {count:.0f} photos or fewer. Every place "
+                        "should be seen by four or five.",
+                        count=middle,
+                    ),
                     middle,
                 )
             )
@@ -268,8 +290,12 @@ def _of_points(scene: SparseScene, views: Array, overlap: Array, limits: Limits)
                     "low-overlap",
                     "warning",
                     thin,
-                    f"{named(thin)}: no more than {best[best < limits.overlap].max():.0%} of the "
-                    "picture lies on any other photo (60 % or more is wanted).",
+                    tr(
+                        "These photos overlap their best neighbour by {overlap:.0f} % or less: "
+                        "{photos}. 60 % or more is required.",
+                        photos=named(thin),
+                        overlap=100 * float(best[best < limits.overlap].max()),
+                    ),
                     float(best.min()),
                 )
             )
@@ -280,8 +306,11 @@ def _of_points(scene: SparseScene, views: Array, overlap: Array, limits: Limits)
                 "high-error",
                 "warning",
                 (),
-                f"Tie points miss their places in the photos by {np.median(errors):.1f} pixels "
-                "(median): blur, a moving scene, or a lens that the calibration does not follow.",
+                tr(
+                    "The median reprojection error is {error:.1f} pixels. Photos are blurred, the "
+                    "scene moved, or the camera model does not fit the lens.",
+                    error=float(np.median(errors)),
+                ),
                 float(np.median(errors)),
             )
         )
@@ -314,8 +343,11 @@ def _of_sizes(scene: SparseScene, gsd: Array, limits: Limits) -> list[Finding]:
             "gsd-spread",
             "warning",
             names,
-            f"Pixels on the rock differ by a factor of {ratio:.0f} between the photos: keep them "
-            "within an order of magnitude.",
+            tr(
+                "The ground sampling distances of the photos differ by a factor of {ratio:.0f}. "
+                "Keep them within an order of magnitude.",
+                ratio=ratio,
+            ),
             ratio,
         )
     ]
@@ -338,9 +370,12 @@ def _of_directions(scene: SparseScene, limits: Limits) -> list[Finding]:
             "one-direction",
             "warning",
             (),
-            f"All photos look in nearly one direction (within {spread:.1f} degrees): the model may "
-            "be bent like a dome, and focal length and distance cannot be told apart. Check it "
-            "against points that were not used, and do not trust a focal length found from it.",
+            tr(
+                "All photos look in nearly one direction (within {angle:.1f} degrees). The model "
+                "may be bent like a dome, and focal length and distance are highly correlated. "
+                "Verify it with check points, and do not trust an estimated focal length.",
+                angle=spread,
+            ),
             spread,
         )
     ]
@@ -374,55 +409,15 @@ def _of_places(scene: SparseScene, gsd: Array, limits: Limits) -> list[Finding]:
             "same-position",
             "warning",
             names,
-            f"{named(names)} were taken from one position with another direction or zoom: they add "
-            "no depth (one position, one photo).",
+            tr(
+                "These photos were taken from the same position as another, with a different "
+                "direction or zoom: {photos}. They add no depth. Take one photo from each "
+                "position.",
+                photos=named(names),
+            ),
             float(len(turned)),
         )
     ]
-
-
-def _of_lenses(cameras: Sequence[Calibration]) -> list[Finding]:
-    """What stretches all depths: a focal length that is not known, or that EXIF tells wrongly."""
-    vague: dict[str, float] = {}
-    wrong: dict[str, float] = {}
-    for camera in cameras:
-        focal, sigma = camera.values[0], camera.sigma[0]
-        if camera.exif_px is None:
-            error = math.inf if camera.focal == "held" else sigma / focal
-            # A NaN is no knowledge either.
-            if not error <= _VAGUE:
-                vague |= dict.fromkeys(camera.photos, error)
-        elif abs(camera.exif_px / focal - 1) > max(_OTHER, 3 * sigma / focal):
-            wrong |= dict.fromkeys(camera.photos, camera.exif_px / focal - 1)
-    found = []
-    if vague:
-        error = max(vague.values())
-        known = f"known to {100 * error:.0f} % only" if math.isfinite(error) else "a guess"
-        found.append(
-            Finding(
-                "focal-vague",
-                "warning",
-                tuple(vague),
-                f"{named(tuple(vague))}: there is no focal length in EXIF, and these photos do not "
-                f"tell it: it is {known}, and depths are stretched by as much. Lengths along the "
-                "face are sound once they are scaled; dips are not.",
-                error if math.isfinite(error) else None,
-            )
-        )
-    if wrong:
-        worst = max(wrong.values(), key=abs)
-        found.append(
-            Finding(
-                "focal-wrong",
-                "info",
-                tuple(wrong),
-                f"{named(tuple(wrong))}: the focal length in EXIF is {abs(100 * worst):.0f} % too "
-                f"{'long' if worst > 0 else 'short'} by what the photos show (zoomed digitally, "
-                "cut, or resized); that of the photos is used.",
-                worst,
-            )
-        )
-    return found
 
 
 def _of_line(scene: SparseScene, limits: Limits) -> list[Finding]:
@@ -433,15 +428,18 @@ def _of_line(scene: SparseScene, limits: Limits) -> list[Finding]:
     if width >= limits.straight:
         return []
     across = width * float(np.linalg.norm(scene.centres.std(axis=0)))
-    unit = "m" if scene.scaled or scene.crs is not None else "model units"
+    unit = "m" if scene.scaled or scene.crs is not None else tr("model units")
     return [
         Finding(
             "collinear",
             "warning",
             (),
-            f"The cameras stand in one line (to {length(across, unit)}): a model registered by "
-            "their positions can turn about that line. Control points are needed, or photos from "
-            "beside the line.",
+            tr(
+                "The camera positions lie in one line (within {width}). A model registered by them "
+                "alone can rotate about this line. Add control points, or photos from beside the "
+                "line.",
+                width=length(across, unit),
+            ),
             width,
         )
     ]

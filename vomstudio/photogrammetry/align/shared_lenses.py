@@ -16,6 +16,7 @@ import shutil
 import sqlite3
 from collections.abc import Sequence
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +24,11 @@ import numpy as np
 
 from vomstudio.photogrammetry.align import mapping, matching
 from vomstudio.photogrammetry.align.features import Features
-from vomstudio.photogrammetry.align.mapping import MappingOptions
+from vomstudio.photogrammetry.align.mapping import Mapped, MappingOptions
 from vomstudio.photogrammetry.align.matching import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.progress import Progress
+from vomstudio.words import tr, tr_n
 
 # Of the natural logarithm of focal lengths, each from its pairs alone: photos of one lens scatter
 # by less than a hundredth, by a tenth with strong distortion.
@@ -37,7 +39,7 @@ _ALIKE = 0.06
 _CLEARLY_BETTER = 0.8
 
 
-def separate(
+def separate_lenses(
     database: Path,
     photos: Sequence[PhotoLike],
     features: Sequence[Features],
@@ -45,8 +47,8 @@ def separate(
     options: MappingOptions,
     found: Sequence[Any],
     progress: Progress,
-) -> tuple[list[Any], list[str]] | None:
-    """(reconstructions, notes) with lenses told apart, None where the `found` ones are as good.
+) -> Mapped | None:
+    """The mapping with separate lenses, None where the `found` reconstructions are as good.
 
     database : matched, of these photos. Raises Cancelled.
     """
@@ -65,24 +67,31 @@ def separate(
         focals = _from_pairs(apart, options, progress)
         if all(float(np.std(np.log([focals[r] for r in g]))) < _SUSPICIOUS for g in groups):
             return None
-        others, _ = mapping.map_photos(apart, photos, scratch, options, progress)
+        others = mapping.map_photos(apart, photos, scratch, options, progress).reconstructions
         if not others:
             return None
         lenses, sizes = _alike(others[0], groups, len(photos))
         if not any(lenses):
             return None
         joined = _database(database, scratch / "joined.db", photos, features, lenses)
-        parts, notes = mapping.map_photos(joined, photos, scratch, options, progress)
-        if not parts or not _better(parts[0], found[0]):
+        mapped = mapping.map_photos(joined, photos, scratch, options, progress)
+        if not mapped.reconstructions or not _better(mapped.reconstructions[0], found[0]):
             return None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
-    return parts, [
-        *notes,
-        f"photos of one size without EXIF were taken through {len(sizes)} lenses or zoom settings "
-        f"({', '.join(f'{n} with {f:.0f} px' for f, n in sizes)}): one for all misses by "
-        f"{_error(found[0]):.2f} px, these by {_error(parts[0]):.2f}",
-    ]
+    note = tr(
+        "Photos of one size without EXIF were taken with {count} lenses or zoom settings "
+        "({lenses}). The mean reprojection error is {after:.2f} px with separate lenses, "
+        "{before:.2f} px with one.",
+        count=len(sizes),
+        lenses=", ".join(
+            tr_n("{count} photo: {focal:.0f} px", "{count} photos: {focal:.0f} px", n, focal=focal)
+            for focal, n in sizes
+        ),
+        after=_error(mapped.reconstructions[0]),
+        before=_error(found[0]),
+    )
+    return replace(mapped, notes=(*mapped.notes, note))
 
 
 def unknown_groups(photos: Sequence[PhotoLike]) -> list[list[int]]:

@@ -1,1 +1,1 @@
-"""What every stage stands on: COLMAP as a library, memory, settings, folders of stages."""
+"""Basics of all stages: COLMAP as a library, memory, settings, folders of stages."""

@@ -1,4 +1,4 @@
-"""What is finished stays finished: folders of stages, named by all that their content depends on.
+"""Checkpoints: folders of finished stages, named by all that their content depends on.
 
 A stage works in `NAME-KEY.part` and takes the name `NAME-KEY` once it is whole and on the disk.
 Files inside appear whole or not at all, so that a run which was stopped, killed, or lost its power
@@ -51,10 +51,12 @@ class Stage:
 
     @property
     def done(self) -> bool:
+        """Whether the stage is finished."""
         return self._final.is_dir()
 
     @property
     def folder(self) -> Path:
+        """Where its files are: under the final name once it is done."""
         return self._final if self.done else self._part
 
     @property
@@ -64,6 +66,7 @@ class Stage:
 
     @property
     def seconds(self) -> float:
+        """Time spent on the stage in all runs."""
         return self._before if self.done else self._before + time.monotonic() - self._begun
 
     @property
@@ -85,9 +88,9 @@ class Stage:
         try:
             for path in self._part.rglob("*"):
                 if path.is_file():
-                    _flush(path)
+                    _sync_to_disk(path)
             os.replace(self._part, self._final)
-            _flush(self._final.parent)
+            _sync_to_disk(self._final.parent)
         except OSError as error:
             raise _not_written(self._final, error) from error
         self._before = seconds
@@ -103,7 +106,7 @@ class Checkpoints:
             root.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TargetError(
-                tr("the folder for the work cannot be made ({strerror})", strerror=error.strerror),
+                tr("The working folder cannot be created ({error}).", error=error.strerror),
                 file=root,
             ) from error
         self.stages: list[Stage] = []
@@ -141,7 +144,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     temporary = path.with_name(f".{path.name}.part")
     try:
         write(temporary)
-        _flush(temporary)
+        _sync_to_disk(temporary)
         os.replace(temporary, path)
     except OSError as error:
         raise _not_written(path, error) from error
@@ -153,8 +156,9 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 def _not_written(path: Path, error: OSError) -> TargetError:
     return TargetError(
         tr(
-            "cannot be written ({value}); what is finished is kept, make room and start again",
-            value=error.strerror or error,
+            "This file cannot be written ({error}). Finished results are kept. Free some space and "
+            "start again.",
+            error=error.strerror or error,
         ),
         file=path,
     )
@@ -172,7 +176,7 @@ def _read(path: Path) -> dict[str, Any]:
     except (OSError, ValueError):
         return {}
     if not isinstance(found, dict):
-        raise InputError(tr("is damaged; remove this folder and start again"), file=path.parent)
+        raise InputError(tr("This folder is damaged. Remove it and start again."), file=path.parent)
     return found
 
 
@@ -180,7 +184,7 @@ def _write(path: Path, facts: dict[str, Any]) -> None:
     path.write_text(json.dumps(facts, indent=1, default=str), encoding="utf-8")
 
 
-def _flush(path: Path) -> None:
+def _sync_to_disk(path: Path) -> None:
     """To the disk itself: a rename that outlives a power cut must not name an empty file."""
     if path.is_dir() and os.name == "nt":
         return

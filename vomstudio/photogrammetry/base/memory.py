@@ -30,7 +30,7 @@ def peak_bytes() -> int:
     return int(most) if sys.platform == "darwin" else int(most) * 1024
 
 
-def at_once(needed: int, threads: int) -> int:
+def workers_at_once(needed: int, threads: int) -> int:
     """How many of `threads` may work side by side, each taking `needed` bytes; one always may."""
     if needed <= 0 or threads <= 1:
         return max(threads, 1)

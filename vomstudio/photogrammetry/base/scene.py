@@ -21,7 +21,7 @@ _VERSION = 1
 
 @dataclass(frozen=True, eq=False)
 class SparseScene:
-    """One connected part of an alignment.
+    """One connected component of an alignment.
 
     views : photos that could be placed, in the order of their names
     points : (n, 3) float64 tie points; World minus `origin` once georeferenced
@@ -110,7 +110,10 @@ class SparseScene:
         try:
             head = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
             if head["version"] > _VERSION:
-                raise InputError(tr("was written by a newer version"), file=folder / "scene.json")
+                raise InputError(
+                    tr("This scene was written by a newer version. Update VOM Studio."),
+                    file=folder / "scene.json",
+                )
             with np.load(folder / "scene.npz") as arrays:
                 return cls(
                     tuple(view_from_dict(view) for view in head["views"]),
@@ -123,8 +126,8 @@ class SparseScene:
         except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
             raise InputError(
                 tr(
-                    "is no whole alignment ({name__}); align the photos again",
-                    name__=type(error).__name__,
+                    "The alignment is incomplete or damaged ({error}). Align the photos again.",
+                    error=type(error).__name__,
                 ),
                 file=folder,
             ) from error

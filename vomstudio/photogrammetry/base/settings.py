@@ -1,4 +1,4 @@
-"""What a reconstruction is asked for."""
+"""Settings of a reconstruction."""
 
 from __future__ import annotations
 
@@ -53,13 +53,15 @@ class Settings:
         """Raises UsageError for a quality that there is not."""
         if self.quality not in QUALITIES:
             raise UsageError(
-                tr("is one of {QUALITIES}", QUALITIES=", ".join(QUALITIES)), field="quality"
+                tr("The quality must be one of {qualities}.", qualities=", ".join(QUALITIES)),
+                field="quality",
             )
         if self.threads is not None and self.threads < 1:
-            raise UsageError(tr("is 1 or more"), field="threads")
+            raise UsageError(tr("The number of threads must be 1 or more."), field="threads")
 
     @property
     def steps(self) -> Quality:
+        """Sizes and numbers of the chosen quality."""
         return QUALITIES[self.quality]
 
     def as_dict(self) -> dict[str, Any]:

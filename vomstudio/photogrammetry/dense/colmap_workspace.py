@@ -43,8 +43,8 @@ def cuda_depth_maps(
     if not has_cuda():
         raise GeometryError(
             tr(
-                "this COLMAP cannot use a GPU; install vomstudio[cuda], or leave the method "
-                "to choose"
+                "The installed COLMAP cannot use a GPU. Install vomstudio[cuda], or let the "
+                "program choose the method."
             )
         )
     if folder is None:
@@ -132,9 +132,10 @@ def _checked(photo: Undistorted, depth: Any, normal: Any, plan: Any) -> DepthMap
     if depth.shape != (lens.height, lens.width):
         raise GeometryError(
             tr(
-                "COLMAP's depth map has {shape} x {shape_2} pixels",
-                shape=depth.shape[1],
-                shape_2=depth.shape[0],
+                "COLMAP's depth map has {width} x {height} pixels, which is not the size of the "
+                "photo. Align the photos again.",
+                width=depth.shape[1],
+                height=depth.shape[0],
             ),
             file=photo.view.name,
         )

@@ -104,7 +104,10 @@ class DepthMap:
                 )
         except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
             raise InputError(
-                tr("is no whole depth map ({name__}); make it again", name__=type(error).__name__),
+                tr(
+                    "The depth map is incomplete or damaged ({error}). Compute it again.",
+                    error=type(error).__name__,
+                ),
                 file=path,
             ) from error
 
@@ -138,11 +141,11 @@ def depth_map(task: DepthTask) -> DepthMap:
         return _empty(view, valid.shape)
     first = (view, task.reference.gray(), valid)
     others = [(source.view, source.gray(), source.valid) for source in task.sources]
-    merged, agreeing = _by_pairs(task, first, others)
+    merged, agreeing = _by_rectified_pairs(task, first, others)
     # What small windows leave of noise, without a step across an edge.
     merged = _planes(view, merged, 1.0, 1, 1)[1]
     if PATCHMATCH in task.methods and _measured(task, merged) < task.options.enough:
-        _fill(task, first, others, merged, agreeing)
+        _fill_by_patchmatch(task, first, others, merged, agreeing)
     return _finish(first, others, merged, agreeing)
 
 
@@ -158,7 +161,7 @@ def memory_needed(width: int, height: int, sources: int = SOURCES) -> int:
 Photo = tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]]
 
 
-def _by_pairs(
+def _by_rectified_pairs(
     task: DepthTask, first: Photo, others: Sequence[Photo]
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8]]:
     """Inverse depths, and how many sources agree on each, from the pairs that can be rectified."""
@@ -200,7 +203,7 @@ def _measured(task: DepthTask, inverse: npt.NDArray[np.float32]) -> float:
     return float(np.mean(inverse[row, column][counted] > 0)) if counted.any() else 0.0
 
 
-def _fill(
+def _fill_by_patchmatch(
     task: DepthTask,
     first: Photo,
     others: Sequence[Photo],
@@ -232,13 +235,13 @@ def _fill(
 def _check(task: DepthTask) -> None:
     name = task.reference.view.name
     if not task.sources:
-        raise GeometryError(tr("the photo has no other to measure its depth with"), file=name)
+        raise GeometryError(tr("There is no other photo to compute depths with."), file=name)
     if len(task.sources) != len(task.methods):
-        raise GeometryError(tr("each source of the photo needs a method"), file=name)
+        raise GeometryError(tr("Each source of the photo needs a method."), file=name)
     if not 0 < task.near < task.far < np.inf:
         raise GeometryError(
             tr(
-                "depths from {near:g} to {far:g} are no range; align the photos again",
+                "The depth range from {near:g} to {far:g} is invalid. Align the photos again.",
                 near=task.near,
                 far=task.far,
             ),
@@ -246,11 +249,15 @@ def _check(task: DepthTask) -> None:
         )
     for photo in (task.reference, *task.sources):
         if photo.view.intrinsics.distorts:
-            raise GeometryError(tr("the photo must be undistorted first"), file=photo.view.name)
+            raise GeometryError(tr("The photo must be undistorted first."), file=photo.view.name)
     for photo in task.sources:
         if not np.linalg.norm(photo.view.centre - task.reference.view.centre) > 0:
             raise GeometryError(
-                tr("{view} was taken from the same place", view=photo.view.name), file=name
+                tr(
+                    "{photo} was taken from the same position, so there is no base.",
+                    photo=photo.view.name,
+                ),
+                file=name,
             )
 
 

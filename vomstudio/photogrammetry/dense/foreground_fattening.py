@@ -1,4 +1,4 @@
-"""Depths that an edge lends to the sky behind it."""
+"""Foreground fattening: depths that a matching window at an edge gives to the sky behind it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All depth maps to one cloud.
+"""Fusion of all depth maps to one point cloud.
 
 A pixel becomes a point where enough other maps agree with it in position and normal and no more see
 through it. Of the pixels that agree with each other the one with the finest footprint is kept, and
@@ -12,8 +12,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -48,25 +47,6 @@ class FusionOptions:
     cache_bytes: int = 1_000_000_000
 
 
-class StoredMaps(Sequence[DepthMap]):
-    """Depth maps in files, read when they are asked for."""
-
-    def __init__(self, paths: Sequence[Path]) -> None:
-        self._paths = list(paths)
-
-    def __len__(self) -> int:
-        return len(self._paths)
-
-    @overload
-    def __getitem__(self, item: int) -> DepthMap: ...
-    @overload
-    def __getitem__(self, item: slice) -> StoredMaps: ...
-    def __getitem__(self, item: int | slice) -> DepthMap | StoredMaps:
-        if isinstance(item, slice):
-            return StoredMaps(self._paths[item])
-        return DepthMap.load(self._paths[item])
-
-
 def neighbours_by_name(scene: SparseScene, pairs: Pairs) -> dict[str, tuple[str, ...]]:
     """For each photo with a plan, the photos whose maps show the same places."""
     names = [view.name for view in scene.views]
@@ -98,7 +78,7 @@ def fuse(
     rows = {name: row for row, name in enumerate(names)}
     kept = _Cache(maps, options.cache_bytes)
     parts = []
-    progress.stage("Fusing depth maps", len(maps))
+    progress.stage(tr("Fusing depth maps"), len(maps))
     for row, name in enumerate(names):
         progress.step(row)
         others = range(len(names)) if neighbours is None else _rows(neighbours.get(name, ()), rows)
@@ -112,8 +92,8 @@ def fuse(
     if not parts:
         raise GeometryError(
             tr(
-                "no two depth maps agree anywhere; the photos may be blurred, of a surface "
-                "without texture, or badly aligned"
+                "No two depth maps agree anywhere. The photos may be blurred, show a surface "
+                "without texture, or be badly aligned."
             )
         )
     columns = [list(column) for column in zip(*parts, strict=True)]

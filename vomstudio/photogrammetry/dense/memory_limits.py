@@ -1,4 +1,4 @@
-"""How large photos may be so that their depths and the cloud of them fit into the memory."""
+"""Memory for depth maps and their cloud, and the size of photos that fits into it."""
 
 from __future__ import annotations
 

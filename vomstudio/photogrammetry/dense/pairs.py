@@ -1,4 +1,4 @@
-"""Which photos measure the depth of which, from what the tie points say."""
+"""Choice of the photos with which the depths of each photo are computed, by their tie points."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 SGBM, PATCHMATCH = "sgbm", "patchmatch"
 
@@ -73,7 +73,7 @@ class Plan:
 @dataclass(frozen=True, eq=False)
 class Pairs:
     """plans : one for each photo that can have a depth map
-    left_out : why others cannot, in words
+    left_out : a sentence for each photo that cannot
     """
 
     plans: tuple[Plan, ...]
@@ -94,8 +94,8 @@ def choose_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None
     if len(scene.views) < 2:
         raise GeometryError(
             tr(
-                "depth needs two photos that show the same rock, and this alignment has "
-                "{count}; take more photos, or align again",
+                "Depth maps need two photos of the same rock, but this alignment has only {count}. "
+                "Take more photos, or align again.",
                 count=len(scene.views),
             )
         )
@@ -108,11 +108,20 @@ def choose_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None
         depths = view.depths(points)
         depths = depths[np.isfinite(depths) & (depths > 0)]
         if len(depths) < _FEWEST_POINTS:
-            left_out.append(f"{view.name}: it has {len(depths)} tie points, too few for a depth")
+            left_out.append(
+                tr_n(
+                    "{photo} has no depth map: {count} tie point is too few.",
+                    "{photo} has no depth map: {count} tie points are too few.",
+                    len(depths),
+                    photo=view.name,
+                )
+            )
             continue
         candidates = _candidates(scene, row, shared[row], seen, centres)
         if not candidates:
-            left_out.append(f"{view.name}: no other photo shares enough of what it shows")
+            left_out.append(
+                tr("{photo} has no depth map: no other photo overlaps it enough.", photo=view.name)
+            )
             continue
         near, far = _range(depths)
         chosen = _spread(candidates, count)
@@ -131,7 +140,10 @@ def choose_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None
         plans.append(Plan(row, near, far, points, sources, neighbours))
     if not plans:
         raise GeometryError(
-            "no two photos share enough tie points to measure depth; " + "; ".join(left_out[:3])
+            tr(
+                "No two photos share enough tie points for a depth map. {reasons}",
+                reasons=" ".join(left_out[:3]),
+            )
         )
     return Pairs(tuple(plans), tuple(left_out))
 

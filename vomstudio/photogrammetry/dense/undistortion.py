@@ -83,12 +83,12 @@ def undistort(task: UndistortTask) -> Undistorted:
     if image.shape[:2] != (lens.height, lens.width):
         raise InputError(
             tr(
-                "is {shape} x {shape_2} pixels, but was aligned with {width} x {height}; "
-                "align the photos again",
-                shape=image.shape[1],
-                shape_2=image.shape[0],
-                width=lens.width,
-                height=lens.height,
+                "This photo has {width} x {height} pixels, but was aligned with {aligned_width} x "
+                "{aligned_height}. Align the photos again.",
+                width=image.shape[1],
+                height=image.shape[0],
+                aligned_width=lens.width,
+                aligned_height=lens.height,
             ),
             file=view.name,
         )
@@ -96,7 +96,7 @@ def undistort(task: UndistortTask) -> Undistorted:
     if task.mask is not None:
         mask = decode_mask(task.mask, lens.width, lens.height, view.name)
 
-    whole = _straight(lens) if lens.distorts else _as_pinhole(lens)
+    whole = _pinhole_of(lens) if lens.distorts else _as_pinhole(lens)
     limit = min(task.max_size or _LARGEST_SIDE, _LARGEST_SIDE)
     reduction = min(1.0, limit / max(whole.width, whole.height))
     width = max(1, round(whole.width * reduction))
@@ -116,7 +116,7 @@ def undistort(task: UndistortTask) -> Undistorted:
         if small != (lens.width, lens.height):
             fully = np.asarray(cv2.resize(fully, small, interpolation=cv2.INTER_AREA))
     if lens.distorts:
-        x, y, shown = _where(ideal, lens, small)
+        x, y, shown = _remapping(ideal, lens, small)
         # OpenCV's cubic weights move what they interpolate by up to 0.05 pixel.
         image = np.asarray(
             cv2.remap(image, x, y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE)
@@ -154,9 +154,7 @@ def decode_photo(photo: bytes, name: str) -> npt.NDArray[np.uint8]:
 
     image = _decoded(photo, cv2.IMREAD_COLOR_RGB)
     if image is None:
-        raise InputError(
-            tr("cannot be read as a picture; copy it from the camera again"), file=name
-        )
+        raise InputError(tr("This photo cannot be read. Copy it from the camera again."), file=name)
     return image
 
 
@@ -183,15 +181,15 @@ def decode_mask(mask: bytes, width: int, height: int, name: str) -> npt.NDArray[
 
     image = _decoded(mask, cv2.IMREAD_GRAYSCALE)
     if image is None:
-        raise InputError(tr("the photo's mask cannot be read as a picture"), file=name)
+        raise InputError(tr("The mask of this photo cannot be read. Draw it again."), file=name)
     if image.shape != (height, width):
         if abs(image.shape[1] * height - image.shape[0] * width) > 2 * max(width, height):
             raise InputError(
                 tr(
-                    "the photo's mask has {shape} x {shape_2} pixels, the photo {width} x "
-                    "{height}; draw the mask on this photo",
-                    shape=image.shape[1],
-                    shape_2=image.shape[0],
+                    "The mask has {mask_width} x {mask_height} pixels, the photo {width} x "
+                    "{height}. Draw the mask on this photo.",
+                    mask_width=image.shape[1],
+                    mask_height=image.shape[0],
                     width=width,
                     height=height,
                 ),
@@ -205,7 +203,7 @@ def _as_pinhole(lens: Intrinsics) -> Intrinsics:
     return Intrinsics("PINHOLE", lens.width, lens.height, (*lens.focal, *lens.centre))
 
 
-def _straight(lens: Intrinsics) -> Intrinsics:
+def _pinhole_of(lens: Intrinsics) -> Intrinsics:
     """The pinhole camera of the same focal length that shows what the lens shows."""
     across = np.linspace(0.0, lens.width, 65)
     down = np.linspace(0.0, lens.height, 65)
@@ -213,7 +211,9 @@ def _straight(lens: Intrinsics) -> Intrinsics:
     seen = lens.rays(pixels)[:, :2]
     seen = seen[np.isfinite(seen).all(axis=1)]
     if not len(seen):
-        raise GeometryError(tr("the lens as calibrated shows nothing; align the photos again"))
+        raise GeometryError(
+            tr("The calibration of this camera is invalid. Align the photos again.")
+        )
     focal, centre = np.array(lens.focal), np.array(lens.centre)
     size = np.array([lens.width, lens.height], float)
     low = np.maximum(seen.min(axis=0), -_WIDEST_TAN) * focal
@@ -225,7 +225,7 @@ def _straight(lens: Intrinsics) -> Intrinsics:
     return Intrinsics("PINHOLE", width, height, (*focal.tolist(), *(-low).tolist()))
 
 
-def _where(
+def _remapping(
     ideal: Intrinsics, lens: Intrinsics, size: tuple[int, int]
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.bool_]]:
     """For each pixel of the ideal photo: where it lies, in OpenCV's coordinates, in the real one

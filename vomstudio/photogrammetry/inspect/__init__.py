@@ -1,1 +1,1 @@
-"""What a finished reconstruction rests on, read back to be looked at."""
+"""Results of a finished reconstruction, read back for inspection."""

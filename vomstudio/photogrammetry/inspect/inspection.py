@@ -1,4 +1,4 @@
-"""What a reconstruction rests on, read back to be looked at: pairs, cameras, residuals, depths.
+"""Data of a finished reconstruction for inspection: pairs, cameras, residuals, depth maps.
 
 All functions read the folder that a reconstruction has left, change nothing in it, and raise
 InputError where a stage is not finished or damaged. Pixels are those of the photos as stored.
@@ -22,21 +22,27 @@ from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.base.checkpoints import file_name
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.stage_folders import stage_folder
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 Pixels = npt.NDArray[np.float32]
 
 WEAK_BELOW = 50
 """Pairs with fewer agreeing matches hold photos together badly."""
 
-NOTHING = (58, 60, 64)
+_ALIGNMENT = to_translate("aligned photos")
+_POSES = to_translate("poses")
+_DEPTHS = to_translate("depth maps")
+NO_DEPTH = (58, 60, 64)
 """Colour of pixels without a depth."""
 
 
-def _stage(out: Path, name: str, what: str) -> Path:
+def _stage(out: Path, name: str, results: str) -> Path:
+    """The folder of a finished stage; results : what is in it, a string noted for translators."""
     folder = stage_folder(out, name)
     if folder is None:
-        raise InputError(tr("has no {what} yet; make the model first", what=what), file=out)
+        raise InputError(
+            tr("There are no {results} yet. Make the model first.", results=tr(results)), file=out
+        )
     return folder
 
 
@@ -48,8 +54,8 @@ def _aligned_names(folder: Path) -> list[tuple[str, int, int]]:
     except (OSError, ValueError, TypeError, IndexError) as error:
         raise InputError(
             tr(
-                "is no whole alignment ({name__}); align the photos again",
-                name__=type(error).__name__,
+                "The alignment is incomplete or damaged ({error}). Align the photos again.",
+                error=type(error).__name__,
             ),
             file=folder,
         ) from error
@@ -58,9 +64,9 @@ def _aligned_names(folder: Path) -> list[tuple[str, int, int]]:
 def overview(out: Path) -> dict[str, Any]:
     """JSON values: `photos` in the order of the alignment, `pairs` of rows of them with the number
     of matches and of those that agree with one geometry, `cameras`, and how it was registered."""
-    folder = _stage(out, "alignment", "alignment")
+    folder = _stage(out, "alignment", _ALIGNMENT)
     alignment = Alignment.load(folder)
-    framed = _stage(out, "frame", "placed cameras")
+    framed = _stage(out, "frame", _POSES)
     scene = SparseScene.load(framed)
     facts = _facts(framed)
     database = folder / "database.db"
@@ -159,11 +165,11 @@ class PairOfPhotos:
 
 def pair(out: Path, a: str, b: str) -> PairOfPhotos:
     """What two photos have in common."""
-    folder = _stage(out, "alignment", "alignment")
+    folder = _stage(out, "alignment", _ALIGNMENT)
     names = [name for name, _, _ in _aligned_names(folder)]
     for name in (a, b):
         if name not in names:
-            raise InputError(tr("{name} is not among the aligned photos", name=name), file=out)
+            raise InputError(tr("{photo} is not among the aligned photos.", photo=name), file=out)
     left, right, tried, kept = matching.matches_of_pair(
         folder / "database.db", names.index(a), names.index(b)
     )
@@ -175,7 +181,7 @@ def pair(out: Path, a: str, b: str) -> PairOfPhotos:
 def residual_vectors(out: Path, name: str) -> tuple[Pixels, Pixels]:
     """(n, 2) pixels at which a photo shows tie points, and (n, 2) by how much these miss where the
     adjusted model puts them: observed less projected."""
-    scene = SparseScene.load(_stage(out, "frame", "placed cameras"))
+    scene = SparseScene.load(_stage(out, "frame", _POSES))
     row = next((k for k, view in enumerate(scene.views) if view.name == name), None)
     if row is None:
         return np.zeros((0, 2), np.float32), np.zeros((0, 2), np.float32)
@@ -215,14 +221,14 @@ def _depth_path(folder: Path, name: str) -> Path:
 def depth_pictures(out: Path, name: str) -> DepthPictures:
     """The depth map of a photo, ready to be looked at."""
     from vomstudio.photogrammetry.dense.depthmaps import DepthMap
-    from vomstudio.photogrammetry.pipeline.photo_results import load_straight
+    from vomstudio.photogrammetry.pipeline.photo_results import load_undistorted
 
-    path = _depth_path(_stage(out, "depths", "depth maps"), name)
+    path = _depth_path(_stage(out, "depths", _DEPTHS), name)
     if not path.exists():
         raise InputError(
             tr(
-                "{name} has no depth map: no other photo saw its rock from a suitable distance",
-                name=name,
+                "{photo} has no depth map, since no other photo overlaps it with a suitable base.",
+                photo=name,
             )
         )
     made = DepthMap.load(path)
@@ -230,7 +236,7 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
     usable = np.ones(made.depth.shape, bool)
     straight = stage_folder(out, "straight")
     if straight is not None and _depth_path(straight, name).exists():
-        taken = load_straight(_depth_path(straight, name))
+        taken = load_undistorted(_depth_path(straight, name))
         if taken.pixels().shape == photo.shape:
             photo, usable = taken.pixels(), taken.valid
     has = made.depth > 0
@@ -239,7 +245,7 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
     normals = facing_colors(made.normals @ made.view.rotation)
     confidence = table[made.confidence]
     for picture in (normals, confidence):
-        picture[~has] = NOTHING
+        picture[~has] = NO_DEPTH
     return DepthPictures(
         photo,
         made.depth,
@@ -254,7 +260,7 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
 
 def coverage(out: Path, name: str) -> float | None:
     """Share of a photo's usable pixels that have a depth; None where it has no depth map."""
-    from vomstudio.photogrammetry.pipeline.photo_results import load_straight
+    from vomstudio.photogrammetry.pipeline.photo_results import load_undistorted
 
     folder = stage_folder(out, "depths")
     if folder is None or not _depth_path(folder, name).exists():
@@ -264,7 +270,7 @@ def coverage(out: Path, name: str) -> float | None:
             has = arrays["depth"] > 0
         straight = stage_folder(out, "straight")
         if straight is not None:
-            usable = load_straight(_depth_path(straight, name)).valid
+            usable = load_undistorted(_depth_path(straight, name)).valid
             if usable.shape == has.shape:
                 return float((has & usable).sum() / max(1, usable.sum()))
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
@@ -292,10 +298,10 @@ def color_table() -> npt.NDArray[np.uint8]:
 def depth_colors(
     depth: npt.NDArray[np.float32], low: float, high: float, table: npt.NDArray[np.uint8]
 ) -> npt.NDArray[np.uint8]:
-    """(h, w, 3); pixels without a depth are NOTHING."""
+    """(h, w, 3); pixels without a depth are NO_DEPTH."""
     place = np.clip((depth - low) / (high - low) * len(table), 0, len(table) - 1).astype(np.intp)
     picture = np.asarray(table[place])
-    picture[depth <= 0] = NOTHING
+    picture[depth <= 0] = NO_DEPTH
     return picture
 
 

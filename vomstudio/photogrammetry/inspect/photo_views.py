@@ -104,6 +104,7 @@ class PhotoViews:
         raise KeyError(name)
 
     def has(self, name: str) -> bool:
+        """Whether a photo has a camera."""
         return any(view.name == name for view in self.views)
 
     def direction(self, view: int) -> Array:

@@ -1,4 +1,4 @@
-"""What a reconstruction will need of the machine."""
+"""Memory that a reconstruction will need."""
 
 from __future__ import annotations
 

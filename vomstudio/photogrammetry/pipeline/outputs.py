@@ -13,13 +13,13 @@ from vomstudio.errors import TargetError, VomError
 from vomstudio.files.lock import FolderLock
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.base.stage_folders import WORK
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 RESULT = "reconstruction.json"
 # A worker whose window was killed may still be in native code that nothing interrupts.
-_LAST_BREATH_S = 5.0
+_PATIENCE_S = 5.0
 # What a library could not write was no larger than this, as a rule.
-_NO_ROOM = 1_000_000
+_FULL_BELOW = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -69,25 +69,28 @@ class Outputs:
         return self.folder / "report.html"
 
 
-def claim(out: Path) -> Outputs:
+def claim_folder(out: Path) -> Outputs:
     """The folder `out` for a reconstruction: a new one, an empty one, or one that was begun before.
 
     Raises TargetError where something else is in it, or it cannot be made.
     """
     try:
         out.mkdir(parents=True, exist_ok=True)
-        strangers = [p for p in out.iterdir() if not p.name.startswith(".")]
+        other_files = [p for p in out.iterdir() if not p.name.startswith(".")]
     except (OSError, ValueError) as error:
         if isinstance(error, FileExistsError | NotADirectoryError):
-            raise TargetError(tr("is a file; name a folder for the model"), file=out) from error
+            raise TargetError(
+                tr("This is a file. Name a folder for the model."), file=out
+            ) from error
         reason = getattr(error, "strerror", None) or error
         raise TargetError(
-            tr("no folder can be made there ({reason})", reason=reason), file=out
+            tr("The folder cannot be created ({error}).", error=reason), file=out
         ) from error
-    if strangers and not (out / RESULT).exists() and not (out / WORK).is_dir():
+    if other_files and not (out / RESULT).exists() and not (out / WORK).is_dir():
         raise TargetError(
             tr(
-                "holds other files; name a new or empty folder, or one of an earlier reconstruction"
+                "This folder contains other files. Name a new or empty folder, or one of an "
+                "earlier reconstruction."
             ),
             file=out,
         )
@@ -95,19 +98,24 @@ def claim(out: Path) -> Outputs:
         (out / WORK).mkdir(exist_ok=True)
     except OSError as error:
         raise TargetError(
-            tr("cannot be written ({strerror})", strerror=error.strerror), file=out
+            tr("This folder cannot be written ({error}).", error=error.strerror), file=out
         ) from error
     return Outputs(out)
 
 
 @contextlib.contextmanager
-def alone_in(outputs: Outputs) -> Iterator[None]:
+def folder_locked(outputs: Outputs) -> Iterator[None]:
     """No other run works in the folder, and what a killed one has left half written is removed."""
     lock = FolderLock(
         outputs.folder / WORK / "lock",
-        "a reconstruction is at work in this folder ({}); wait for it, or name another folder",
-        "the folder cannot be written ({}); make room, or name another folder",
-        _LAST_BREATH_S,
+        to_translate(
+            "Another reconstruction is running in this folder ({holder}). Wait for it, or name "
+            "another folder."
+        ),
+        to_translate(
+            "This folder cannot be written ({reason}). Free some space, or name another folder."
+        ),
+        _PATIENCE_S,
     )
     try:
         for path in outputs.folder.glob(".vom-*.part*"):
@@ -118,7 +126,7 @@ def alone_in(outputs: Outputs) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def disk_watched(folder: Path) -> Iterator[None]:
+def full_disk_reported(folder: Path) -> Iterator[None]:
     """Say that the disk is full where libraries say it in words of their own, or fail over it."""
     try:
         yield
@@ -126,14 +134,15 @@ def disk_watched(folder: Path) -> Iterator[None]:
         raise
     except Exception as error:
         full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
-        if not full and _room(folder) > _NO_ROOM:
+        if not full and _free_bytes(folder) > _FULL_BELOW:
             raise
         raise TargetError(
-            tr("the disk is full; what is finished is kept, make room and start again"), file=folder
+            tr("The disk is full. Finished results are kept. Free some space and start again."),
+            file=folder,
         ) from error
 
 
-def _room(folder: Path) -> float:
+def _free_bytes(folder: Path) -> float:
     """Bytes that are free; infinite where the system does not tell."""
     try:
         return shutil.disk_usage(folder).free

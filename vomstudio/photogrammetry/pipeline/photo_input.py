@@ -41,13 +41,14 @@ def usable_photos(
         agreed_crs(settings.control, settings.crs)
     found = read_photos(folder, progress).with_masks(masks)
     if len(found.photos) < 2:
-        name, reason = found.skipped[0] if found.skipped else ("", "")
-        raise InputError(
-            "holds one photo only that can be used"
-            + (f" ({name} {reason})" if name else "")
-            + "; a model needs at least two that overlap, better ten",
-            file=folder,
+        text = tr(
+            "Fewer than two photos in this folder can be used. A model needs at least two that "
+            "overlap, preferably ten."
         )
+        if found.skipped:
+            name, reason = found.skipped[0]
+            text += " " + tr("{photo} was left out: {reason}", photo=name, reason=reason)
+        raise InputError(text, file=folder)
     if settings.control is not None:
         checked = check_control(points, marks, found.photos, settings.crs)
         if checked.problem is not None:
@@ -57,11 +58,11 @@ def usable_photos(
         if placed < 3:
             raise InputError(
                 tr(
-                    "{value} of the {count} photos state where they were taken (latitude, "
-                    "longitude and altitude), and {crs} needs at least 3: name control points "
-                    "with --gcp, or leave out --crs",
-                    value=placed or "none",
-                    count=len(found.photos),
+                    "Only {count} of the {total} photos have a GPS position (latitude, longitude "
+                    "and altitude), and {crs} needs at least 3. Name control points with --gcp, "
+                    "or leave out --crs.",
+                    count=placed,
+                    total=len(found.photos),
                     crs=settings.crs,
                 ),
                 file=folder,
@@ -85,34 +86,36 @@ class TakenPhoto:
         return None if self.taken.mask is None else bytes_of(self.taken.mask)
 
 
-def hash_of(photo: Photo) -> str:
+def photo_hash(photo: Photo) -> str:
     """Of the file and its mask."""
     return key_of(*(hash_file(path) for path in (photo.path, photo.mask) if path is not None))
 
 
 def bytes_of(path: Path) -> bytes:
+    """Of a file. Raises InputError where it is gone."""
     try:
         return path.read_bytes()
     except OSError as error:
         raise InputError(
             tr(
-                "cannot be read any more ({strerror}); put it back and start again",
-                strerror=error.strerror,
+                "This file cannot be read any more ({error}). Put it back and start again.",
+                error=error.strerror,
             ),
             file=path,
         ) from error
 
 
 def hash_file(path: Path) -> str:
+    """SHA-256 of a file, hexadecimal. Raises InputError."""
     try:
         with path.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
         raise InputError(
-            tr("cannot be read ({strerror})", strerror=error.strerror), file=path
+            tr("This file cannot be read ({error}).", error=error.strerror), file=path
         ) from error
 
 
-def facts_of(photos: Sequence[Photo]) -> list[Any]:
+def alignment_facts(photos: Sequence[Photo]) -> list[Any]:
     """What the alignment takes from the photos besides their pixels."""
     return [[p.name, str(p.camera_key), p.latitude_deg, p.longitude_deg] for p in photos]

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 
 
-class Kept(Sequence[Result], Generic[Result]):
-    """One file for each photo in `folder`."""
+class PhotoResults(Sequence[Result], Generic[Result]):
+    """Results of a stage: one file for each photo in `folder`, read when it is asked for."""
 
     def __init__(
         self,
@@ -36,18 +36,20 @@ class Kept(Sequence[Result], Generic[Result]):
         self._folder, self.names = folder, list(names)
         self._save, self._load = save, load
 
-    def at(self, folder: Path) -> Kept[Result]:
+    def at(self, folder: Path) -> PhotoResults[Result]:
         """The same results once their folder has its final name."""
-        return Kept(folder, self.names, self._save, self._load)
+        return PhotoResults(folder, self.names, self._save, self._load)
 
-    def chosen(self, numbers: Sequence[int]) -> Kept[Result]:
+    def chosen(self, numbers: Sequence[int]) -> PhotoResults[Result]:
         """Some of them, in this order."""
-        return Kept(self._folder, [self.names[n] for n in numbers], self._save, self._load)
+        return PhotoResults(self._folder, [self.names[n] for n in numbers], self._save, self._load)
 
     def path(self, number: int) -> Path:
+        """The file of a photo, by its row."""
         return self._folder / f"{file_name(self.names[number])}.npz"
 
     def has(self, number: int) -> bool:
+        """Whether the result of a photo, by its row, is there."""
         return self.path(number).exists()
 
     def put(self, number: int, result: Result) -> None:
@@ -67,31 +69,33 @@ class Kept(Sequence[Result], Generic[Result]):
         if not -len(self) <= number < len(self):
             raise IndexError(number)
         path = self.path(number % len(self))
-        return loaded(self._load, path)
+        return load_result(self._load, path)
 
 
-def loaded(load: Callable[[Path], Result], path: Path) -> Result:
+def load_result(load: Callable[[Path], Result], path: Path) -> Result:
     """What is in a file. Raises InputError where a failing disk has damaged it."""
     try:
         return load(path)
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(
             tr(
-                "is damaged ({name__}); remove its folder and start again",
-                name__=type(error).__name__,
+                "This file is damaged ({error}). Remove its folder and start again.",
+                error=type(error).__name__,
             ),
             file=path,
         ) from error
 
 
-def save_straight(path: Path, straight: Undistorted) -> None:
+def save_undistorted(path: Path, straight: Undistorted) -> None:
+    """Write an undistorted photo with its mask and view as npz."""
     arrays = {"photo": np.frombuffer(straight.photo, np.uint8), "view": _words(straight.view)}
     if straight.mask is not None:
         arrays["mask"] = np.frombuffer(straight.mask, np.uint8)
     _save(path, arrays)
 
 
-def load_straight(path: Path) -> Undistorted:
+def load_undistorted(path: Path) -> Undistorted:
+    """As `save_undistorted` wrote it."""
     from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
     with np.load(path) as arrays:
@@ -105,6 +109,7 @@ def _words(view: Any) -> np.ndarray[Any, Any]:
 
 
 def save_cloud(path: Path, cloud: PointCloud) -> None:
+    """Write a cloud as npz."""
     arrays: dict[str, Any] = {"points": cloud.points}
     if cloud.colors is not None:
         arrays["colors"] = cloud.colors
@@ -115,6 +120,7 @@ def save_cloud(path: Path, cloud: PointCloud) -> None:
 
 
 def load_cloud(path: Path) -> PointCloud:
+    """As `save_cloud` wrote it."""
     with np.load(path) as arrays:
         return PointCloud(
             arrays["points"], arrays.get("colors"), arrays.get("normals"), _fields(arrays)

@@ -17,26 +17,31 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.photogrammetry.base.stage_folders import WORK
 from vomstudio.photogrammetry.pipeline import report_data
-from vomstudio.photogrammetry.pipeline.outputs import Outputs, alone_in, claim, disk_watched
+from vomstudio.photogrammetry.pipeline.outputs import (
+    Outputs,
+    claim_folder,
+    folder_locked,
+    full_disk_reported,
+)
 from vomstudio.photogrammetry.pipeline.photo_input import (
     TakenPhoto,
+    alignment_facts,
     bytes_of,
-    facts_of,
     hash_file,
-    hash_of,
+    photo_hash,
     usable_photos,
 )
 from vomstudio.photogrammetry.pipeline.photo_results import (
-    Kept,
+    PhotoResults,
     load_cloud,
     load_mesh,
-    load_straight,
-    loaded,
+    load_result,
+    load_undistorted,
     save_cloud,
     save_mesh,
-    save_straight,
+    save_undistorted,
 )
-from vomstudio.photogrammetry.pipeline.stage_log import Diary
+from vomstudio.photogrammetry.pipeline.stage_log import StageLog
 from vomstudio.photogrammetry.pipeline.written_models import (
     write_cameras_of,
     write_json,
@@ -44,6 +49,7 @@ from vomstudio.photogrammetry.pipeline.written_models import (
 )
 from vomstudio.progress import Ahead, Executor, Progress
 from vomstudio.version import __version__
+from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.geometry.mesh import Mesh
@@ -77,9 +83,9 @@ def reconstruct(
     TargetError for a disk that cannot hold it, and Cancelled.
     """
     photos = usable_photos(folder, settings, progress, masks)
-    outputs = claim(out)
-    with alone_in(outputs), disk_watched(outputs.folder):
-        run = _Run(photos, outputs, settings, executor, Diary(outputs.log, progress))
+    outputs = claim_folder(out)
+    with folder_locked(outputs), full_disk_reported(outputs.folder):
+        run = _Run(photos, outputs, settings, executor, StageLog(outputs.log, progress))
         try:
             return run.all()
         finally:
@@ -87,7 +93,7 @@ def reconstruct(
 
 
 @dataclass(frozen=True)
-class _Placed:
+class _Registered:
     scene: SparseScene
     registration: dict[str, Any]
     stage: Stage
@@ -100,15 +106,15 @@ class _Run:
         outputs: Outputs,
         settings: Settings,
         executor: Executor,
-        diary: Diary,
+        log: StageLog,
     ) -> None:
         self.photos, self.folder, self.outputs = photos, photos.folder, outputs
-        self.settings, self.executor, self.diary = settings, executor, diary
+        self.settings, self.executor, self.log = settings, executor, log
         self.checkpoints = Checkpoints(outputs.folder / WORK)
         self.checkpoints.tidy()
 
     def all(self) -> dict[str, Any]:
-        self.diary.log(f"VOM Studio {__version__}, {self.settings.as_dict()}")
+        self.log.log(f"VOM Studio {__version__}, {self.settings.as_dict()}")
         self._remember()
         photos = self._checked()
         alignment, aligned = self._join(*self._align(photos))
@@ -119,11 +125,11 @@ class _Run:
         cloud, fused = self._fuse(placed.scene, pairs, straight, maps, deep)
         mesh, surfaced = self._surface(cloud, placed, fused)
         textured, dressed = self._texture(mesh, placed, photos, surfaced)
-        write_models(self.outputs, placed.scene, cloud, textured, self.diary)
+        write_models(self.outputs, placed.scene, cloud, textured, self.log)
         return self._finish(photos, alignment, placed, cloud, textured, dressed)
 
     def pause(self) -> None:
-        self.diary.end_stage()
+        self.log.end_stage()
         for stage in self.checkpoints.stages:
             with contextlib.suppress(TargetError):
                 stage.pause()
@@ -132,14 +138,14 @@ class _Run:
     def _checked(self) -> PhotoFolder:
         found = self.photos
         for name, reason in found.skipped:
-            self.diary.note(f"{name} was left out: {reason}")
+            self.log.note(tr("{photo} was left out: {reason}", photo=name, reason=reason))
         for warning in found.warnings:
-            self.diary.note(warning)
+            self.log.note(warning)
         self.hashes: dict[str, str] = {}
-        self.diary.stage("Checking photos", len(found.photos))
+        self.log.stage(tr("Checking photos"), len(found.photos))
         for number, photo in enumerate(found.photos):
-            self.diary.step(number)
-            self.hashes[photo.name] = hash_of(photo)
+            self.log.step(number)
+            self.hashes[photo.name] = photo_hash(photo)
         return found
 
     def _align(self, photos: PhotoFolder) -> tuple[Alignment, Stage]:
@@ -147,19 +153,24 @@ class _Run:
 
         size, seed = self.settings.steps.align_px, self.settings.seed
         stage = self.checkpoints.stage(
-            "alignment", versions("pycolmap"), size, seed, self.hashes, facts_of(photos.photos)
+            "alignment",
+            versions("pycolmap"),
+            size,
+            seed,
+            self.hashes,
+            alignment_facts(photos.photos),
         )
         if not stage.done:
             options = Options(max_size=size, seed=seed, threads=self.settings.threads)
             try:
-                align(photos.photos, stage.folder, options, self.executor, self.diary)
+                align(photos.photos, stage.folder, options, self.executor, self.log)
             except InputError as error:
                 raise InputError(error.message, file=error.file or self.folder) from error
             stage.finish()
         return Alignment.load(stage.folder), stage
 
     def _join(self, alignment: Alignment, aligned: Stage) -> tuple[Alignment, Stage]:
-        """Parts that markers hold together; what is marked otherwise waits for the placing."""
+        """Join components by markers; other marks are used in the registration."""
         from vomstudio.photogrammetry.place.joined_alignment import join_alignment
 
         control, marks = self.settings.control, self.settings.marks
@@ -170,13 +181,13 @@ class _Run:
             control,
             marks,
             self.settings.threads,
-            self.diary,
+            self.log,
         )
         for text in said:
-            self.diary.note(text)
+            self.log.note(text)
         return alignment, stage or aligned
 
-    def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Placed:
+    def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Registered:
         """The largest part in World where control or GPS allow it, else upright and local."""
         from vomstudio.photogrammetry.place import control, georeference
         from vomstudio.photogrammetry.place.local_frame import upright
@@ -187,23 +198,23 @@ class _Run:
             "frame", aligned.key, settings.crs, *(p and hash_file(p) for p in marks)
         )
         if not stage.done:
-            self.diary.stage("Registering")
+            self.log.stage(tr("Registering the model"))
             part, facts = alignment.parts[0], {}
             threads = settings.threads or -1
             try:
                 if settings.control is not None:
-                    scene, fitted = control.by_control(
+                    scene, fitted = control.place_by_control_files(
                         part,
                         settings.control,
                         settings.marks,
                         settings.crs,
-                        self.diary,
+                        self.log,
                         threads=threads,
                     )
                     facts = report_data.control_registration(fitted)
                 else:
-                    scene, report = georeference.by_gps(
-                        part, photos.photos, settings.crs, threads=threads, progress=self.diary
+                    scene, report = georeference.place_by_gps(
+                        part, photos.photos, settings.crs, threads=threads, progress=self.log
                     )
                     facts = report_data.gps_registration(report)
             except GeometryError as error:
@@ -214,12 +225,19 @@ class _Run:
             scene.save(stage.folder)
             stage.finish(registration=facts)
         for warning in stage.facts["registration"].get("warnings", []):
-            self.diary.note(warning)
+            self.log.note(warning)
         if refused := stage.facts["registration"].get("refused"):
-            self.diary.note(f"The model keeps a local frame without scale: {refused}")
-        return _Placed(SparseScene.load(stage.folder), stage.facts["registration"], stage)
+            self.log.note(
+                tr(
+                    "The model was not registered and has a local frame without scale. {reason}",
+                    reason=refused,
+                )
+            )
+        return _Registered(SparseScene.load(stage.folder), stage.facts["registration"], stage)
 
-    def _undistort(self, placed: _Placed, photos: PhotoFolder) -> tuple[Kept[Undistorted], Stage]:
+    def _undistort(
+        self, placed: _Registered, photos: PhotoFolder
+    ) -> tuple[PhotoResults[Undistorted], Stage]:
         """Photos without distortion, of the size in which every pixel gets a depth."""
         from vomstudio.photogrammetry.dense import undistortion
 
@@ -234,13 +252,15 @@ class _Run:
             mask = None if photo.mask is None else bytes_of(photo.mask)
             return undistortion.UndistortTask(bytes_of(photo.path), mask, views[number], size)
 
-        kept = Kept(stage.folder, [view.name for view in views], save_straight, load_straight)
+        kept = PhotoResults(
+            stage.folder, [view.name for view in views], save_undistorted, load_undistorted
+        )
         lenses = [view.intrinsics for view in views]
         needed = max(undistortion.memory_needed(n.width, n.height, size) for n in lenses)
-        self._each("Straightening photos", stage, kept, undistortion.undistort, task, needed)
+        self._each(tr("Undistorting photos"), stage, kept, undistortion.undistort, task, needed)
         return kept.at(stage.folder), stage
 
-    def _dense_size(self, placed: _Placed) -> int:
+    def _dense_size(self, placed: _Registered) -> int:
         """What was chosen once is kept where it still fits, so that a run goes on with it."""
         from vomstudio.photogrammetry.dense.memory_limits import fitting_size
 
@@ -251,42 +271,46 @@ class _Run:
             stage.finish(dense_px=size)
         size = min(size, int(stage.facts["dense_px"]))
         if size < wanted:
-            self.diary.note(
-                f"Depths are sought at {size} instead of {wanted} pixels along the long side, "
-                "since no more memory is free"
+            self.log.note(
+                tr(
+                    "Depth maps have {size} instead of {wanted} pixels along the long side, since "
+                    "there is not enough free memory.",
+                    size=size,
+                    wanted=wanted,
+                )
             )
         return size
 
     def _depths(
-        self, scene: SparseScene, straight: Kept[Undistorted], flat: Stage
-    ) -> tuple[Pairs, Kept[DepthMap], Stage]:
+        self, scene: SparseScene, straight: PhotoResults[Undistorted], flat: Stage
+    ) -> tuple[Pairs, PhotoResults[DepthMap], Stage]:
         from vomstudio.photogrammetry.dense import depthmaps
         from vomstudio.photogrammetry.dense.pairs import choose_pairs
 
         stage = self.checkpoints.stage("depths", flat.key, versions("cv2", "numba"))
         pairs = choose_pairs(scene)
         for text in pairs.left_out:
-            self.diary.note(f"No depths for {text}")
+            self.log.note(text)
 
         def task(number: int) -> depthmaps.DepthTask:
             return depthmaps.make_task(pairs.plans[number], straight.__getitem__)
 
         names = [scene.views[plan.view].name for plan in pairs.plans]
-        kept = Kept(stage.folder, names, _save_map, depthmaps.DepthMap.load)
+        kept = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
         lenses = [view.intrinsics for view in scene.views]
         scales = [min(1.0, self.dense_px / max(n.width, n.height)) for n in lenses]
         needed = max(
             depthmaps.memory_needed(round(n.width * k), round(n.height * k))
             for n, k in zip(lenses, scales, strict=True)
         )
-        self._each("Finding depths", stage, kept, depthmaps.depth_map, task, needed)
+        self._each(tr("Computing depth maps"), stage, kept, depthmaps.depth_map, task, needed)
         return pairs, kept.at(stage.folder), stage
 
     def _each(
         self,
         title: str,
         stage: Stage,
-        kept: Kept[Result],
+        kept: PhotoResults[Result],
         work: Callable[[Item], Result],
         task: Callable[[int], Item],
         needed: int,
@@ -295,8 +319,8 @@ class _Run:
         if stage.done:
             return
         left = [number for number in range(len(kept)) if not kept.has(number)]
-        self.diary.stage(title, len(kept))
-        progress = Ahead(self.diary, len(kept) - len(left))
+        self.log.stage(title, len(kept))
+        progress = Ahead(self.log, len(kept) - len(left))
         for done, result in self.executor.map(work, map(task, left), progress, needed):
             kept.put(left[done], result)
         stage.finish()
@@ -305,8 +329,8 @@ class _Run:
         self,
         scene: SparseScene,
         pairs: Pairs,
-        straight: Kept[Undistorted],
-        maps: Kept[DepthMap],
+        straight: PhotoResults[Undistorted],
+        maps: PhotoResults[DepthMap],
         deep: Stage,
     ) -> tuple[PointCloud, Stage]:
         from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
@@ -315,12 +339,12 @@ class _Run:
         if not stage.done:
             photos = straight.chosen([plan.view for plan in pairs.plans])
             neighbours = neighbours_by_name(scene, pairs)
-            cloud = fuse(maps.names, maps, photos, neighbours, progress=self.diary)
+            cloud = fuse(maps.names, maps, photos, neighbours, progress=self.log)
             write_whole(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))
             stage.finish(points=len(cloud.points))
-        return loaded(load_cloud, stage.folder / _CLOUD), stage
+        return load_result(load_cloud, stage.folder / _CLOUD), stage
 
-    def _surface(self, cloud: PointCloud, placed: _Placed, fused: Stage) -> tuple[Mesh, Stage]:
+    def _surface(self, cloud: PointCloud, placed: _Registered, fused: Stage) -> tuple[Mesh, Stage]:
         from vomstudio.photogrammetry.surface.meshing import (
             SurfaceOptions,
             build_surface,
@@ -332,15 +356,15 @@ class _Run:
         if not stage.done:
             threads = self.settings.threads or os.cpu_count() or 1
             options = SurfaceOptions(faces=faces, threads=threads, max_points=fitting_points())
-            made = build_surface(cloud, options, self.diary, placed.scene.centres)
+            made = build_surface(cloud, options, self.log, placed.scene.centres)
             write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
             stage.finish(facts=made.facts, warnings=list(made.warnings))
         for warning in stage.facts["warnings"]:
-            self.diary.note(warning)
-        return loaded(load_mesh, stage.folder / _MESH), stage
+            self.log.note(warning)
+        return load_result(load_mesh, stage.folder / _MESH), stage
 
     def _texture(
-        self, mesh: Mesh, placed: _Placed, photos: PhotoFolder, surfaced: Stage
+        self, mesh: Mesh, placed: _Registered, photos: PhotoFolder, surfaced: Stage
     ) -> tuple[Mesh, Stage]:
         """From the photos as they were taken: nothing is resampled twice."""
         from vomstudio.photogrammetry.surface.atlas import AtlasOptions
@@ -352,7 +376,7 @@ class _Run:
             by_name = {photo.name: photo for photo in photos.photos}
             sources = [TakenPhoto(by_name[view.name], view) for view in placed.scene.views]
             options = TextureOptions(atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages))
-            made = make_texture(mesh, sources, options, self.executor, self.diary)
+            made = make_texture(mesh, sources, options, self.executor, self.log)
             for material, page in zip(made.mesh.materials, made.pages, strict=True):
                 picture = jpeg(page)
                 path = stage.folder / f"{material.name}.jpg"
@@ -360,8 +384,8 @@ class _Run:
             write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
             stage.finish(report=asdict(made.report))
         for warning in stage.facts["report"]["warnings"]:
-            self.diary.note(warning)
-        return loaded(load_mesh, stage.folder / _MESH), stage
+            self.log.note(warning)
+        return load_result(load_mesh, stage.folder / _MESH), stage
 
     # ------------------------------------------------------------------------------------------
     def _remember(self) -> None:
@@ -373,20 +397,26 @@ class _Run:
         self,
         photos: PhotoFolder,
         alignment: Alignment,
-        placed: _Placed,
+        placed: _Registered,
         cloud: PointCloud,
         textured: Mesh,
         dressed: Stage,
     ) -> dict[str, Any]:
-        self.diary.end_stage()
+        self.log.end_stage()
         outputs, scene = self.outputs, placed.scene
         for name, reason in alignment.unregistered:
-            self.diary.note(f"{name} {reason}")
+            self.log.note(tr("{photo} is not aligned. {reason}", photo=name, reason=reason))
         for part in alignment.parts[1:]:
-            self.diary.note(
-                f"{len(part.views)} photos form a part of their own that no tie points join to the "
-                f"model: {', '.join(view.name for view in part.views[:5])}"
-                f"{' …' if len(part.views) > 5 else ''}"
+            self.log.note(
+                tr_n(
+                    "{count} photo forms a disconnected component, which is not part of the model: "
+                    "{photos}.",
+                    "{count} photos form a disconnected component, which is not part of the model: "
+                    "{photos}.",
+                    len(part.views),
+                    photos=", ".join(view.name for view in part.views[:5])
+                    + (" …" if len(part.views) > 5 else ""),
+                )
             )
         placed_names = {view.name for view in scene.views}
         missing = [p.name for p in photos.photos if p.name not in placed_names]
@@ -424,7 +454,7 @@ class _Run:
             "report": str(outputs.report),
             "poses": str(outputs.poses),
             "folder": str(self.folder),
-            "warnings": self.diary.notes,
+            "warnings": self.log.notes,
             "tie_points": len(scene.points),
             "tie_points_of_3": int((lengths >= 3).sum()),
             "photo_rows": rows,

@@ -1,4 +1,4 @@
-"""What a reconstruction is told by: photo by photo, and as a drawing."""
+"""Data of the reconstruction report: rows of photos, registration, calibration and a drawing."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geometry.mesh import Mesh
@@ -109,7 +110,7 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
         "sigma_m": report.sigma_m,
         "scale_error": report.scale_error,
         "adjusted_together_with_the_cameras": report.adjusted,
-        "decisions": "; ".join(report.decisions),
+        "decisions": " ".join(report.decisions),
         "rotation_error_deg": {
             "about_up": about_up,
             "about_east": about_east,
@@ -131,7 +132,7 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
         "rms_check_m": report.check_rms_m,
         "sigma_m": report.sigma_m,
         "adjusted_together_with_the_cameras": report.adjusted,
-        "decisions": "; ".join(report.decisions) or None,
+        "decisions": " ".join(report.decisions) or None,
         "rotation_error_deg": {
             "about_up": about_up,
             "about_east": about_east,
@@ -156,7 +157,11 @@ def as_placed(
                 break
         for lens in registration.get("lenses", []):
             if photos & set(lens["photos"]):
-                reason = f"{camera.reason}. When the model was placed: {lens['reason']}"
+                reason = tr(
+                    "{reason} In the registration: {registration}",
+                    reason=camera.reason,
+                    registration=lens["reason"],
+                )
                 camera = replace(camera, reason=reason)
                 if lens["freed"]:
                     sigma = (lens["sigma_px"], *camera.sigma[1:])
@@ -188,7 +193,7 @@ def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list
                 "correlation": [[camera.correlation[i][j] for j in free] for i in free],
                 "focal": camera.focal,
                 "focal_exif_px": camera.exif_px,
-                "rule": f"Focal length {camera.reason}.",
+                "rule": camera.reason,
             }
         )
     return rows

@@ -1,4 +1,4 @@
-"""What happened when, for the log and the report."""
+"""Log of the stages of a reconstruction, and notes for its report."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from vomstudio.progress import Progress
 
 
-class Diary:
+class StageLog:
     """Writes `log.txt`, line by line, and passes progress on. `notes` are what the user is told at
     the end."""
 
@@ -19,11 +19,13 @@ class Diary:
         self.notes: list[str] = []
 
     def note(self, text: str) -> None:
+        """Keep a sentence for the user, once, and log it."""
         if text not in self.notes:
             self.notes.append(text)
             self.log(text)
 
     def log(self, text: str) -> None:
+        """Add a line with the time to the file; a full disk is not reported here."""
         line = f"{datetime.now().isoformat(timespec='seconds')}  {text}\n"
         try:
             with self._path.open("a", encoding="utf-8") as stream:
@@ -33,15 +35,18 @@ class Diary:
             pass
 
     def stage(self, name: str, total: int | None = None) -> None:
+        """See `Progress`."""
         self.end_stage()
         self._stage, self._begun = name, time.monotonic()
         self.log(name if total is None else f"{name} ({total})")
         self._progress.stage(name, total)
 
     def step(self, done: int) -> None:
+        """See `Progress`."""
         self._progress.step(done)
 
     def end_stage(self) -> None:
+        """Log how long the stage took."""
         if self._stage:
             self.log(f"{self._stage}: {time.monotonic() - self._begun:.1f} s")
             self._stage = ""

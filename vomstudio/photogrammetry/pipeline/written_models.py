@@ -1,4 +1,4 @@
-"""What a reconstruction leaves for other programs: cameras, tie points, cloud and model."""
+"""Files of a reconstruction for other programs: cameras, tie points, cloud and model."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.pipeline.outputs import Outputs
 from vomstudio.photogrammetry.pipeline.report_data import tie_points
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.align.alignment import Alignment
@@ -51,7 +52,7 @@ def write_models(
     """The cloud and the textured mesh, in World."""
     from vomstudio.io.models.writing import write_model
 
-    progress.stage("Writing", 2 + len(outputs.others))
+    progress.stage(tr("Writing the model"), 2 + len(outputs.others))
     world = replace(cloud, points=cloud.points + scene.origin)
     write_model(world, scene.crs, outputs.dense, force=True)
     mesh = replace(textured, vertices=textured.vertices + scene.origin)
@@ -66,6 +67,7 @@ def write_models(
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:
+    """Write a result; arrays become lists."""
     path.write_text(json.dumps(value, indent=1, default=_number), encoding="utf-8")
 
 

@@ -1,9 +1,11 @@
-"""Disconnected parts of an alignment joined by markers that were set by hand in photos of both.
+"""Disconnected components of an alignment joined by markers that were set by hand in photos of
+both.
 
-A marker is found in each part where its rays meet there, so it wants two photos of each. Three that
-are not in one line give the similarity between two parts (Umeyama 1991, never a mirror); then
-cameras and tie points of both are adjusted with the rays of all markers. Parts that both show three
-control points or more are brought together by these instead, and adjusted when the model is placed.
+A marker is located in each component where its rays meet there, so it needs two photos of each.
+Three that are not in one line give the similarity between two components (Umeyama 1991, never a
+mirror); then cameras and tie points of both are adjusted with the rays of all markers. Components
+that both show three control points or more are joined by these instead, and adjusted when the model
+is registered.
 """
 
 from __future__ import annotations
@@ -19,8 +21,8 @@ from vomstudio.errors import GeometryError
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.mapping import mean_error
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.ground_adjustment import KnownPoint, adjust_tied
-from vomstudio.photogrammetry.place.mark_observations import sightings
+from vomstudio.photogrammetry.place.ground_adjustment import KnownPoint, bundle_adjust
+from vomstudio.photogrammetry.place.mark_observations import marks_by_point
 from vomstudio.progress import Progress
 from vomstudio.registration.similarity import (
     Similarity,
@@ -30,7 +32,7 @@ from vomstudio.registration.similarity import (
     rotation_covariance,
 )
 from vomstudio.survey.check_results import named
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
@@ -79,13 +81,13 @@ class Junction:
 
 @dataclass(frozen=True)
 class JoinReport:
-    """joined : in their order; apart : for each part that stays alone why, in words"""
+    """joined : in their order; not_joined : a sentence for each component that was not joined"""
 
     joined: tuple[Junction, ...]
-    apart: tuple[str, ...]
+    not_joined: tuple[str, ...]
 
 
-def join_parts(
+def join_components(
     parts: Sequence[SparseScene],
     marks: Sequence[Mark],
     control: Sequence[ControlPoint] = (),
@@ -93,7 +95,9 @@ def join_parts(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[tuple[SparseScene, ...], JoinReport]:
-    """The parts that are left, the one with most photos first.
+    """Join components where markers or control points allow it.
+
+    Returns the components that are left, the one with most photos first, and what was done.
 
     marks : of tie markers and of control points; labels that are not in `control` are tie markers
     Raises Cancelled.
@@ -104,7 +108,7 @@ def join_parts(
     surveyed = [point for point in control if not point.check]
     while len(left) > 1:
         links = [
-            (_links(left[i], left[j], marks, surveyed), i, j)
+            (_common_points(left[i], left[j], marks, surveyed), i, j)
             for i in range(len(left))
             for j in range(i + 1, len(left))
             if _pair(left[i], left[j]) not in failed
@@ -120,13 +124,17 @@ def join_parts(
         joined.append(junction)
         left = [whole, *(p for k, p in enumerate(left) if k not in (i, j))]
         left.sort(key=lambda part: -len(part.views))
-    apart = [
-        f"the part of {len(part.views)} photos ({named([v.name for v in part.views])}) stays "
-        "alone: "
-        f"{failed.get(_pair(left[0], part)) or _missing(left[0], part, marks)}"
+    not_joined = [
+        tr_n(
+            "The component of {count} photo ({photos}) was not joined. {reason}",
+            "The component of {count} photos ({photos}) was not joined. {reason}",
+            len(part.views),
+            photos=named([v.name for v in part.views]),
+            reason=failed.get(_pair(left[0], part)) or _missing(left[0], part, marks),
+        )
         for part in left[1:]
     ]
-    return tuple(left), JoinReport(tuple(joined), tuple(apart))
+    return tuple(left), JoinReport(tuple(joined), tuple(not_joined))
 
 
 def _pair(one: SparseScene, other: SparseScene) -> tuple[str, str]:
@@ -137,12 +145,12 @@ def _pair(one: SparseScene, other: SparseScene) -> tuple[str, str]:
 # ------------------------------------------------------------------------------------------------
 def _places(scene: SparseScene, marks: Sequence[Mark]) -> dict[str, Array]:
     """Markers that the photos of a part locate."""
-    found, _ = sightings(scene, marks)
-    places = {label: sighting.place(scene) for label, sighting in found.items()}
+    found, _ = marks_by_point(scene, marks)
+    places = {label: seen_at.place(scene) for label, seen_at in found.items()}
     return {label: place for label, place in places.items() if np.isfinite(place).all()}
 
 
-def _links(
+def _common_points(
     one: SparseScene, other: SparseScene, marks: Sequence[Mark], control: Sequence[ControlPoint]
 ) -> int:
     """How many markers join two parts, or how many control points the one with fewer has."""
@@ -171,34 +179,39 @@ def _join(
         error = mean_error(whole)
         return whole, Junction(photos, "control points", (), fit.scale, error, error, None, ())
     here, there = np.array([a[c] for c in common]), np.array([b[c] for c in common])
-    _require_width(here, "markers")
-    _require_width(there, "markers")
-    pixel = _pixel(one, other, here, there)
+    if nearly_on_a_line(here) or nearly_on_a_line(there):
+        raise GeometryError(
+            tr(
+                "The markers of both components lie on one line, about which one component can "
+                "rotate. Set a marker beside this line."
+            )
+        )
+    pixel = _pixel_size(one, other, here, there)
     fit, used = fit_robustly(there, here, floor=2 * _MARK_PX * pixel)
     misses = np.linalg.norm(fit(there) - here, axis=1)
     rough = merged(one, other, fit)
     before = mean_error(rough)
     wrong = {label for label, good in zip(common, used, strict=True) if not good}
-    seen, _ = sightings(rough, [mark for mark in marks if mark.label not in wrong])
+    seen, _ = marks_by_point(rough, [mark for mark in marks if mark.label not in wrong])
     known = [
-        KnownPoint(None, 0.0, sighting.views, sighting.pixels)
-        for sighting in seen.values()
-        if np.isfinite(sighting.place(rough)).all()
+        KnownPoint(None, 0.0, seen_at.views, seen_at.pixels)
+        for seen_at in seen.values()
+        if np.isfinite(seen_at.place(rough)).all()
     ]
-    whole = adjust_tied(rough, known, threads=threads, progress=progress)
+    whole = bundle_adjust(rough, known, threads=threads, progress=progress)
     after = mean_error(whole)
     if not after <= 1.2 * before + 0.1:
         worst = common[int(misses.argmax())]
         raise GeometryError(
             tr(
-                "the {count} markers of both contradict what the photos show: joined by "
-                "them, tie points would miss by {after:.1f} px instead of {before:.1f}; look "
-                "at the marks of {worst} first, which misses by {max:.0f} px",
+                "The {count} common markers contradict the tie points: joined by them, the mean "
+                "reprojection error would be {after:.1f} px instead of {before:.1f} px. Check the "
+                "marks of {marker} first, which has a residual of {residual:.0f} px.",
                 count=len(common),
                 after=after,
                 before=before,
-                worst=worst,
-                max=misses.max() / pixel,
+                marker=worst,
+                residual=misses.max() / pixel,
             )
         )
     markers = tuple(
@@ -225,7 +238,13 @@ def _by_control(
         own = [point for point in control if point.label in places]
         here = np.array([places[point.label] for point in own])
         world = np.array([point.position for point in own]) - middle
-        _require_width(world, "control points")
+        if nearly_on_a_line(world):
+            raise GeometryError(
+                tr(
+                    "The control points of both components lie on one line, about which one "
+                    "component can rotate. Mark a control point beside this line."
+                )
+            )
         fits.append(fit_similarity(here, world))
     first, back = fits[1], fits[0].inverse
     return Similarity(
@@ -235,18 +254,7 @@ def _by_control(
     )
 
 
-def _require_width(places: Array, what: str) -> None:
-    if nearly_on_a_line(places):
-        raise GeometryError(
-            tr(
-                "the {what} of both lie on one line, about which one part could turn; mark "
-                "one beside it",
-                what=what,
-            )
-        )
-
-
-def _pixel(one: SparseScene, other: SparseScene, here: Array, there: Array) -> float:
+def _pixel_size(one: SparseScene, other: SparseScene, here: Array, there: Array) -> float:
     """The larger of the two parts' pixels at the markers, in the units of the one."""
     scale = fit_similarity(there, here).scale
     return max(one.pixel_at(here), other.pixel_at(there) * scale)
@@ -256,19 +264,31 @@ def _missing(one: SparseScene, other: SparseScene, marks: Sequence[Mark]) -> str
     """What it would take to join the parts."""
     a, b = _places(one, marks), _places(other, marks)
     common = sorted(a.keys() & b.keys())
-    said = f"{len(common) or 'no'} marker{'s' if len(common) != 1 else ''}"
-    if common:
-        said += f" ({named(sorted(common))})"
-    said += (
-        f" found in it and in the largest part; {FEWEST} that are not in one line are needed, each "
-        "marked in two or more photos of both"
+    needed = tr(
+        "{least} markers that are not in one line, each marked in two or more photos of both, are "
+        "needed.",
+        least=FEWEST,
     )
+    if common:
+        said = tr_n(
+            "{count} marker is found in it and in the largest component ({markers}).",
+            "{count} markers are found in it and in the largest component ({markers}).",
+            len(common),
+            markers=named(common),
+        )
+    else:
+        said = tr("No marker is found in it and in the largest component.")
+    said = f"{said} {needed}"
     once = set()
     for scene, located in ((one, a), (other, b)):
-        seen, _ = sightings(scene, marks)
+        seen, _ = marks_by_point(scene, marks)
         once |= {label for label in seen if label not in located}
     if once:
-        said += f"; marked in one photo of a part only, or from one spot: {named(sorted(once))}"
+        said += " " + tr(
+            "Markers that are marked in only one photo of a component, or from one position: "
+            "{markers}.",
+            markers=named(sorted(once)),
+        )
     return said
 
 
@@ -276,13 +296,28 @@ def _warnings(markers: Sequence[MarkerFit], turned: tuple[float, float, float]) 
     said = []
     out = [marker.label for marker in markers if not marker.used]
     if out:
-        said.append(f"markers that contradict the others were left out: {', '.join(out)}")
+        said.append(
+            tr(
+                "Markers that contradict the others were left out: {markers}.",
+                markers=", ".join(out),
+            )
+        )
     if len(markers) - len(out) == FEWEST:
-        said.append("3 markers leave nothing over to find a mistake with; set 4 or more")
+        said.append(
+            tr(
+                "With {count} markers there is no redundancy: a blunder cannot be detected. Set at "
+                "least {wanted}.",
+                count=FEWEST,
+                wanted=FEWEST + 1,
+            )
+        )
     if max(turned) > _WARN_DEG:
         said.append(
-            f"the markers leave the parts turned against each other by about {max(turned):.1f}°: "
-            "spread them wider"
+            tr(
+                "The rotation between the components is uncertain by about {angle:.1f}°. Place the "
+                "markers farther apart.",
+                angle=max(turned),
+            )
         )
     return said
 

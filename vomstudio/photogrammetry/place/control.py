@@ -1,4 +1,4 @@
-"""The model placed by ground control points, and judged by check points."""
+"""Registration of the model by ground control points, and its accuracy by check points."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vomstudio.photogrammetry.align.mapping import mean_error
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.ground_adjustment import KnownPoint
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict, adjust_to_ground
-from vomstudio.photogrammetry.place.mark_observations import NOWHERE, Sighting, sightings
+from vomstudio.photogrammetry.place.mark_observations import NO_MARKS, PointMarks, marks_by_point
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
 from vomstudio.progress import Progress
 from vomstudio.registration.similarity import (
@@ -28,7 +28,7 @@ from vomstudio.registration.similarity import (
     rotation_covariance,
 )
 from vomstudio.survey.check_results import named
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
@@ -58,6 +58,7 @@ class PointFit:
 
     @property
     def error_m(self) -> float | None:
+        """Length of the residual."""
         return None if self.residual_m is None else math.dist(self.residual_m, (0.0, 0.0, 0.0))
 
 
@@ -88,7 +89,7 @@ class ControlReport:
     warnings: tuple[str, ...]
 
 
-def by_control(
+def place_by_control_files(
     scene: SparseScene,
     control: Path,
     marks: Path | None,
@@ -105,7 +106,10 @@ def by_control(
     points = read_control(control)
     if marks is None:
         raise UsageError(
-            tr("control points need a table of their marks in the photos: label, photo, x, y"),
+            tr(
+                "Control points need a table of their marks in the photos. Name one with the "
+                "columns label, photo, x and y."
+            ),
             field="--marks",
         )
     return place_by_control(
@@ -134,29 +138,33 @@ def place_by_control(
     Raises GeometryError where fewer than three points, or points in one line, are marked in two or
     more placed photos.
     """
-    ground, unknown = _ground(scene, control, marks)
-    judgement = ground.judged(scene)
-    fit = judgement.fit
+    ground, unknown = _marked_points(scene, control, marks)
+    control_fit = ground.fitted(scene)
+    fit = control_fit.fit
     placed = moved(scene, fit, ground.origin, crs)
     adjusted, decisions = False, []
     told: tuple[LensVerdict, ...] = ()
     if adjust:
-        better, lenses = ground.adjusted(placed, judgement.used, threads, progress)
+        better, lenses = ground.adjusted(placed, control_fit.used, threads, progress)
         # A wrong lens makes good points contradict each other: judged again without it.
-        again = ground.judged(better)
-        if again.used != judgement.used:
+        again = ground.fitted(better)
+        if again.used != control_fit.used:
             better, lenses = ground.adjusted(placed, again.used, threads, progress)
-            again = ground.judged(better)
+            again = ground.fitted(better)
         # Control points that no bundle of rays can meet bend the model: the tie points tell.
         adjusted = mean_error(better) <= 1.2 * mean_error(placed) + 0.1
         if adjusted:
-            placed, judgement = better, again
+            placed, control_fit = better, again
             told, decisions = lenses, [lens.reason for lens in lenses]
             if ground.ties:
                 decisions.append(
-                    f"{len(ground.ties)} markers without coordinates took part in the adjustment"
+                    tr_n(
+                        "{count} marker without coordinates was used as a tie point.",
+                        "{count} markers without coordinates were used as tie points.",
+                        len(ground.ties),
+                    )
                 )
-    used, sigma = judgement.used, judgement.sigma
+    used, sigma = control_fit.used, control_fit.sigma
     covariance = rotation_covariance(ground.local[used], max(sigma, 1e-9))
     turn = np.degrees(np.sqrt(np.diag(covariance)))
     points = tuple(
@@ -182,7 +190,7 @@ def place_by_control(
 
 
 @dataclass(frozen=True, eq=False)
-class _Judged:
+class _ControlFit:
     """used : rows of the control points that agree; sigma : of one coordinate of these"""
 
     fit: Similarity
@@ -191,8 +199,8 @@ class _Judged:
 
 
 @dataclass(frozen=True, eq=False)
-class _Ground:
-    """What is known of the ground.
+class _MarkedPoints:
+    """Control points and tie points that are marked, prepared for the registration.
 
     control, seen : the points, and where they are marked
     local : (n, 3) their places less `origin`
@@ -204,23 +212,26 @@ class _Ground:
     """
 
     control: Sequence[ControlPoint]
-    seen: list[Sighting]
+    seen: list[PointMarks]
     local: Array
     origin: tuple[int, int, int]
     fitting: list[int]
-    ties: list[Sighting]
+    ties: list[PointMarks]
     surveyed: float
     pixel: float
     floor: float
 
-    def judged(self, scene: SparseScene) -> _Judged:
+    def fitted(self, scene: SparseScene) -> _ControlFit:
+        """The similarity from the scene to the control points, robustly."""
         places = np.array([self.seen[i].place(scene) for i in self.fitting])
         wanted = self.local[list(self.fitting)]
         fit, good = fit_robustly(places, wanted, floor=self.floor)
         misses = (fit(places) - wanted)[good]
         freedom = 3 * int(good.sum()) - 7
         sigma = max(math.sqrt(float((misses**2).sum()) / freedom), self.surveyed)
-        return _Judged(fit, [i for i, keep in zip(self.fitting, good, strict=True) if keep], sigma)
+        return _ControlFit(
+            fit, [i for i, keep in zip(self.fitting, good, strict=True) if keep], sigma
+        )
 
     def adjusted(
         self, placed: SparseScene, used: Sequence[int], threads: int, progress: Progress | None
@@ -240,9 +251,9 @@ class _Ground:
         return adjust_to_ground(placed, known, threads=threads, progress=progress)
 
 
-def _ground(
+def _marked_points(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
-) -> tuple[_Ground, list[str]]:
+) -> tuple[_MarkedPoints, list[str]]:
     """What there is to place the scene by, and sentences about marks that are of no use. Raises
     GeometryError where it cannot place it."""
     seen, ties, unknown = _observations(scene, control, marks)
@@ -250,15 +261,13 @@ def _ground(
     usable = [i for i, o in enumerate(seen) if np.isfinite(o.place(scene)).all()]
     fitting = [i for i in usable if not control[i].check]
     if len(fitting) < 3:
-        raise GeometryError(
-            tr(
-                "{value} of the {sum} control points can be found in the model; at least 3, "
-                "each marked in two or more placed photos, are needed{value_2}",
-                value=len(fitting) or "none",
-                sum=sum(not p.check for p in control),
-                value_2=unknown and "; " + unknown[0],
-            )
+        text = tr(
+            "Only {count} of the {total} control points can be located in the model. At least 3 "
+            "are needed, each marked in two or more photos with a pose.",
+            count=len(fitting),
+            total=sum(not p.check for p in control),
         )
+        raise GeometryError(" ".join([text, *unknown[:1]]))
     origin = integer_origin(world[fitting])
     local = world - origin
     places = np.array([seen[i].place(scene) for i in fitting])
@@ -268,27 +277,35 @@ def _ground(
     first = fit_similarity(places, local[fitting])
     pixel = scene.pixel_at(places) * first.scale
     floor = 3 * math.hypot(surveyed, 2 * pixel)
-    ground = _Ground(control, seen, local, origin, fitting, ties, surveyed, pixel, floor)
+    ground = _MarkedPoints(control, seen, local, origin, fitting, ties, surveyed, pixel, floor)
     return ground, unknown
 
 
 def _observations(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
-) -> tuple[list[Sighting], list[Sighting], list[str]]:
+) -> tuple[list[PointMarks], list[PointMarks], list[str]]:
     """(of each point; of markers without coordinates that tie photos together; sentences about
     marks that are of no use)."""
-    found, missing = sightings(scene, marks)
-    seen = [found.pop(point.label, NOWHERE) for point in control]
+    found, missing = marks_by_point(scene, marks)
+    seen = [found.pop(point.label, NO_MARKS) for point in control]
     labels = {point.label for point in control}
     ties = {label: s for label, s in found.items() if np.isfinite(s.place(scene)).all()}
     useless = {mark.label for mark in marks} - labels - set(ties)
     said = []
     if missing:
-        said.append(f"marks in {named(sorted(missing))} are not used: no such photo is placed")
+        said.append(
+            tr(
+                "Marks in these photos are not used, since there is no pose for them: {photos}.",
+                photos=named(sorted(missing)),
+            )
+        )
     if useless:
         said.append(
-            f"marks of {named(sorted(useless))} are not used: no such point in the table, and a "
-            "tie marker needs two placed photos"
+            tr(
+                "Marks of these points are not used: {points}. They are not in the table of "
+                "control points, and a tie point must be marked in two photos with a pose.",
+                points=named(sorted(useless)),
+            )
         )
     return seen, list(ties.values()), said
 
@@ -298,8 +315,8 @@ def require_width(local: Array) -> None:
     if nearly_on_a_line(local):
         raise GeometryError(
             tr(
-                "the control points lie on one line, about which the model could turn; add "
-                "one beside it"
+                "The control points lie on one line, about which the model can rotate. Add a "
+                "control point beside this line."
             )
         )
 
@@ -308,7 +325,7 @@ def _fit_of(
     scene: SparseScene,
     point: ControlPoint,
     local: Array,
-    seen: Sighting,
+    seen: PointMarks,
     used: bool,
 ) -> PointFit:
     place = seen.place(scene)
@@ -339,21 +356,40 @@ def _warnings(report: ControlReport, adjust: bool) -> Iterator[str]:
     unseen = [p.label for p in report.points if p.role == "unseen"]
     few = [p.label for p in used if p.photos < WANTED_PHOTOS]
     if out:
-        yield f"control points that contradict the others were left out: {', '.join(out)}"
+        yield tr(
+            "Control points that contradict the others were left out: {points}.",
+            points=", ".join(out),
+        )
     if unseen:
-        yield f"points marked in fewer than two placed photos tell nothing: {', '.join(unseen)}"
+        yield tr(
+            "Points that are marked in fewer than two photos with a pose were not used: {points}.",
+            points=", ".join(unseen),
+        )
     if len(used) < WANTED_POINTS:
-        yield "3 control points leave nothing over to find a mistake with; use 4 or more"
+        yield tr(
+            "With {count} control points there is no redundancy: a blunder cannot be detected. Use "
+            "at least {wanted}.",
+            count=len(used),
+            wanted=WANTED_POINTS,
+        )
     if few:
-        yield f"marked in fewer than {WANTED_PHOTOS} photos: {', '.join(few)}"
+        yield tr(
+            "These points are marked in fewer than {count} photos: {points}.",
+            count=WANTED_PHOTOS,
+            points=", ".join(few),
+        )
     if not any(p.role == "check" for p in report.points):
-        yield "no check points judge the model independently of the points that placed it"
+        yield tr("There are no check points, so the registration is not verified independently.")
     if max(report.tilt_error_deg, report.rotation_error_deg[2]) > _WARN_DEG:
-        yield (
-            "the control points leave the model turned by about "
-            f"{report.rotation_error_deg[2]:.1f}° and tilted by about "
-            f"{report.tilt_error_deg:.1f}°: dips and dip directions can be wrong by as much; "
-            "spread the points wider"
+        yield tr(
+            "The control points determine the model's azimuth only to about {azimuth:.1f}° and its "
+            "tilt to about {tilt:.1f}°. Dip directions and dips can be wrong by as much. Place the "
+            "points farther apart.",
+            azimuth=report.rotation_error_deg[2],
+            tilt=report.tilt_error_deg,
         )
     if adjust and not report.adjusted:
-        yield "the photos contradict the control points; the model was placed without bending it"
+        yield tr(
+            "The photos contradict the control points. The model was registered by a similarity "
+            "and not adjusted to them."
+        )

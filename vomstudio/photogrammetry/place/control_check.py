@@ -1,4 +1,4 @@
-"""What control points and their marks can do for a set of photos, before anything is computed."""
+"""Check of control points and their marks before a reconstruction: whether they can register it."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.photogrammetry.align.matching import PhotoLike
 from vomstudio.photogrammetry.place.control import WANTED_PHOTOS, WANTED_POINTS, require_width
 from vomstudio.survey.check_results import named
+from vomstudio.words import tr, tr_n
 
 LEAST_POINTS, LEAST_PHOTOS = 3, 2
 _FAR_M = 5000.0
@@ -31,6 +32,7 @@ class PointCheck:
 
     @property
     def usable(self) -> bool:
+        """Whether it is marked in enough photos to be located."""
         return self.photos >= LEAST_PHOTOS
 
     @property
@@ -41,7 +43,7 @@ class PointCheck:
 
 @dataclass(frozen=True)
 class ControlCheck:
-    """problem : why the points cannot place a model, else None; warnings : sentences.
+    """problem : a sentence why the points cannot register a model, else None; warnings : sentences.
     crs : "EPSG:n", as asked for, stated or guessed; None for a local frame
     crs_reason : where it is from
     """
@@ -57,13 +59,28 @@ class ControlCheck:
 
     @property
     def summary(self) -> str:
+        """How many points can be used, as a sentence."""
         control, check = len(self._used("control")), len(self._used("check"))
+        points = tr(
+            "{control}, {check}",
+            control=tr_n("{count} control point", "{count} control points", control),
+            check=tr_n("{count} check point", "{count} check points", check),
+        )
         seen = [point.photos for point in self.points if point.usable]
-        span = " to ".join(str(n) for n in sorted({min(seen), max(seen)})) if seen else ""
-        each = f", each in {span} photos" if seen else ""
-        return (
-            f"{control} control point{'s' * (control != 1)} and {check} check "
-            f"point{'s' * (check != 1)} can be used{each}"
+        if not seen:
+            return tr("Usable: {points}.", points=points)
+        if min(seen) == max(seen):
+            return tr_n(
+                "Usable: {points}, each in {count} photo.",
+                "Usable: {points}, each in {count} photos.",
+                min(seen),
+                points=points,
+            )
+        return tr(
+            "Usable: {points}, each in {least} to {most} photos.",
+            points=points,
+            least=min(seen),
+            most=max(seen),
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -82,10 +99,14 @@ def check_control(
     marks: Sequence[Mark],
     photos: Sequence[PhotoLike],
     crs: str | None = None,
-    crs_reason: str = "as chosen",
+    crs_reason: str | None = None,
 ) -> ControlCheck:
-    """crs : of the points, where it is known; else the UTM zone of the photos' GPS is proposed
-    where the points are near it."""
+    """Whether these points can register a model of these photos.
+
+    crs : of the points, where it is known; else the UTM zone of the photos' GPS is proposed where
+        the points are near it
+    crs_reason : where `crs` is from; None for chosen by the user
+    """
     find = photo_finder([photo.name for photo in photos])
     seen: dict[str, set[int]] = {point.label: set() for point in control}
     no_photo: dict[str, None] = {}
@@ -99,7 +120,7 @@ def check_control(
     points = tuple(
         PointCheck(p.label, "check" if p.check else "control", len(seen[p.label])) for p in control
     )
-    code, reason, strange = _crs(control, photos, crs, crs_reason)
+    code, reason, strange = _crs(control, photos, crs, crs_reason or tr("as chosen"))
     return ControlCheck(
         points,
         code,
@@ -121,16 +142,26 @@ def _problem(
         if facts.usable and facts.use == "control"
     ]
     if len(places) < LEAST_POINTS:
-        why = ""
-        if no_photo:
-            why = f"; marks name photos that are not in the folder: {named(sorted(no_photo))}"
-        elif no_point:
-            why = f"; marks name points that the control does not have: {named(sorted(no_point))}"
-        return (
-            f"{LEAST_POINTS} control points, each marked in {LEAST_PHOTOS} or more of the photos, "
-            f"are needed, and there {'is' if len(places) == 1 else 'are'} "
-            f"{len(places) or 'none'}{why}"
+        said = tr_n(
+            "There is {count} usable control point. {least} are needed, each marked in {photos} or "
+            "more of the photos.",
+            "There are {count} usable control points. {least} are needed, each marked in {photos} "
+            "or more of the photos.",
+            len(places),
+            least=LEAST_POINTS,
+            photos=LEAST_PHOTOS,
         )
+        if no_photo:
+            said += " " + tr(
+                "Marks name photos that are not in the folder: {photos}.",
+                photos=named(sorted(no_photo)),
+            )
+        elif no_point:
+            said += " " + tr(
+                "Marks name points that are not among the control points: {points}.",
+                points=named(no_point),
+            )
+        return said
     try:
         local = np.array(places, np.float64)
         require_width(local - local.mean(axis=0))
@@ -146,21 +177,44 @@ def _warnings(
     unseen = [p.label for p in points if not p.usable]
     few = [p.label for p in used if p.photos < WANTED_PHOTOS]
     if LEAST_POINTS <= len(used) < WANTED_POINTS:
-        yield f"{len(used)} control points leave nothing over to find a mistake with"
+        yield tr(
+            "With {count} control points there is no redundancy: a blunder cannot be detected. Use "
+            "at least {wanted}.",
+            count=len(used),
+            wanted=WANTED_POINTS,
+        )
     if not any(p.usable and p.use == "check" for p in points):
-        yield "no check points judge the model independently"
+        yield tr("There are no check points, so the registration is not verified independently.")
     if unseen:
-        yield f"marked in fewer than {LEAST_PHOTOS} photos, so of no use: {named(sorted(unseen))}"
+        yield tr(
+            "These points are marked in fewer than {count} photos and are not used: {points}.",
+            count=LEAST_PHOTOS,
+            points=named(sorted(unseen)),
+        )
     if few:
-        yield f"marked in fewer than {WANTED_PHOTOS} photos: {named(sorted(few))}"
+        yield tr(
+            "These points are marked in fewer than {count} photos: {points}.",
+            count=WANTED_PHOTOS,
+            points=named(sorted(few)),
+        )
     ties = sorted(label for label, rows in others.items() if len(rows) >= LEAST_PHOTOS)
     useless = sorted(set(others) - set(ties))
     if ties:
-        yield f"marked without coordinates, so they tie photos together only: {named(ties)}"
+        yield tr(
+            "These points have no coordinates and are used as tie points only: {points}.",
+            points=named(ties),
+        )
     if useless:
-        yield f"marked without coordinates, and in one photo only, so of no use: {named(useless)}"
+        yield tr(
+            "These points have no coordinates and are marked in one photo only, so they are not "
+            "used: {points}.",
+            points=named(useless),
+        )
     if no_photo:
-        yield f"marks in {named(sorted(no_photo))} are not used: no such photo in the folder"
+        yield tr(
+            "Marks in these photos are not used, since they are not in the folder: {photos}.",
+            photos=named(sorted(no_photo)),
+        )
 
 
 def _crs(
@@ -174,7 +228,7 @@ def _crs(
 
     placed = [photo for photo in photos if has_position(photo)]
     if not placed or not control:
-        return crs, reason if crs else "none is stated: a local frame in metres", []
+        return crs, reason if crs else tr("none is stated: a local frame in metres"), []
     guess = crs or crs_of(placed, None)
     try:
         cameras = np.median(world_positions(placed, guess), axis=0)
@@ -184,15 +238,24 @@ def _crs(
     away = math.dist(cameras[:2], middle[:2])
     if crs is None:
         if away > _FAR_M:
-            return None, "none is stated: a local frame in metres", []
-        return guess, f"proposed: in it the points lie {away:.0f} m from the photos' GPS", []
+            return None, tr("none is stated: a local frame in metres"), []
+        reason = tr(
+            "proposed: the points are {distance:.0f} m from the photos' GPS positions in it",
+            distance=away,
+        )
+        return guess, reason, []
     if away > _FAR_M:
         return (
             crs,
             reason,
             [
-                f"in {crs} the control points lie {away / 1000:,.0f} km from the photos' GPS: is "
-                "it the right one, and are x and y east and north?"
+                tr(
+                    "In {crs} the control points are {distance:,.0f} km from the photos' GPS "
+                    "positions. Check that it is the right CRS, and that x and y are east and "
+                    "north.",
+                    crs=crs,
+                    distance=away / 1000,
+                )
             ],
         )
     return crs, reason, []

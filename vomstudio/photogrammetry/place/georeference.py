@@ -1,4 +1,4 @@
-"""Where on Earth the model is, by the cameras' GPS."""
+"""Registration of the model by the GPS positions of its cameras."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vomstudio.registration.similarity import (
     nearly_on_a_line,
     rotation_covariance,
 )
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.progress import Progress
@@ -72,7 +72,7 @@ class GpsReport:
     warnings: tuple[str, ...]
 
 
-def by_gps(
+def place_by_gps(
     scene: SparseScene,
     photos: Sequence[PhotoLike],
     crs: str | None = None,
@@ -87,22 +87,7 @@ def by_gps(
     Raises GeometryError where the positions cannot place it, with the reason; UsageError or
     InputError for a CRS that cannot be used.
     """
-    by_name = {photo.name: photo for photo in photos}
-    rows, placed = [], []
-    for row, view in enumerate(scene.views):
-        photo = by_name.get(view.name)
-        if photo is not None and has_position(photo):
-            rows.append(row)
-            placed.append(photo)
-    if len(placed) < 3:
-        raise GeometryError(
-            tr(
-                "{value} of the {count} placed photos state where they were taken (latitude, "
-                "longitude and altitude); at least 3 are needed",
-                value=len(placed) or "none",
-                count=len(scene.views),
-            )
-        )
+    rows, placed = _photos_with_position(scene, photos)
     crs = crs_of(placed, crs)
     world = world_positions(placed, crs)
     spread = world - world.mean(axis=0)
@@ -110,13 +95,14 @@ def by_gps(
     if float(np.linalg.norm(spread[:, :2], axis=1).max()) < _SAME_SPOT_M:
         raise GeometryError(
             tr(
-                "the GPS positions of all {count} photos are the same spot; they place nothing",
+                "The GPS positions of all {count} photos are identical. They cannot register the "
+                "model.",
                 count=len(placed),
             )
         )
     centres = scene.centres[rows]
     stated = _stated_accuracy(placed)
-    _require_width(centres, spread)
+    _check_not_on_a_line(centres, spread)
     origin = integer_origin(world)
     local = world - origin
     # A receiver that states nothing is one that wanders: nothing within its reach is called wrong.
@@ -148,12 +134,36 @@ def by_gps(
         crs,
         _heights(placed),
         entered.adjusted,
-        (entered.said, *(lens.reason for lens in entered.lenses)),
+        (entered.reason, *(lens.reason for lens in entered.lenses)),
         entered.lenses,
         (),
     )
     report = replace(report, warnings=tuple(_warnings(report, scene, placed)))
     return better, report
+
+
+def _photos_with_position(
+    scene: SparseScene, photos: Sequence[PhotoLike]
+) -> tuple[list[int], list[PhotoLike]]:
+    """Rows of the views that have a GPS position, and their photos. Raises GeometryError for fewer
+    than three."""
+    by_name = {photo.name: photo for photo in photos}
+    rows, placed = [], []
+    for row, view in enumerate(scene.views):
+        photo = by_name.get(view.name)
+        if photo is not None and has_position(photo):
+            rows.append(row)
+            placed.append(photo)
+    if len(placed) < 3:
+        raise GeometryError(
+            tr(
+                "Only {count} of the {total} photos with a pose have a GPS position (latitude, "
+                "longitude and altitude). At least 3 are needed.",
+                count=len(placed),
+                total=len(scene.views),
+            )
+        )
+    return rows, placed
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +179,8 @@ class _Quality:
 def _quality(
     centres: Array, local: Array, used: npt.NDArray[np.bool_], stated: float | None
 ) -> _Quality:
-    """What placed cameras are worth. Raises GeometryError where that is nothing."""
+    """Accuracy of a registration by cameras (n, 3) at GPS positions (n, 3). Raises GeometryError
+    where they do not determine it."""
     residuals = centres - local
     freedom = 3 * int(used.sum()) - 7
     sigma = math.sqrt(float((residuals[used] ** 2).sum()) / freedom)
@@ -179,10 +190,10 @@ def _quality(
     if sigma > 0.5 * baseline:
         raise GeometryError(
             tr(
-                "the GPS positions err by {sigma:.1f} m, as much as the cameras are apart "
-                "({baseline:.1f} m about their middle); use control points",
+                "The accuracy of the GPS positions ({sigma:.1f} m) is no better than the spread of "
+                "the cameras ({spread:.1f} m about their mean). Use control points.",
                 sigma=sigma,
-                baseline=baseline,
+                spread=baseline,
             )
         )
     covariance = rotation_covariance(local[used], sigma)
@@ -190,11 +201,11 @@ def _quality(
     if worst > _WORST_DEG:
         raise GeometryError(
             tr(
-                "with positions good to {sigma:.1f} m the model could still turn by "
-                "{worst:.0f}° about the line along which the photos were taken; use control "
-                "points",
+                "With positions accurate to {sigma:.1f} m the model can still rotate by "
+                "{angle:.0f}° about the line along which the photos were taken. Use control "
+                "points.",
                 sigma=sigma,
-                worst=worst,
+                angle=worst,
             )
         )
     scale_error = float(sigma / math.sqrt(float((inside**2).sum())))
@@ -208,7 +219,7 @@ def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
     if crs is not None:
         code, unit = parse_crs(crs)
         if unit != 1.0:
-            raise UsageError(tr("is not in metres; choose one that is"), field="CRS")
+            raise UsageError(tr("This CRS is not in metres. Choose one that is."), field="CRS")
         return code
     longitude = float(np.median([p.longitude_deg for p in photos]))
     latitude = float(np.median([p.latitude_deg for p in photos]))
@@ -225,7 +236,11 @@ def world_positions(photos: Sequence[PhotoLike], crs: str) -> Array:
         place = to_grid(float(photo.longitude_deg or 0), float(photo.latitude_deg or 0))
         if place is None:
             raise GeometryError(
-                tr("{photo} was taken outside of the area of {crs}", photo=photo.name, crs=crs)
+                tr(
+                    "{photo} was taken outside the area of {crs}. Choose another CRS.",
+                    photo=photo.name,
+                    crs=crs,
+                )
             )
         rows.append((*place, float(photo.altitude_m or 0)))
     return np.array(rows, np.float64)
@@ -248,13 +263,13 @@ def _each_sigma(photos: Sequence[PhotoLike], usual: float) -> Array:
     return np.array([(p.gps_accuracy_m or 0) / _RADIUS or usual for p in photos])
 
 
-def _require_width(centres: Array, spread: Array) -> None:
+def _check_not_on_a_line(centres: Array, spread: Array) -> None:
     """Raises GeometryError where the cameras stand on one line, in the scene or by GPS."""
     if nearly_on_a_line(centres) or nearly_on_a_line(spread):
         raise GeometryError(
             tr(
-                "the photos were taken along one straight line, about which the model could "
-                "turn; use control points"
+                "The photos were taken along one straight line, about which the model can rotate. "
+                "Use control points."
             )
         )
 
@@ -266,18 +281,29 @@ def _heights(photos: Sequence[PhotoLike]) -> str:
 
 def _warnings(report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]) -> Any:
     if report.tilt_error_deg > _WARN_DEG or report.rotation_error_deg[2] > _WARN_DEG:
-        yield (
-            f"camera GPS good to {report.sigma_m:.1f} m leaves the model turned by about "
-            f"{report.rotation_error_deg[2]:.1f}° about the vertical and tilted by about "
-            f"{report.tilt_error_deg:.1f}°: dips and dip directions can be wrong by as much; use "
-            "control points"
+        yield tr(
+            "Camera GPS accurate to {sigma:.1f} m determines the model's azimuth only to about "
+            "{azimuth:.1f}° and its tilt to about {tilt:.1f}°. Dip directions and dips can be "
+            "wrong by as much. Use control points.",
+            sigma=report.sigma_m,
+            azimuth=report.rotation_error_deg[2],
+            tilt=report.tilt_error_deg,
         )
     left = [n for n, u in zip(report.names, report.used, strict=True) if not u]
     if left:
-        shown = ", ".join(left[:5]) + (" ..." if len(left) > 5 else "")
-        yield f"the GPS positions of {len(left)} photos contradict the others: {shown}"
+        yield tr_n(
+            "The GPS position of {count} photo contradicts the others and was left out: {photos}.",
+            "The GPS positions of {count} photos contradict the others and were left out: "
+            "{photos}.",
+            len(left),
+            photos=", ".join(left[:5]) + (" ..." if len(left) > 5 else ""),
+        )
     references = {p.altitude_reference for p in photos if p.altitude_reference}
     if len(references) > 1:
-        yield "some photos state heights above sea level, others above the ellipsoid"
+        yield tr("Some photos state heights above sea level, others above the ellipsoid.")
     if len(report.names) < len(scene.views):
-        yield f"{len(scene.views) - len(report.names)} placed photos state no position"
+        yield tr_n(
+            "{count} photo with a pose has no GPS position.",
+            "{count} photos with a pose have no GPS position.",
+            len(scene.views) - len(report.names),
+        )

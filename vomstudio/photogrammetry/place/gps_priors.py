@@ -1,5 +1,5 @@
-"""Positions of cameras as observations in the adjustment, where they are good enough to tell the
-photos something about the shape of the block.
+"""Camera positions as observations in the bundle adjustment, where they are accurate enough to
+improve the shape of the block.
 
 Receivers that err by metres place and scale a model, but photos know its shape far better; the
 positions of real-time kinematic receivers, or of many photos, tell bowing and focal length. The
@@ -19,13 +19,14 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.ground_adjustment import KnownCentre, adjust_tied
+from vomstudio.photogrammetry.place.ground_adjustment import KnownCentre, bundle_adjust
 from vomstudio.photogrammetry.place.ground_calibration import (
     LensVerdict,
     adjust_to_ground,
     ground_misfit,
 )
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -39,14 +40,14 @@ _BELIEVED = 3.0
 
 
 @dataclass(frozen=True, eq=False)
-class PositionsUsed:
-    """adjusted : whether the positions entered the adjustment; said : why or why not, in words
+class GpsAdjustment:
+    """adjusted : whether the positions entered the adjustment; reason : a sentence why or why not
     sigma_m : error of a horizontal coordinate, as it was used, of the middle one
     lenses : what became of the focal lengths
     """
 
     adjusted: bool
-    said: str
+    reason: str
     sigma_m: float
     lenses: tuple[LensVerdict, ...] = ()
 
@@ -59,7 +60,7 @@ def adjust_to_positions(
     *,
     threads: int = -1,
     progress: Progress | None = None,
-) -> tuple[SparseScene, PositionsUsed]:
+) -> tuple[SparseScene, GpsAdjustment]:
     """The scene, placed by the positions already, adjusted with them where that is of use.
 
     rows : of the views; positions : (n, 3) in the frame of the scene; sigmas_m : (n,) errors
@@ -69,15 +70,15 @@ def adjust_to_positions(
     sigmas = np.maximum(sigmas_m, _LEAST_SIGMA_M)
     for _ in range(2):
         middle = float(np.median(sigmas))
-        if refusal := _of_no_use(scene, sigmas):
-            return scene, PositionsUsed(False, refusal, middle)
+        if refusal := _refusal(scene, sigmas):
+            return scene, GpsAdjustment(False, refusal, middle)
         # A bent block misses good positions by more than they err: first it is only drawn to them.
         misses = np.linalg.norm(scene.centres[list(rows)] - positions, axis=1)
         wide = float(np.median(misses))
         start = scene
         if wide > _BELIEVED * middle:
             loose = _centres(rows, positions, np.maximum(sigmas, wide))
-            start = adjust_tied(scene, (), loose, threads=threads, progress=progress)
+            start = bundle_adjust(scene, (), loose, threads=threads, progress=progress)
         centres = _centres(rows, positions, sigmas)
         bent, lenses = adjust_to_ground(start, (), centres, threads=threads, progress=progress)
         misfit = ground_misfit(bent, (), centres)
@@ -86,30 +87,42 @@ def adjust_to_positions(
         sigmas = sigmas * misfit
     before, after = (float(np.nanmean(s.errors_px)) for s in (scene, bent))
     if after > 1.1 * before + 0.02:
-        said = (
-            f"positions good to {middle:.2g} m did not enter the adjustment: with them tie points "
-            f"would miss by {after:.2f} px instead of {before:.2f}"
+        reason = tr(
+            "GPS positions (accuracy {accuracy:.2g} m) were not used in the bundle adjustment: "
+            "with them, the mean reprojection error would be {after:.2f} px instead of "
+            "{before:.2f} px.",
+            accuracy=middle,
+            after=after,
+            before=before,
         )
-        return scene, PositionsUsed(False, said, middle)
-    said = f"positions good to {middle:.2g} m entered the adjustment of cameras and tie points"
-    return bent, PositionsUsed(True, said, middle, lenses)
+        return scene, GpsAdjustment(False, reason, middle)
+    reason = tr(
+        "GPS positions (accuracy {accuracy:.2g} m) were used in the bundle adjustment.",
+        accuracy=middle,
+    )
+    return bent, GpsAdjustment(True, reason, middle, lenses)
 
 
-def _of_no_use(scene: SparseScene, sigmas: Array) -> str:
-    """Why the positions are, or nothing."""
+def _refusal(scene: SparseScene, sigmas: Array) -> str:
+    """A sentence why positions with these errors (n,) cannot improve the adjustment, or ""."""
     if len(sigmas) < FEWEST_POSITIONS:
-        return (
-            f"{len(sigmas)} positions did not enter the adjustment ({FEWEST_POSITIONS} wanted): "
-            "they leave nothing over to find a mistake with"
+        return tr(
+            "{count} GPS positions were not used in the bundle adjustment: without redundancy a "
+            "blunder cannot be detected ({least} are needed).",
+            count=len(sigmas),
+            least=FEWEST_POSITIONS,
         )
     together = 1 / math.sqrt(float((sigmas**-2.0).sum()))
     pixels = together / scene.pixel_at(scene.points)
     if pixels <= USEFUL_PIXELS:
         return ""
-    return (
-        f"positions good to {np.median(sigmas):.2g} m did not enter the adjustment: taken together "
-        f"they err by {pixels:.0f} pixels on the ground ({USEFUL_PIXELS:.0f} wanted), and the "
-        "photos know their shape better"
+    return tr(
+        "GPS positions (accuracy {accuracy:.2g} m) were not used in the bundle adjustment: "
+        "together they have an error of {pixels:.0f} pixels on the ground (at most {limit:.0f} "
+        "are useful).",
+        accuracy=float(np.median(sigmas)),
+        pixels=pixels,
+        limit=USEFUL_PIXELS,
     )
 
 

@@ -1,4 +1,4 @@
-"""Adjusting a placed scene together with what is known of the ground: control points and GPS."""
+"""Bundle adjustment of a registered scene with control points, marks and GPS positions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.photogrammetry.align.adjustment import adjuster_of, covariances_of, given
+from vomstudio.photogrammetry.align.adjustment import adjuster_of, covariances_of, owned_by_colmap
 from vomstudio.photogrammetry.align.mapping import intrinsics_of, point_errors, residuals
 from vomstudio.photogrammetry.align.priors import FEWEST_FOR_DISTORTION, Freedom, correlated_factor
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
@@ -55,7 +55,7 @@ class KnownCentre:
     sigma: Array
 
 
-def adjust_tied(
+def bundle_adjust(
     scene: SparseScene,
     points: Sequence[KnownPoint],
     centres: Sequence[KnownCentre] = (),
@@ -91,8 +91,8 @@ def focal_sigmas(
     threads: int = -1,
 ) -> dict[Intrinsics, float]:
     """Relative errors, one sigma, of the focal lengths of the lenses in `free` where they are
-    estimated from the tie points and from what is known of the ground; infinite where nothing
-    tells."""
+    estimated from the tie points, control points and GPS positions; infinite where these do not
+    determine them."""
     noise = noise_px(scene)
     problem = _Problem(scene, points, centres, free, noise, threads)
     found = covariances_of(problem.reconstruction, problem.adjuster, problem.freedoms)
@@ -158,19 +158,19 @@ class _Problem:
                 camera = self.reconstruction.camera(image.camera_id)
                 ray = costs.ReprojErrorCost(camera.model, mark, pixel)
                 pose = image.frame.rig_from_world.params
-                add(given(ray), None, [place, pose, camera.params])
+                add(owned_by_colmap(ray), None, [place, pose, camera.params])
             if point.position is not None:
                 prior = pyceres.factors.NormalPrior(
                     point.position, np.eye(3) * (point.sigma / noise) ** 2
                 )
-                add(given(prior), None, [place])
+                add(owned_by_colmap(prior), None, [place])
         for centre in centres:
             frame = self.reconstruction.image(centre.view + 1).frame
             covariance = np.diag((centre.sigma / noise) ** 2)
             near = costs.AbsolutePosePositionPriorCost(covariance, centre.position)
             loss = pyceres.CauchyLoss(_WRONG_SIGMAS * noise)
             # Residuals are in units of sigma / noise.
-            add(given(near), given(loss), [frame.rig_from_world.params])
+            add(owned_by_colmap(near), owned_by_colmap(loss), [frame.rig_from_world.params])
 
 
 def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:

@@ -1,4 +1,4 @@
-"""A placed scene adjusted to what is known of the ground, its lenses held or freed by a rule.
+"""A registered scene adjusted to ground control, its focal lengths held or estimated by a rule.
 
 Control points, and positions of cameras that are good to centimetres, can tell a longer lens from
 rock farther away where the photos alone cannot. How well they do so is what they add to the
@@ -24,10 +24,11 @@ from vomstudio.photogrammetry.place.ground_adjustment import (
     MARK_PX,
     KnownCentre,
     KnownPoint,
-    adjust_tied,
+    bundle_adjust,
     focal_sigmas,
 )
 from vomstudio.progress import Progress
+from vomstudio.words import tr_n
 
 LARGEST_SIGMA = 0.015
 # Estimates made before the lens is right miss what they become by no more.
@@ -36,12 +37,12 @@ _WORTH_A_TRIAL = 3.0
 
 @dataclass(frozen=True)
 class LensVerdict:
-    """Whether the ground decides a focal length.
+    """Whether ground control determines a focal length.
 
     photos : names
     before_px, focal_px : the focal length before and after
     sigma_px : of the latter, 0 where held
-    reason : in words with numbers
+    reason : a sentence with numbers
     """
 
     photos: tuple[str, ...]
@@ -60,19 +61,19 @@ def adjust_to_ground(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
-    """The scene adjusted (see `tied.adjust_tied`), and what became of each lens. Raises
+    """The scene adjusted (see `bundle_adjust`), and what became of each lens. Raises
     Cancelled."""
-    held = adjust_tied(scene, points, centres, threads=threads, progress=progress)
+    held = bundle_adjust(scene, points, centres, threads=threads, progress=progress)
     order = list(dict.fromkeys(view.intrinsics for view in held.views))
-    alone, _ = _told(held, points, centres, order, threads)
+    alone, _ = _sigmas_by_ground(held, points, centres, order, threads)
     free = [lens for lens in order if alone[lens] <= _WORTH_A_TRIAL * LARGEST_SIGMA]
     result, sigma = held, dict.fromkeys(order, 0.0)
     while free:
-        trial = adjust_tied(held, points, centres, free=free, threads=threads, progress=progress)
-        became = _became(held, trial)
+        trial = bundle_adjust(held, points, centres, free=free, threads=threads, progress=progress)
+        became = _adjusted_lenses(held, trial)
         now = [became[lens] for lens in free]
         excess = ground_misfit(trial, points, centres)
-        told, both = _told(trial, points, centres, now, threads)
+        told, both = _sigmas_by_ground(trial, points, centres, now, threads)
         alone |= {lens: told[became[lens]] * excess for lens in free}
         good = [lens for lens in free if alone[lens] <= LARGEST_SIGMA]
         if good == free:
@@ -80,7 +81,7 @@ def adjust_to_ground(
             result = trial
             break
         free = good
-    became = _became(held, result)
+    became = _adjusted_lenses(held, result)
     return result, tuple(
         _verdict(held, lens, became[lens], alone[lens], sigma[lens], lens in free) for lens in order
     )
@@ -113,15 +114,15 @@ def ground_misfit(
     return max(1.0, math.sqrt(float(np.median(known)) / 0.455))
 
 
-def _told(
+def _sigmas_by_ground(
     scene: SparseScene,
     points: Sequence[KnownPoint],
     centres: Sequence[KnownCentre],
     lenses: Sequence[Intrinsics],
     threads: int,
 ) -> tuple[dict[Intrinsics, float], dict[Intrinsics, float]]:
-    """How well the ground alone tells each focal length, relative, infinite for not at all; and
-    how well ground and photos together do, in the units of `focal_sigmas`."""
+    """Relative sigma of each focal length by ground control alone, infinite where undetermined; and
+    by ground control and tie points together, as `focal_sigmas` gives it."""
     both = focal_sigmas(scene, points, centres, free=lenses, threads=threads)
     ties = focal_sigmas(scene, (), (), free=lenses, threads=threads)
     told = {}
@@ -131,7 +132,7 @@ def _told(
     return told, both
 
 
-def _became(before: SparseScene, after: SparseScene) -> dict[Intrinsics, Intrinsics]:
+def _adjusted_lenses(before: SparseScene, after: SparseScene) -> dict[Intrinsics, Intrinsics]:
     return {
         old.intrinsics: new.intrinsics for old, new in zip(before.views, after.views, strict=True)
     }
@@ -147,18 +148,40 @@ def _verdict(
 ) -> LensVerdict:
     photos = tuple(view.name for view in scene.views if view.intrinsics == lens)
     before, focal = lens.focal[0], became.focal[0]
-    count = f"{len(photos)} photo" + ("s" if len(photos) > 1 else "")
-    least = f"{100 * LARGEST_SIGMA:.1f} % wanted"
+    values = {
+        "focal": focal,
+        "required": 100 * LARGEST_SIGMA,
+        "ground": 100 * alone,
+        "sigma": sigma * focal,
+        "change": 100 * (focal / before - 1),
+    }
     if freed:
-        reason = (
-            f"focal length of {count} estimated with what is known of the ground, which alone "
-            f"tells it to {100 * alone:.2f} % ({least}): {focal:.0f} ± {sigma * focal:.0f} px, "
-            f"{100 * (focal / before - 1):+.1f} % against before"
+        reason = tr_n(
+            "Focal length of {count} photo: {focal:.0f} ± {sigma:.0f} px ({change:+.1f} %), "
+            "estimated with ground control, which alone constrains it to {ground:.2f} % "
+            "({required:.1f} % required).",
+            "Focal length of {count} photos: {focal:.0f} ± {sigma:.0f} px ({change:+.1f} %), "
+            "estimated with ground control, which alone constrains it to {ground:.2f} % "
+            "({required:.1f} % required).",
+            len(photos),
+            **values,
+        )
+    elif alone < 1:
+        reason = tr_n(
+            "Focal length of {count} photo: held at {focal:.0f} px. Ground control constrains it "
+            "only to {ground:.2f} % ({required:.1f} % required).",
+            "Focal length of {count} photos: held at {focal:.0f} px. Ground control constrains it "
+            "only to {ground:.2f} % ({required:.1f} % required).",
+            len(photos),
+            **values,
         )
     else:
-        tells = f"to {100 * alone:.2f} % only" if alone < 1 else "hardly at all"
-        reason = (
-            f"focal length of {count} held at {focal:.0f} px: what is known of the ground tells it "
-            f"{tells} ({least})"
+        reason = tr_n(
+            "Focal length of {count} photo: held at {focal:.0f} px. Ground control does not "
+            "constrain it ({required:.1f} % required).",
+            "Focal length of {count} photos: held at {focal:.0f} px. Ground control does not "
+            "constrain it ({required:.1f} % required).",
+            len(photos),
+            **values,
         )
     return LensVerdict(photos, freed, before, focal, sigma * focal if freed else 0.0, reason)

@@ -1,4 +1,4 @@
-"""The stage in which parts of an alignment are joined by what was marked by hand."""
+"""The stage in which disconnected components of an alignment are joined by markers."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from vomstudio.photogrammetry.align import mapping
 from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.base.checkpoints import Stage
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.component_joining import JoinReport, Junction, join_parts
+from vomstudio.photogrammetry.place.component_joining import JoinReport, Junction, join_components
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 
 def join_alignment(
@@ -34,9 +35,9 @@ def join_alignment(
         return alignment, None, ()
     work = stage()
     if not work.done:
-        progress.stage("Joining parts")
+        progress.stage(tr("Joining components"))
         points = () if control is None else read_control(control)
-        parts, report = join_parts(
+        parts, report = join_components(
             alignment.parts, read_marks(marks), points, threads=threads or -1, progress=progress
         )
         for number, part in enumerate(parts):
@@ -60,19 +61,25 @@ def _with_parts(alignment: Alignment, parts: tuple[SparseScene, ...]) -> Alignme
 
 def _said(report: JoinReport) -> Iterator[str]:
     for junction in report.joined:
-        yield _of(junction)
+        yield _joined(junction)
         yield from junction.warnings
-    for text in report.apart:
-        yield text[0].upper() + text[1:]
+    yield from report.not_joined
 
 
-def _of(junction: Junction) -> str:
+def _joined(junction: Junction) -> str:
     one, other = junction.photos
-    text = f"Parts of {one} and {other} photos were joined by "
     if junction.rotation_error_deg is None or junction.rms_px is None:
-        return text + "the control points of each"
-    count = sum(marker.used for marker in junction.markers)
-    return text + (
-        f"{count} markers, whose places in both differ by {junction.rms_px:.1f} px (root mean "
-        f"square); one may be turned against the other by {max(junction.rotation_error_deg):.2f}°"
+        return tr(
+            "Components of {one} and {other} photos were joined by their control points.",
+            one=one,
+            other=other,
+        )
+    return tr(
+        "Components of {one} and {other} photos were joined by {count} markers with a residual of "
+        "{rms:.1f} px (rms). The rotation between them is uncertain by {angle:.2f}°.",
+        one=one,
+        other=other,
+        count=sum(marker.used for marker in junction.markers),
+        rms=junction.rms_px,
+        angle=max(junction.rotation_error_deg),
     )

@@ -1,4 +1,4 @@
-"""A frame for photos that know neither where they were taken nor how large anything is."""
+"""A local frame for photos without position and scale."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where marked points are seen: marks of a table joined to the photos of a scene by their names."""
+"""Image marks of each point, matched to the photos of a scene by name."""
 
 from __future__ import annotations
 
@@ -17,21 +17,23 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Sighting:
+class PointMarks:
     """views : (k,) rows of the views in which a point is marked; pixels : (k, 2)"""
 
     views: npt.NDArray[np.int64]
     pixels: Array
 
     def place(self, scene: SparseScene) -> Array:
-        """(3,) in the frame of the scene; NaN where the rays do not say."""
+        """(3,) in the frame of the scene; NaN where its rays do not determine it."""
         return triangulate([scene.views[row] for row in self.views], self.pixels)
 
 
-NOWHERE = Sighting(np.zeros(0, np.int64), np.zeros((0, 2)))
+NO_MARKS = PointMarks(np.zeros(0, np.int64), np.zeros((0, 2)))
 
 
-def sightings(scene: SparseScene, marks: Sequence[Mark]) -> tuple[dict[str, Sighting], set[str]]:
+def marks_by_point(
+    scene: SparseScene, marks: Sequence[Mark]
+) -> tuple[dict[str, PointMarks], set[str]]:
     """(by label, in the order of the marks; names of photos that are marked and not placed).
 
     Photos are found as `io.photo_names.photo_finder` does.
@@ -48,6 +50,6 @@ def sightings(scene: SparseScene, marks: Sequence[Mark]) -> tuple[dict[str, Sigh
         views.append(row)
         pixels.append((mark.x, mark.y))
     return {
-        label: Sighting(np.array(views, np.int64), np.array(pixels, np.float64).reshape(-1, 2))
+        label: PointMarks(np.array(views, np.int64), np.array(pixels, np.float64).reshape(-1, 2))
         for label, (views, pixels) in found.items()
     }, missing

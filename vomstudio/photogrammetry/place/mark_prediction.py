@@ -1,5 +1,5 @@
-"""Points that are marked in photos by hand: control, check and tie points; where the cameras say
-that they are in the other photos, how well the marks fit, and what is still missing."""
+"""Control, check and tie points marked in photos: their predicted places in the other photos, their
+residuals, and what is still missing for a registration."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.photogrammetry.place.ground_adjustment import triangulate
 from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 Pixel = tuple[float, float]
@@ -50,9 +50,11 @@ class Marking:
         return tuple(dict.fromkeys([*named, *others]))
 
     def point(self, label: str) -> ControlPoint | None:
+        """The point with coordinates of this label, if there is one."""
         return next((p for p in self.control if p.label == label), None)
 
     def role(self, label: str) -> str:
+        """CONTROL, CHECK or TIE."""
         point = self.point(label)
         return TIE if point is None else CHECK if point.check else CONTROL
 
@@ -65,6 +67,7 @@ class Marking:
         return {m.label: (m.x, m.y) for m in self.marks if m.photo == photo}
 
     def free_label(self, prefix: str = "tie") -> str:
+        """The first of prefix1, prefix2 ... that is not in use."""
         number = 1
         while f"{prefix}{number}" in self.labels:
             number += 1
@@ -83,11 +86,13 @@ class Marking:
         return replace(self, marks=tuple(marks), begun=_without(self.begun, label))
 
     def unmarked(self, label: str, photo: str) -> Marking:
+        """Without the mark of a point in a photo; the point stays."""
         kept = tuple(m for m in self.marks if (m.label, m.photo) != (label, photo))
         begun = self.begun if label in self.begun else (*self.begun, label)
         return replace(self, marks=kept, begun=begun)
 
     def begun_with(self, label: str) -> Marking:
+        """With a new label that has neither coordinates nor marks yet."""
         return self if label in self.labels else replace(self, begun=(*self.begun, label))
 
     def placed(self, point: ControlPoint) -> Marking:
@@ -104,6 +109,7 @@ class Marking:
         return replace(self, control=kept, begun=begun)
 
     def removed(self, label: str) -> Marking:
+        """Without a point and its marks."""
         return Marking(
             tuple(p for p in self.control if p.label != label),
             tuple(m for m in self.marks if m.label != label),
@@ -116,9 +122,7 @@ class Marking:
             return self
         check_label(new)
         if new in self.labels:
-            raise GeometryError(
-                tr("another point is called {new} already; choose another label", new=new)
-            )
+            raise GeometryError(tr("The label {label} is in use. Choose another label.", label=new))
         return Marking(
             tuple(replace(p, label=new) if p.label == old else p for p in self.control),
             tuple(replace(m, label=new) if m.label == old else m for m in self.marks),
@@ -141,7 +145,9 @@ class Marking:
 def check_label(label: str) -> None:
     """Raises GeometryError for what a table cannot hold as a label."""
     if not label or label != label.strip() or not label.isprintable():
-        raise GeometryError(tr("a label is one or more letters or digits"))
+        raise GeometryError(
+            tr("A label must have one or more printable characters, without spaces around them.")
+        )
 
 
 def _without(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
@@ -150,8 +156,8 @@ def _without(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
 
 # --- with cameras ---------------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
-class Sight:
-    """A point as the cameras see it.
+class MarkPrediction:
+    """Where the cameras predict a point in the photos, and residuals of its marks.
 
     expected : where it must be in photos that do not have a mark of it, and show that place
     residuals_px : distance of each mark from where all marks of its part of the photos put it;
@@ -185,7 +191,7 @@ def _misses(views: dict[str, View], marks: dict[str, Pixel], place: Array) -> di
     return {name: math.dist(views[name].project(place)[0], at) for name, at in marks.items()}
 
 
-NOTHING = Sight({}, {}, {})
+NO_PREDICTION = MarkPrediction({}, {}, {})
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,6 +211,7 @@ class PlacedPhotos:
         return cls(tuple(found))
 
     def part_of(self, photo: str) -> int | None:
+        """Number of the component that a photo is in; None without a pose."""
         for number, views in enumerate(self._views):
             if photo in views:
                 return number
@@ -214,7 +221,8 @@ class PlacedPhotos:
     def _views(self) -> tuple[dict[str, View], ...]:
         return tuple({view.name: view for view in part.views} for part in self.parts)
 
-    def sight(self, marking: Marking, label: str) -> Sight:
+    def predict(self, marking: Marking, label: str) -> MarkPrediction:
+        """Places and residuals of a point in all photos with a pose."""
         marks = marking.of(label)
         expected: dict[str, Pixel] = {}
         residuals: dict[str, float] = {}
@@ -244,9 +252,9 @@ class PlacedPhotos:
                 sizes[name] = float(view.depths(place)[0] / np.mean(view.intrinsics.focal))
                 if name not in marks:
                     expected[name] = (float(at[0]), float(at[1]))
-        return Sight(expected, residuals, sizes, suspect)
+        return MarkPrediction(expected, residuals, sizes, suspect)
 
-    def course(self, marking: Marking, label: str, photo: str) -> Array:
+    def epipolar_line(self, marking: Marking, label: str, photo: str) -> Array:
         """(k, 2) pixels of a photo along which a point must lie that is marked in one other photo
         of its part; none where two marks tell more."""
         number = self.part_of(photo)
@@ -342,40 +350,65 @@ def ready(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
 
 
 def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[str]:
-    """What a registration by control points, and a join of the parts, still need; in sentences."""
+    """What a registration by control points, and a join of components, still need: sentences."""
     said = []
     allowed = None if placed is None else {v.name for v in placed.parts[0].views}
     control = [p.label for p in marking.control if not p.check]
     good = ready(marking, allowed)
-    where = "photos" if placed is None else "photos that are placed"
     if control and len(good) < FEWEST_POINTS:
+        said.append(
+            tr(
+                "{points} control points are needed, each marked in {photos} photos.",
+                points=FEWEST_POINTS,
+                photos=FEWEST_PHOTOS,
+            )
+            if placed is None
+            else tr(
+                "{points} control points are needed, each marked in {photos} photos with a pose.",
+                points=FEWEST_POINTS,
+                photos=FEWEST_PHOTOS,
+            )
+        )
         lacking = [
-            f"{label} has {_marks(len(_counted(marking, label, allowed)))}"
+            _marks(label, len(_counted(marking, label, allowed)))
             for label in control
             if label not in good
         ]
+        if lacking:
+            said[-1] += " " + tr("Too few marks: {points}.", points=_some(lacking))
         more = FEWEST_POINTS - len(control)
         if more > 0:
-            lacking.append(f"{more} more {'is' if more == 1 else 'are'} to be added")
-        said.append(
-            f"{FEWEST_POINTS} control points, each marked in {FEWEST_PHOTOS} {where}, are needed; "
-            + _some(lacking)
-        )
+            said[-1] += " " + tr_n(
+                "Add {count} more control point.", "Add {count} more control points.", more
+            )
     elif control and _on_a_line(marking, good):
-        said.append("The control points lie on one line; mark one beside it")
+        said.append(tr("The control points lie on one line. Mark one beside it."))
     unseen = [
-        f"{p.label} has {_marks(count)}"
+        _marks(p.label, count)
         for p in marking.control
         if p.check and (count := len(_counted(marking, p.label, allowed))) < FEWEST_PHOTOS
     ]
     if unseen:
-        said.append(f"Check points tell nothing before {FEWEST_PHOTOS} marks; " + _some(unseen))
-    for number, part in enumerate(() if placed is None else placed.parts[1:], start=2):
-        assert allowed is not None
+        said.append(
+            tr(
+                "Check points need at least {count} marks. Too few marks: {points}.",
+                count=FEWEST_PHOTOS,
+                points=_some(unseen),
+            )
+        )
+    if placed is not None and allowed is not None:
+        said += _missing_joins(marking, placed, allowed)
+    return said
+
+
+def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> list[str]:
+    """Sentences on what joining the other components still needs; model : photos of the first."""
+    said = []
+    for number, part in enumerate(placed.parts[1:], start=2):
         other = {view.name for view in part.views}
         counts = {
             label: (
-                len(_counted(marking, label, allowed)),
+                len(_counted(marking, label, model)),
                 len(_counted(marking, label, other)),
             )
             for label in marking.labels
@@ -383,15 +416,30 @@ def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[str]:
         joined = [label for label, both in counts.items() if min(both) >= FEWEST_PHOTOS]
         if len(joined) < FEWEST_POINTS:
             begun = [
-                f"{label} has {_marks(a)} in the model and {b or 'none'} in part {number}"
+                tr(
+                    "{point} ({first} in the model, {second} in component {number})",
+                    point=label,
+                    first=a,
+                    second=b,
+                    number=number,
+                )
                 for label, (a, b) in counts.items()
                 if label not in joined and b
             ]
             said.append(
-                f"Part {number} ({len(other)} photos) is not joined to the model: "
-                f"{FEWEST_POINTS} points, each marked in {FEWEST_PHOTOS} photos of both, would "
-                "join it" + ("; " + _some(begun) if begun else "")
+                tr_n(
+                    "Component {number} ({count} photo) is not joined to the model. {points} "
+                    "points are needed, each marked in {photos} photos of both.",
+                    "Component {number} ({count} photos) is not joined to the model. {points} "
+                    "points are needed, each marked in {photos} photos of both.",
+                    len(other),
+                    number=number,
+                    points=FEWEST_POINTS,
+                    photos=FEWEST_PHOTOS,
+                )
             )
+            if begun:
+                said[-1] += " " + tr("Too few marks: {points}.", points=_some(begun))
     return said
 
 
@@ -404,9 +452,14 @@ def _on_a_line(marking: Marking, labels: Sequence[str]) -> bool:
     return nearly_on_a_line(points)
 
 
-def _marks(count: int) -> str:
-    return "no marks" if not count else "1 mark" if count == 1 else f"{count} marks"
+def _marks(label: str, count: int) -> str:
+    """A point and how many marks it has."""
+    return tr_n("{point} ({count} mark)", "{point} ({count} marks)", count, point=label)
 
 
 def _some(parts: Sequence[str]) -> str:
-    return ", ".join(parts[:4]) + (f" and {len(parts) - 4} more" if len(parts) > 4 else "")
+    """Up to four, and how many more."""
+    shown = ", ".join(parts[:4])
+    if len(parts) <= 4:
+        return shown
+    return tr("{names} and {count} more", names=shown, count=len(parts) - 4)

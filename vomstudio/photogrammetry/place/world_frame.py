@@ -1,4 +1,4 @@
-"""The scene in World: metres, less a whole origin near it."""
+"""The scene in World: in metres, relative to an integer origin near it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where each triangle lies on the pages of a texture.
+"""Texture atlas: charts of the surface, and their places on the pages.
 
 Rock faces are made of few facets seen from a few sides, so that parallel projections along some
 directions serve: faces take the direction that suits them and their neighbours, connected ones make
@@ -60,12 +60,13 @@ class AtlasOptions:
     def __post_init__(self) -> None:
         if not 64 <= self.page <= 16384 or self.page % _CELL:
             raise UsageError(
-                tr("must be 64 to 16384, a multiple of {CELL}.", CELL=_CELL), field="page"
+                tr("The page size must be 64 to 16384, a multiple of {step}.", step=_CELL),
+                field="page",
             )
         if not 1 <= self.gutter <= 32:
-            raise UsageError(tr("must be 1 to 32 texels."), field="gutter")
+            raise UsageError(tr("The gutter must be 1 to 32 texels."), field="gutter")
         if self.most_pages < 1:
-            raise UsageError(tr("must be at least 1."), field="most_pages")
+            raise UsageError(tr("The number of pages must be at least 1."), field="most_pages")
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,10 +104,10 @@ def make_atlas(
     """
     options, progress = options or AtlasOptions(), progress or Silent()
     if not len(faces):
-        raise GeometryError(tr("the mesh has no faces to be textured."))
+        raise GeometryError(tr("The mesh has no triangles to be textured."))
     if not (texel > 0 and math.isfinite(texel)):
-        raise GeometryError(tr("a texel needs a size."), field="texel")
-    progress.stage("Dividing the surface into charts")
+        raise GeometryError(tr("The size of a texel must be a positive number."), field="texel")
+    progress.stage(tr("Making charts"))
     cross = cross_products(vertices, faces)
     area = float(np.linalg.norm(cross, axis=1).sum() / 2)
     wanted = texel
@@ -114,14 +115,16 @@ def make_atlas(
     texel = max(texel, math.sqrt(area / room))
     flat, chart = _flatten(vertices, faces, cross, texel, options, progress)
     for _ in range(20):
-        progress.stage("Packing charts")
+        progress.stage(tr("Packing charts"))
         packed = _pack(flat / texel, chart, options, progress)
         if packed is not None:
             break
         texel *= 1.1
         flat, chart = _flatten(vertices, faces, cross, texel, options, progress)
     else:
-        raise GeometryError(tr("the charts of this surface fit on no page; simplify it first."))
+        raise GeometryError(
+            tr("The charts of this surface do not fit on a page. Decimate it first.")
+        )
     corners, page, sizes = packed
     drawn = np.abs(_doubled_areas(corners)).sum() / 2
     facts = {
@@ -172,7 +175,7 @@ def _flatten(
     exact = np.divide(cross, length[:, None], out=np.zeros_like(cross), where=length[:, None] > 0)
     across = neighbours(faces)
     labels = _labels(cross, exact, across)
-    piece = _pieces(faces, labels)
+    piece = _connected_pieces(faces, labels)
     flat = np.zeros((len(faces), 3, 2))
     chart = np.full(len(faces), -1, np.int32)
     left = np.arange(len(faces))
@@ -205,7 +208,9 @@ def _flatten(
             among[left] = True
             piece = components(faces, among)
     if len(left):
-        raise GeometryError(tr("the surface has faces that no chart can hold; simplify it first."))
+        raise GeometryError(
+            tr("The surface has triangles that do not fit into a chart. Decimate it first.")
+        )
     return flat, chart
 
 
@@ -262,7 +267,7 @@ def _directions(normals: Array, weights: Array) -> Array:
     return np.ascontiguousarray(chosen)
 
 
-def _pieces(faces: Faces, labels: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+def _connected_pieces(faces: Faces, labels: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """(m,) connected faces of one label."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -302,7 +307,7 @@ def _project(
     flatness = exact[rows] @ normal
     seen = np.linalg.norm(cross[rows], axis=1)
     cosine = float((seen * flatness).sum() / seen.sum()) if seen.sum() > 0 else 1.0
-    angle = _turn(drawn.reshape(-1, 2))
+    angle = _smallest_box_angle(drawn.reshape(-1, 2))
     c, s = math.cos(angle), math.sin(angle)
     stretch = 1 / math.sqrt(min(max(cosine, 0.5), 1.0))
     flat[rows] = drawn @ np.array([[c, s], [-s, c]]) * stretch
@@ -310,7 +315,7 @@ def _project(
     return poor if len(rows) > 1 else np.zeros(1, bool)
 
 
-def _turn(points: Array) -> float:
+def _smallest_box_angle(points: Array) -> float:
     """Angle by which points are turned to fit the smallest box."""
     some = points[:: max(1, len(points) // 3000)]
     angles = np.radians(np.arange(0, 90, 5.0))
@@ -336,7 +341,7 @@ def _cut(
             return [rows]
     if len(rows) == 1:
         raise GeometryError(
-            tr("a single triangle is larger than a page; choose larger pages or texels."),
+            tr("A single triangle is larger than a page. Choose larger pages or texels."),
             field="page",
         )
     middle = flat[rows].mean(axis=1) - low
@@ -387,7 +392,7 @@ def _pack(
         filled[k] = cells.sum()
     side = _page_side(shapes, int(filled.sum()), options) // _CELL
     while True:
-        packed = _lay_out(shapes, filled, side, options, progress)
+        packed = _place_charts(shapes, filled, side, options, progress)
         # One page a little larger is better than a second one for what is left.
         if side == options.page // _CELL or (packed is not None and len(packed[0]) == 1):
             break
@@ -403,7 +408,7 @@ def _pack(
     return corners, place[chart, 0].astype(np.int32), np.array(sizes, np.int64)
 
 
-def _lay_out(
+def _place_charts(
     shapes: list[npt.NDArray[np.bool_]],
     filled: npt.NDArray[np.int64],
     side: int,

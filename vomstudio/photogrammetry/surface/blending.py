@@ -1,4 +1,4 @@
-"""From what each photo sees to one colouring of a mesh: exposures, odd views, seams.
+"""Blending of all photos to one colouring of a mesh: exposure, occluders, seams.
 
 Two bands (Burt and Adelson 1983), parted on the mesh and not in the photos, where a blur would mix
 the rock with what stands before it. The low band is averaged over all photos that agree; the high
@@ -16,8 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.photogrammetry.surface.topology import Array, Faces, edge_keys, neighbours
-from vomstudio.photogrammetry.surface.visibility import Look
+from vomstudio.photogrammetry.surface.visibility import PhotoVisibility
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 Ints = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float32]
@@ -30,8 +31,8 @@ _SHARP = 0.88
 _SAMPLE = 40_000
 _FEWEST_IN_COMMON = 40
 # Values of 0..255 by which photos may differ before one is thought to show something else.
-_LEAST_ODD = 20.0
-_RINGS_ABOUT_ODD = 3
+_LEAST_DIFFERENCE = 20.0
+_RINGS_ABOUT_OCCLUDER = 3
 _LOW_BAND_TEXELS = 40.0
 _MOST_ROUNDS = 80
 
@@ -46,7 +47,8 @@ class Blend:
         corners weights (e, 3) and offsets (e, 3, 3), RGB to be added once the gain is applied
     colors : (n, 3) of the vertices, 0..255; known : (n,) whether from photos
     gains : (k, 3) RGB factors; sharpness : (k,) relative to the median photo
-    odd : (k,) vertices at which each photo was left out, since the others agree on something else
+    occluded : (k,) vertices at which each photo was left out, since the others agree on something
+        else
     """
 
     views: Ints
@@ -59,7 +61,7 @@ class Blend:
     known: npt.NDArray[np.bool_]
     gains: Array
     sharpness: Array
-    odd: npt.NDArray[np.int64]
+    occluded: npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,43 +100,47 @@ class _Rows:
 
 
 def blend(
-    vertices: Array, faces: Faces, looks: Sequence[Look], texel: float, progress: Progress
+    vertices: Array,
+    faces: Faces,
+    visible: Sequence[PhotoVisibility],
+    texel: float,
+    progress: Progress,
 ) -> Blend:
     """Decide what each photo contributes. texel : edge of a texel in the unit of the vertices."""
     from vomstudio.photogrammetry.surface._texture_kernels import choose_views, smooth_quality
 
-    count, m, n = len(looks), len(faces), len(vertices)
+    count, m, n = len(visible), len(faces), len(vertices)
     at_vertices, order = _Rows.of(
-        np.concatenate([look.vertices for look in looks]).astype(np.int32),
-        _numbered([look.vertices for look in looks]),
+        np.concatenate([photo.vertices for photo in visible]).astype(np.int32),
+        _numbered([photo.vertices for photo in visible]),
         n,
         count,
     )
-    colors = np.concatenate([look.colors for look in looks])[order]
-    detail = np.concatenate([look.detail for look in looks])[order]
-    progress.stage("Balancing exposures")
+    colors = np.concatenate([photo.colors for photo in visible])[order]
+    detail = np.concatenate([photo.detail for photo in visible])[order]
+    progress.stage(tr("Balancing exposure"))
     gains = np.exp(-_balance(at_vertices, n, count, np.log(colors + 4.0), _unclipped(colors)))
     gains /= np.exp(np.log(gains).mean(axis=0))
     sharpness = np.exp(_balance(at_vertices, n, count, detail[:, None], None)[:, 0])
     sharpness /= np.median(sharpness)
     colors = np.ascontiguousarray(colors * gains[at_vertices.views], np.float32)
     links = _Links.of(faces, n)
-    progress.stage("Looking for what stands before the rock", count)
-    odd = _odd(at_vertices, colors, links, count, progress)
+    progress.stage(tr("Detecting occluders"), count)
+    occluded = _occluded(at_vertices, colors, links, count, progress)
     at_faces, order = _Rows.of(
-        np.concatenate([look.faces for look in looks]).astype(np.int32),
-        _numbered([look.faces for look in looks]),
+        np.concatenate([photo.faces for photo in visible]).astype(np.int32),
+        _numbered([photo.faces for photo in visible]),
         m,
         count,
     )
-    quality = np.concatenate([look.quality for look in looks])[order]
-    well = np.concatenate([look.well for look in looks])[order]
+    quality = np.concatenate([photo.quality for photo in visible])[order]
+    well = np.concatenate([photo.well for photo in visible])[order]
     quality = quality * np.clip(sharpness[at_faces.views] / _SHARP, 0.3, 1.0)
-    doubtful = _faces_at(odd, at_vertices, at_faces, faces, count)
+    doubtful = _faces_at(occluded, at_vertices, at_faces, faces, count)
     seen_by = np.bincount(at_faces.owner[well & ~doubtful], minlength=m).astype(np.int32)
     quality = np.where(well, quality, _POOR * quality)
     quality = np.where(doubtful, _POOR**2 * quality, quality).astype(np.float32)
-    progress.stage("Choosing a photo for each face")
+    progress.stage(tr("Choosing a photo for each triangle"))
     across = neighbours(faces)
     smooth_quality(at_faces.starts, at_faces.views, quality, across, 6, np.empty_like(quality))
     # What is smoothed must not bring back what was ruled out.
@@ -142,7 +148,7 @@ def blend(
     quality = (quality * ruled).astype(np.float32)
     views = np.full(m, -1, np.int32)
     choose_views(at_faces.starts, at_faces.views, quality, across, _JOINING, 40, views)
-    progress.stage("Averaging the low band", count)
+    progress.stage(tr("Blending low frequencies"), count)
     offsets = _offsets(
         vertices,
         faces,
@@ -151,7 +157,7 @@ def blend(
         colors,
         quality,
         well & ~doubtful,
-        odd,
+        occluded,
         links,
         texel,
         count,
@@ -169,7 +175,7 @@ def blend(
         known,
         gains,
         sharpness,
-        np.bincount(at_vertices.views[odd], minlength=count),
+        np.bincount(at_vertices.views[occluded], minlength=count),
     )
 
 
@@ -239,10 +245,11 @@ def _balance(
     return np.asarray(np.linalg.solve(normal, right), np.float64)
 
 
-def _odd(
+def _occluded(
     rows: _Rows, colors: Floats, links: _Links, count: int, progress: Progress
 ) -> npt.NDArray[np.bool_]:
-    """(e,) which entries show something else than the other photos of their vertex agree on."""
+    """(e,) which entries show an occluder: something else than the other photos of their vertex
+    agree on."""
     from vomstudio.photogrammetry.surface._texture_kernels import from_median
 
     n = len(rows.starts) - 1
@@ -255,22 +262,22 @@ def _odd(
     from_median(rows.starts, smoothed, distance, spread)
     # Photos of one place differ by misplacement and by the light: learn by how much.
     usual = float(np.median(distance[distance > 0])) if (distance > 0).any() else 0.0
-    odd = np.asarray(distance > np.maximum(max(_LEAST_ODD, 6.0 * usual), 2.5 * spread))
+    occluded = np.asarray(distance > np.maximum(max(_LEAST_DIFFERENCE, 6.0 * usual), 2.5 * spread))
     for view in range(count):
         mine = rows.of_view(view)
-        if not odd[mine].any():
+        if not occluded[mine].any():
             continue
         owner = rows.owner[mine]
         here = np.zeros((n, 1), np.float32)
-        here[owner, 0] = odd[mine]
+        here[owner, 0] = occluded[mine]
         there = np.zeros(n, bool)
         there[owner] = True
         # A single vertex is noise; a spot has an edge that is mixed with the rock.
         links.spread(owner, there, here, 1)
         here[here < 0.4] = 0
-        links.spread(owner, there, here, _RINGS_ABOUT_ODD)
-        odd[mine] = here[owner, 0] > 0.01
-    return odd
+        links.spread(owner, there, here, _RINGS_ABOUT_OCCLUDER)
+        occluded[mine] = here[owner, 0] > 0.01
+    return occluded
 
 
 def _on_view(rows: _Rows, view: int, values: Floats, links: _Links, rounds: int) -> None:
@@ -310,14 +317,14 @@ def _offsets(
     colors: Floats,
     quality: Floats,
     well: npt.NDArray[np.bool_],
-    odd: npt.NDArray[np.bool_],
+    occluded: npt.NDArray[np.bool_],
     links: _Links,
     texel: float,
     count: int,
     progress: Progress,
 ) -> Floats:
-    """(e, 3) low band of all photos less that of the entry's own; what is odd or hardly seen in a
-    photo takes what is found beside it."""
+    """(e, 3) low band of all photos less that of the entry's own; what is occluded or hardly seen
+    in a photo takes what is found beside it."""
     n = len(rows.starts) - 1
     edges = vertices[faces] - vertices[np.roll(faces, -1, axis=1)]
     edge = float(np.median(np.linalg.norm(edges[:: max(1, len(edges) // 20_000)], axis=2)))
@@ -328,7 +335,7 @@ def _offsets(
     for k in range(3):
         total += np.bincount(corner[:, k], quality, minlength=len(total)).astype(np.float32)
         sound[corner[well, k]] = True
-    sound &= ~odd
+    sound &= ~occluded
     weight = np.zeros(len(colors), np.float32)
     everywhere = np.ones(n, bool)
     for view in range(count):
@@ -341,7 +348,7 @@ def _offsets(
         ramp[owner, 0] = 1.0
         links.spread(owner, everywhere, ramp, min(rounds, 30))
         weight[mine] = total[mine] * np.maximum(ramp[owner, 0], 1e-4)
-    weight = np.maximum(weight, np.where(odd, 1e-12, 1e-9)).astype(np.float32)
+    weight = np.maximum(weight, np.where(occluded, 1e-12, 1e-9)).astype(np.float32)
     mean = np.empty((n, 3), np.float32)
     sums = np.maximum(np.bincount(rows.owner, weight, minlength=n), 1e-30)
     for c in range(3):

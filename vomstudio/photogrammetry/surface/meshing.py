@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ from vomstudio.photogrammetry.surface.topology import (
     vertex_normals,
 )
 from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 _FEWEST = 100
 _DEPTHS = (5, 12)
@@ -67,14 +67,18 @@ class SurfaceOptions:
 
     def __post_init__(self) -> None:
         if self.faces is not None and self.faces < 4:
-            raise UsageError(tr("a surface has at least 4 faces."), field="faces")
+            raise UsageError(tr("A surface must have at least 4 triangles."), field="faces")
         if self.depth is not None and not _DEPTHS[0] <= self.depth <= _DEPTHS[1]:
             raise UsageError(
-                tr("must be {DEPTHS} to {DEPTHS_2}.", DEPTHS=_DEPTHS[0], DEPTHS_2=_DEPTHS[1]),
+                tr(
+                    "The octree depth must be {least} to {most}.", least=_DEPTHS[0], most=_DEPTHS[1]
+                ),
                 field="depth",
             )
         if not self.trim > 0:
-            raise UsageError(tr("must be a positive number of spacings."), field="trim")
+            raise UsageError(
+                tr("The trim distance must be a positive number of point spacings."), field="trim"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,16 +95,6 @@ def fitting_points() -> int:
     """How many points may make a surface in the memory that is free."""
     most = memory.SHARE * memory.available_bytes() / _BYTES_PER_POINT
     return int(min(max(most, _FEWEST_THINNED), SurfaceOptions.max_points))
-
-
-def make_surface(
-    cloud: PointCloud,
-    options: SurfaceOptions | None = None,
-    progress: Progress | None = None,
-    centres: npt.ArrayLike | None = None,
-) -> Mesh:
-    """`build_surface`, the mesh alone."""
-    return build_surface(cloud, options, progress, centres).mesh
 
 
 def build_surface(
@@ -123,36 +117,39 @@ def build_surface(
     points, normals, colors, warnings = _checked(cloud, options, centres)
     shift = points.mean(axis=0)
     points = np.ascontiguousarray(points - shift)
-    progress.stage("Looking at the spacing of the points")
+    progress.stage(tr("Measuring the point spacing"))
     tree, spacing = _spacing(points)
     depth = options.depth or _depth(points, spacing, options.faces)
     # An open cell of the octree is what Poisson's method resolves; the cut must not fall below it.
     cell = 1.1 * float(np.ptp(points, axis=0).max()) / 2**depth
     facts: dict[str, Any] = {"points": len(points), "spacing_m": spacing, "depth": depth}
-    progress.stage("Poisson surface (can be stopped only after it)")
+    progress.stage(tr("Poisson surface (cannot be cancelled)"))
     vertices, faces = _poisson(points, normals, depth, options.threads)
     facts["faces_poisson"] = len(faces)
-    progress.stage("Cutting off what no points bear out")
+    progress.stage(tr("Trimming unsupported surface"))
     distance = tree.query(vertices, workers=1)[0]
     reach = options.trim * spacing
     hole = 30 * spacing if options.largest_hole_m is None else options.largest_hole_m
     keep, closed = _trim(vertices, faces, distance, reach, hole)
     if not keep.any():
         raise GeometryError(
-            tr("no surface stays near the points; are their normals right, and is the cloud dense?")
+            tr(
+                "No surface is left near the points. Check that their normals are right and that "
+                "the cloud is dense."
+            )
         )
     vertices, faces, _ = compact(vertices, faces[keep])
     facts |= {"cut_share": 1 - len(faces) / facts["faces_poisson"], "holes_closed": closed}
     if options.sharpen:
-        progress.stage("Drawing the surface to the points")
-        vertices = _pull(
+        progress.stage(tr("Refining the surface"))
+        vertices = _refine(
             vertices, faces, points, normals, tree, max(1.5 * spacing, 0.9 * cell), progress
         )
     vertices, faces, pieces = _without_islands(vertices, faces, 20)
     if options.faces is not None and len(faces) > options.faces:
-        progress.stage(f"Simplifying {len(faces):,} triangles (can be stopped only after it)")
-        vertices, faces = _simplify(vertices, faces, options.faces)
-    progress.stage("Checking the surface")
+        progress.stage(tr("Decimating {count:,} triangles (cannot be cancelled)", count=len(faces)))
+        vertices, faces = _decimate(vertices, faces, options.faces)
+    progress.stage(tr("Checking the surface"))
     vertices, faces = make_manifold(vertices, faces)
     vertices, faces, islands = _without_islands(
         vertices, faces, max(options.smallest_island_faces, int(_ISLAND_SHARE * len(faces)))
@@ -167,8 +164,12 @@ def build_surface(
     }
     if options.faces is not None and len(faces) > 1.05 * options.faces:
         warnings.append(
-            f"The surface has {len(faces):,} triangles where {options.faces:,} were wanted: fewer"
-            " would have broken it."
+            tr(
+                "The surface has {count:,} triangles instead of {wanted:,}, since further "
+                "decimation would have broken it.",
+                count=len(faces),
+                wanted=options.faces,
+            )
         )
     return Surface(mesh, facts, tuple(warnings))
 
@@ -178,25 +179,31 @@ def _checked(
 ) -> tuple[Array, npt.NDArray[np.float32], npt.NDArray[np.uint8] | None, list[str]]:
     points, normals, colors = cloud.points, cloud.normals, cloud.colors
     if not len(points):
-        raise GeometryError(tr("the cloud has no points; a surface needs a dense cloud."))
+        raise GeometryError(tr("The cloud has no points. A surface needs a dense cloud."))
     if normals is None:
         raise GeometryError(
-            tr("the cloud has no normals, and a surface needs to know which side of it is air.")
+            tr("The cloud has no normals. A surface needs them to know which side is outside.")
         )
     warnings: list[str] = []
     length = np.linalg.norm(normals, axis=1)
     sound = np.isfinite(points).all(axis=1) & np.isfinite(length) & (length > 1e-6)
     if not sound.all():
-        warnings.append(f"{int((~sound).sum()):,} points without position or normal are left out.")
+        warnings.append(
+            tr_n(
+                "{count:,} point without position or normal was left out.",
+                "{count:,} points without position or normal were left out.",
+                int((~sound).sum()),
+            )
+        )
         points, normals, length = points[sound], normals[sound], length[sound]
         colors = None if colors is None else colors[sound]
     if len(points) < _FEWEST:
         raise GeometryError(
             tr(
-                "the cloud has {count:,} points; a surface needs at least {FEWEST}, and some "
+                "The cloud has only {count:,} points. A surface needs at least {least}, and some "
                 "hundred thousand to be useful.",
                 count=len(points),
-                FEWEST=_FEWEST,
+                least=_FEWEST,
             )
         )
     normals = (normals / length[:, None]).astype(np.float32)
@@ -204,14 +211,22 @@ def _checked(
         away = np.asarray(centres, np.float64).reshape(-1, 3).mean(axis=0) - points
         if ((away * normals).sum(axis=1) > 0).mean() < 0.5:
             normals = -normals
-            warnings.append("The normals of the cloud pointed away from the cameras: turned.")
+            warnings.append(
+                tr("The normals of the cloud pointed away from the cameras and were reversed.")
+            )
     if len(points) > options.max_points:
         rows = _thinned(points, options.max_points)
-        warnings.append(f"Of {len(points):,} points, {len(rows):,} make the surface.")
+        warnings.append(
+            tr(
+                "The cloud was thinned from {total:,} to {count:,} points for the surface.",
+                total=len(points),
+                count=len(rows),
+            )
+        )
         points, normals = points[rows], normals[rows]
         colors = None if colors is None else colors[rows]
     if not np.ptp(points, axis=0).max() > 0:
-        raise GeometryError(tr("all points of the cloud are at one place."))
+        raise GeometryError(tr("All points of the cloud are at the same position."))
     return points, normals, colors, warnings
 
 
@@ -231,7 +246,7 @@ def _spacing(points: Array) -> tuple[Any, float]:
     near = near[near > 0]
     if not len(near):
         raise GeometryError(
-            tr("all points of the cloud stand twice; a surface needs distinct points.")
+            tr("Every point of the cloud has a duplicate. A surface needs distinct points.")
         )
     # Along a surface, points at random have neighbours at half the step of a regular grid.
     return tree, float(np.median(near))
@@ -332,7 +347,7 @@ def _cracks(
     return found
 
 
-def _pull(
+def _refine(
     vertices: Array,
     faces: Faces,
     points: Array,
@@ -369,7 +384,7 @@ def _pull(
     return moved
 
 
-def _simplify(vertices: Array, faces: Faces, wanted: int) -> tuple[Array, Faces]:
+def _decimate(vertices: Array, faces: Faces, wanted: int) -> tuple[Array, Faces]:
     """Quadric error metrics. Each library fails at times without a word, hence the count."""
     import open3d
 
@@ -428,14 +443,8 @@ def _colors(
 
 def _verify(vertices: Array, faces: Faces) -> None:
     if not len(faces):
-        raise GeometryError(tr("nothing is left of the surface; is the cloud dense enough?"))
+        raise GeometryError(
+            tr("Nothing is left of the surface. Check that the cloud is dense enough.")
+        )
     if not np.isfinite(vertices).all() or not is_manifold(faces):
-        raise GeometryError(tr("the surface came out broken; try another octree depth."))
-
-
-def preset(name: str) -> SurfaceOptions:
-    """Of the reconstruction's presets: preview, low, medium, high."""
-    wanted = {"preview": 50_000, "low": 100_000, "medium": 200_000, "high": 1_000_000}
-    if name not in wanted:
-        raise UsageError(tr("must be one of {wanted}.", wanted=", ".join(wanted)), field="preset")
-    return replace(SurfaceOptions(), faces=wanted[name])
+        raise GeometryError(tr("The surface is not a valid mesh. Try another octree depth."))

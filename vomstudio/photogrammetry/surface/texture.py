@@ -18,14 +18,14 @@ from vomstudio.photogrammetry.surface.blending import Blend, blend
 from vomstudio.photogrammetry.surface.texture_pages import draw_pages
 from vomstudio.photogrammetry.surface.topology import Array, Faces, cross_products
 from vomstudio.photogrammetry.surface.visibility import (
-    Look,
-    LookTask,
     Photo,
-    look,
+    PhotoVisibility,
+    VisibilityTask,
+    compute_visibility,
 )
-from vomstudio.photogrammetry.surface.visibility import memory_needed as look_memory
+from vomstudio.photogrammetry.surface.visibility import memory_needed as visibility_memory
 from vomstudio.progress import Executor, Inline, Progress, Silent
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 JPEG_QUALITY = 95
 
@@ -45,7 +45,7 @@ class TextureOptions:
     def __post_init__(self) -> None:
         for name, value in (("texel_m", self.texel_m), ("texels_per_pixel", self.texels_per_pixel)):
             if value is not None and not (value > 0 and math.isfinite(value)):
-                raise UsageError(tr("must be a positive number."), field=name)
+                raise UsageError(tr("This must be a positive number."), field=name)
 
 
 @dataclass(frozen=True)
@@ -138,9 +138,10 @@ def jpeg(page: npt.NDArray[np.uint8], quality: int = JPEG_QUALITY) -> bytes:
     if not done:
         raise GeometryError(
             tr(
-                "a page of {shape} x {shape_2} is too large for JPEG.",
-                shape=page.shape[1],
-                shape_2=page.shape[0],
+                "A texture page of {width} x {height} pixels is too large for JPEG. Choose smaller "
+                "pages.",
+                width=page.shape[1],
+                height=page.shape[0],
             )
         )
     return bytes(content)
@@ -164,24 +165,24 @@ def make_texture(
         progress or Silent(),
     )
     if not len(mesh.faces):
-        raise GeometryError(tr("the mesh has no faces to be textured."))
+        raise GeometryError(tr("The mesh has no triangles to be textured."))
     if not photos:
-        raise GeometryError(tr("a texture needs at least one photo."))
+        raise GeometryError(tr("A texture needs at least one photo."))
     shift = mesh.vertices.mean(axis=0)
     vertices = np.ascontiguousarray(mesh.vertices - shift)
     faces = np.ascontiguousarray(mesh.faces, np.int32)
     moved = [_Moved(photo, shift) for photo in photos]
-    looks = _looks(moved, vertices, faces, executor, progress)
-    if not any(len(one.faces) for one in looks):
+    visible = _visibility(moved, vertices, faces, executor, progress)
+    if not any(len(one.faces) for one in visible):
         raise GeometryError(
             tr(
-                "no photo sees this mesh; do the cameras belong to it, and do its faces look "
-                "outwards?"
+                "No photo sees this mesh. Check that the cameras belong to it and that its "
+                "triangles face outwards."
             )
         )
-    resolved = options.texel_m or _resolved(looks, len(faces)) / options.texels_per_pixel
+    resolved = options.texel_m or _resolved(visible, len(faces)) / options.texels_per_pixel
     atlas = make_atlas(vertices, faces, resolved, options.atlas, progress)
-    made = blend(vertices, faces, looks, atlas.texel, progress)
+    made = blend(vertices, faces, visible, atlas.texel, progress)
     colors = _all_colors(made, mesh)
     pages = draw_pages(
         moved, vertices, faces, atlas, made, colors, options.atlas.gutter, executor, progress
@@ -196,7 +197,7 @@ def make_texture(
         uv,
         np.clip(np.rint(colors), 0, 255).astype(np.uint8)[old],
     )
-    report = _report(vertices, faces, looks, atlas, made)
+    report = _report(vertices, faces, visible, atlas, made)
     return Textured(finished, tuple(pages), report, made.views[order])
 
 
@@ -217,23 +218,23 @@ class _Moved:
         return self._photo.mask
 
 
-def _looks(
+def _visibility(
     photos: Sequence[_Moved], vertices: Array, faces: Faces, executor: Executor, progress: Progress
-) -> list[Look]:
-    progress.stage("Looking at the surface from each photo", len(photos))
-    tasks = (LookTask(p.photo, p.mask, p.view, vertices, faces) for p in photos)
-    found: dict[int, Look] = {}
+) -> list[PhotoVisibility]:
+    progress.stage(tr("Computing visibility"), len(photos))
+    tasks = (VisibilityTask(p.photo, p.mask, p.view, vertices, faces) for p in photos)
+    found: dict[int, PhotoVisibility] = {}
     lenses = [p.view.intrinsics for p in photos]
-    needed = max(look_memory(lens.width, lens.height, len(faces)) for lens in lenses)
-    for number, one in executor.map(look, tasks, progress, needed):
+    needed = max(visibility_memory(lens.width, lens.height, len(faces)) for lens in lenses)
+    for number, one in executor.map(compute_visibility, tasks, progress, needed):
         found[number] = one
     return [found[number] for number in range(len(photos))]
 
 
-def _resolved(looks: Sequence[Look], m: int) -> float:
+def _resolved(visible: Sequence[PhotoVisibility], m: int) -> float:
     """Size of a pixel on the rock, in the photo that sees each face best: the median."""
     best = np.zeros(m, np.float32)
-    for one in looks:
+    for one in visible:
         np.maximum.at(best, one.faces, one.quality)
     return float(1 / np.median(best[best > 0]))
 
@@ -251,29 +252,50 @@ def _all_colors(made: Blend, mesh: Mesh) -> npt.NDArray[np.float32]:
 
 
 def _report(
-    vertices: Array, faces: Faces, looks: Sequence[Look], atlas: Atlas, made: Blend
+    vertices: Array, faces: Faces, visible: Sequence[PhotoVisibility], atlas: Atlas, made: Blend
 ) -> TextureReport:
     area = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
     whole = max(float(area.sum()), 1e-300)
-    names = [one.name for one in looks]
+    names = [one.name for one in visible]
     drawn = np.bincount(made.views[made.views >= 0], area[made.views >= 0], minlength=len(names))
     seen = np.bincount(made.seen_by, area)
-    out = [odd / max(len(one.vertices), 1) for odd, one in zip(made.odd, looks, strict=True)]
+    out = [
+        occluded / max(len(one.vertices), 1)
+        for occluded, one in zip(made.occluded, visible, strict=True)
+    ]
     unseen = float(area[made.views < 0].sum() / whole)
-    warnings = [f"{one.name} sees nothing of the surface." for one in looks if not len(one.faces)]
+    warnings = [
+        tr("{photo} sees nothing of the surface.", photo=one.name)
+        for one in visible
+        if not len(one.faces)
+    ]
     if atlas.texel > 1.001 * atlas.facts["wanted_texel_m"]:
         warnings.append(
-            f"Texels are {1000 * atlas.texel:.3g} mm instead of"
-            f" {1000 * atlas.facts['wanted_texel_m']:.3g} mm, for {len(atlas.sizes)} pages to"
-            " suffice."
+            tr_n(
+                "Texture pixels are {size:.3g} mm instead of {wanted:.3g} mm, to fit {count} page.",
+                "Texture pixels are {size:.3g} mm instead of {wanted:.3g} mm, to fit {count} "
+                "pages.",
+                len(atlas.sizes),
+                size=1000 * atlas.texel,
+                wanted=1000 * atlas.facts["wanted_texel_m"],
+            )
         )
     if unseen > 0.05:
-        warnings.append(f"{unseen:.0%} of the surface is in no photo, and has made-up colours.")
+        warnings.append(
+            tr(
+                "{share:.0f} % of the surface is in no photo and has interpolated colours.",
+                share=100 * unseen,
+            )
+        )
     for name, share in zip(names, out, strict=True):
         if share > 0.3:
             warnings.append(
-                f"{name} was left out over {share:.0%} of what it sees: the other photos show"
-                " something else there."
+                tr(
+                    "{photo} was left out over {share:.0f} % of what it sees, since the other "
+                    "photos show something else there.",
+                    photo=name,
+                    share=100 * share,
+                )
             )
     return TextureReport(
         atlas.texel,

@@ -14,6 +14,7 @@ from vomstudio.photogrammetry.surface.blending import Blend
 from vomstudio.photogrammetry.surface.topology import Array, Faces, compact
 from vomstudio.photogrammetry.surface.visibility import Photo, decode, project, pyramid
 from vomstudio.progress import Executor, Progress
+from vomstudio.words import tr
 
 # A photo is decoded once for each tile that it has a part in.
 _TILE = 2048
@@ -119,6 +120,7 @@ def draw_pages(
     executor: Executor,
     progress: Progress,
 ) -> list[npt.NDArray[np.uint8]]:
+    """RGB pages (h, w, 3) of the atlas; colors : (n, 3) of vertices, where no photo is drawn."""
     places = [
         (page, left, top)
         for page, (width, height) in enumerate(atlas.sizes.tolist())
@@ -127,7 +129,7 @@ def draw_pages(
     ]
     pages = [np.zeros((h, w, 3), np.uint8) for w, h in atlas.sizes.tolist()]
     filled = [np.zeros((h, w), bool) for w, h in atlas.sizes.tolist()]
-    progress.stage("Drawing the texture", len(places))
+    progress.stage(tr("Rendering the texture"), len(places))
     tasks = _Tasks(photos, vertices, faces, atlas, made, colors, gutter)
     tiles = (tasks.tile(*place) for place in places)
     for number, tile in executor.map(draw_tile, tiles, progress, _tile_memory(photos)):
@@ -135,7 +137,7 @@ def draw_pages(
         h, w = tile.filled.shape
         pages[page][top : top + h, left : left + w] = tile.rgb
         filled[page][top : top + h, left : left + w] = tile.filled
-    progress.stage("Filling between the charts", len(pages))
+    progress.stage(tr("Filling gaps between charts"), len(pages))
     for number, (page_rgb, there) in enumerate(zip(pages, filled, strict=True)):
         progress.step(number)
         fill_between(page_rgb, there)

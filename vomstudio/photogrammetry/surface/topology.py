@@ -1,4 +1,4 @@
-"""Which triangles hang together, and making a soup of them sound. Plain arrays, no library."""
+"""Topology of triangle meshes: neighbours, components, repair to a manifold. Plain arrays."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class Photo(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class LookTask:
+class VisibilityTask:
     """One photo and the whole mesh, in the photo's frame."""
 
     photo: bytes
@@ -52,7 +52,7 @@ class LookTask:
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class PhotoVisibility:
     """faces : (k,) int32 in sight. quality : (k,) float32 pixels per unit of length on the rock in
     the direction of least, less towards the border. well : (k,) whether by a margin, and not
     grazing
@@ -70,7 +70,7 @@ class Look:
 
 
 def memory_needed(width: int, height: int, faces: int) -> int:
-    """Bytes that `look` takes at most for a photo of this size and a mesh of so many faces."""
+    """Bytes that `compute_visibility` takes at most for a photo of this size and so many faces."""
     return int(width * height * 18 + faces * 170) + 20_000_000
 
 
@@ -82,26 +82,26 @@ def decode(content: bytes, view: View, *, grey: bool = False) -> Any:
     flags = cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR
     picture = cv2.imdecode(np.frombuffer(content, np.uint8), flags | cv2.IMREAD_IGNORE_ORIENTATION)
     if picture is None:
-        raise InputError(tr("this picture cannot be decoded; leave it out."), file=view.name)
+        raise InputError(tr("This picture cannot be decoded. Leave it out."), file=view.name)
     width, height = view.intrinsics.width, view.intrinsics.height
     if grey and picture.shape != (height, width):
         return cv2.resize(picture, (width, height), interpolation=cv2.INTER_NEAREST)
     if picture.shape[:2] != (height, width):
         raise InputError(
             tr(
-                "is {shape} x {shape_2} pixels where its camera has {width} x {height}; "
-                "align the photos again.",
-                shape=picture.shape[1],
-                shape_2=picture.shape[0],
-                width=width,
-                height=height,
+                "This photo has {width} x {height} pixels where its camera has {camera_width} x "
+                "{camera_height}. Align the photos again.",
+                width=picture.shape[1],
+                height=picture.shape[0],
+                camera_width=width,
+                camera_height=height,
             ),
             file=view.name,
         )
     return picture
 
 
-def look(task: LookTask) -> Look:
+def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
     """What a photo sees of the mesh. Raises InputError as `decode`."""
     view, faces = task.view, task.faces
     picture = decode(task.photo, view)
@@ -128,7 +128,7 @@ def look(task: LookTask) -> Look:
     well = (clear > 0.999) & (cosine > _WELL) & (room > 2)
     rows = np.unique(corners).astype(np.int32)
     span = _spans(pixels, corners, len(task.vertices))[rows]
-    return Look(
+    return PhotoVisibility(
         view.name,
         chosen,
         quality.astype(np.float32),
@@ -145,7 +145,7 @@ def project(view: View, vertices: Array) -> tuple[Array, Array]:
 
 
 def _seen(
-    task: LookTask, pixels: Array, depths: Array, chosen: npt.NDArray[np.int32]
+    task: VisibilityTask, pixels: Array, depths: Array, chosen: npt.NDArray[np.int32]
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     import cv2
 
@@ -200,6 +200,7 @@ def pyramid(picture: Any, levels: int) -> list[Any]:
 
 
 def on_level(pixels: Array, level: int) -> Array:
+    """Pixels (n, 2) of a picture on a level of its `pyramid`."""
     return np.ascontiguousarray((pixels - 0.5) / 2**level + 0.5)
 
 
@@ -235,7 +236,7 @@ def _detail(picture: Any, pixels: Array) -> npt.NDArray[np.float32]:
         shrunk = cv2.resize(np.abs(band), (half.shape[1], half.shape[0]), interpolation=3)
         energies.append(cv2.GaussianBlur(shrunk, (0, 0), 3))
     ratio = np.log((energies[0] + 0.05) / (energies[1] + 0.05))
-    # As bytes, for the one compiled look-up: steps of 0.02.
+    # As bytes, for the one compiled compute_visibility-up: steps of 0.02.
     steps = np.clip(np.rint(ratio * 50 + 200), 0, 255).astype(np.uint8)[..., None]
     values = np.zeros((len(pixels), 1), np.float32)
     scale = np.array([half.shape[1] / picture.shape[1], half.shape[0] / picture.shape[0]])

@@ -16,7 +16,7 @@ from vomstudio.geology.orientation import Array
 from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents, circles_shown
 from vomstudio.products.net.labels import Box, free_place
 from vomstudio.products.net.legend import Entry, legend_entries, shortened, text_width
-from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding
+from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding, layer
 from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
@@ -163,7 +163,7 @@ class Page:
         self.text_boxes.append((left, y - half, left + width, y + half))
         artist = self.axes.text(
             *self.net_of(x, y), text, ha=align, va="center_baseline", fontsize=self.font * size,
-            color=color or self.style.ink, weight=weight, zorder=9, parse_math=False,
+            color=color or self.style.ink, weight=weight, zorder=layer("words"), parse_math=False,
         )  # fmt: skip
         if halo:
             ring = patheffects.withStroke(linewidth=0.3 * self.font, foreground=self.style.net)
@@ -176,9 +176,11 @@ class Page:
         from matplotlib.patches import Circle
 
         style, ax = self.style, self.axes
-        ax.add_patch(Circle((0, 0), 1.0, facecolor=style.net, edgecolor="none", zorder=0))
+        ax.add_patch(
+            Circle((0, 0), 1.0, facecolor=style.net, edgecolor="none", zorder=layer("ground"))
+        )
         self.rim = Circle((0, 0), 1.0, facecolor="none", edgecolor=style.ink,
-                          linewidth=1.25 * style.line_pt, zorder=5)  # fmt: skip
+                          linewidth=1.25 * style.line_pt, zorder=layer("rim"))  # fmt: skip
         ax.add_patch(self.rim)
         azimuth = np.radians(np.arange(0, 360, 10))
         unit = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
@@ -188,7 +190,7 @@ class Page:
         ticks = [*np.stack([unit, unit * (1 + length)], axis=1)]
         ticks += [np.array([[-cross, 0], [cross, 0]]), np.array([[0, -cross], [0, cross]])]
         ax.add_collection(
-            LineCollection(ticks, colors=style.ink, linewidths=style.line_pt, zorder=5)
+            LineCollection(ticks, colors=style.ink, linewidths=style.line_pt, zorder=layer("ticks"))
         )
         self.text(
             self.cx, self.cy + self.radius + 0.6 * self.font + 0.62 * self.row, "N",
@@ -213,12 +215,12 @@ class Page:
             self.colors = [colormaps["Greys"](float(s)) for s in shades]
         filled = self.axes.contourf(
             x, y, values, levels=self.levels, colors=self.colors, extend="max",
-            zorder=1, antialiased=True,
+            zorder=layer("density"), antialiased=True,
         )  # fmt: skip
         filled.set_clip_path(self.rim)
         lines = self.axes.contour(
             x, y, values, levels=self.levels, colors=self.style.soft,
-            linewidths=0.6 * self.style.line_pt, zorder=4.2,
+            linewidths=0.6 * self.style.line_pt, zorder=layer("contours"),
         )  # fmt: skip
         lines.set_clip_path(self.rim)
         self._draw_bar(method)
@@ -244,7 +246,7 @@ class Page:
                 Rectangle(
                     self.net_of(left, y), thick / self.radius, tall / n / self.radius,
                     facecolor=color, edgecolor=self.style.soft,
-                    linewidth=0.5 * self.style.line_pt, zorder=5,
+                    linewidth=0.5 * self.style.line_pt, zorder=layer("legend"),
                 )
             )  # fmt: skip
             self.text(left + thick + 0.4 * self.font, y, f"{level:g}", color=self.style.ink)
@@ -272,7 +274,7 @@ class Page:
                     LineCollection(
                         list(lines), colors=style.outline(style.color(s.color)),
                         linewidths=style.line_pt,
-                        alpha=min(1.0, max(0.15, 12.0 / math.sqrt(many) / 3.0)), zorder=2,
+                        alpha=min(1.0, max(0.15, 4.0 / math.sqrt(many))), zorder=layer("circles"),
                     )
                 )  # fmt: skip
         return arcs, rows
@@ -297,15 +299,15 @@ class Page:
             own = size * SYMBOL_SIZES.get(s.marker, 1.0)
             (line,) = self.axes.plot(
                 shown[~up, 0], shown[~up, 1], linestyle="none", marker=s.marker, markersize=own,
-                markerfacecolor=face, markeredgecolor=rim, markeredgewidth=edge, zorder=4,
-                alpha=0.4 if dots else 1.0,
+                markerfacecolor=face, markeredgecolor=rim, markeredgewidth=edge,
+                alpha=0.4 if dots else 1.0, zorder=layer("poles"),
             )  # fmt: skip
             drawn.append(line)
             if up.any():
                 self.axes.plot(
                     shown[up, 0], shown[up, 1], linestyle="none", marker=s.marker,
                     markersize=own, markerfacecolor=style.net, markeredgecolor=color,
-                    markeredgewidth=1.2 * style.line_pt, zorder=4,
+                    markeredgewidth=1.2 * style.line_pt, zorder=layer("poles"),
                 )  # fmt: skip
         return drawn
 
@@ -314,19 +316,26 @@ class Page:
         circle = nets.great_circle(fold.pi_plane, net.projection)
         self.outlines.append(circle)
         self.axes.plot(
-            *circle.T, color=style.ink, linewidth=1.3 * style.line_pt, dashes=(5, 3), zorder=4.5
+            *circle.T,
+            color=style.ink,
+            linewidth=1.3 * style.line_pt,
+            linestyle="--",
+            zorder=layer("fold"),
         )
         if fold.max_confidence95_deg and fold.min_confidence95_deg and fold.confidence_axis:
             for part in nets.confidence_ellipse(
                 fold.beta.vector(), fold.confidence_axis.vector(),
                 fold.max_confidence95_deg, fold.min_confidence95_deg, net.projection,
             ):  # fmt: skip
-                self.axes.plot(*part.T, color=style.ink, linewidth=style.line_pt, zorder=4.5)
+                self.axes.plot(
+                    *part.T, color=style.ink, linewidth=style.line_pt, zorder=layer("fold")
+                )
                 self.outlines.append(part)
         x, y = nets.project(fold.beta.vector(), net.projection)[0]
         self.axes.plot(
             [x], [y], marker="*", markersize=2.4 * style.marker_pt, markerfacecolor=style.ink,
-            markeredgecolor=style.net, markeredgewidth=style.line_pt, linestyle="none", zorder=6,
+            markeredgecolor=style.net, markeredgewidth=style.line_pt, linestyle="none",
+            zorder=layer("means"),
         )  # fmt: skip
 
     def draw_means_and_labels(self) -> None:
@@ -338,7 +347,7 @@ class Page:
             self.axes.plot(
                 *at[:, None], marker=mean.marker, markersize=2.0 * style.marker_pt,
                 markerfacecolor=style.net, markeredgecolor=color,
-                markeredgewidth=2.4 * style.line_pt, linestyle="none", zorder=6,
+                markeredgewidth=2.4 * style.line_pt, linestyle="none", zorder=layer("means"),
             )  # fmt: skip
             wanted.append((at, mean.label, style.ink))
         if net.fold is not None:
@@ -391,8 +400,8 @@ class Page:
         left, right = self.net_of(x, y), self.net_of(x + 1.6 * self.font, y)
         if entry.line is not None:
             self.axes.plot(
-                [left[0], right[0]], [left[1], right[1]], color=entry.color, zorder=8,
-                linewidth=1.3 * style.line_pt, linestyle="-" if entry.line == "-" else (0, (3, 2)),
+                [left[0], right[0]], [left[1], right[1]], color=entry.color, zorder=layer("legend"),
+                linewidth=1.3 * style.line_pt, linestyle=entry.line,
             )  # fmt: skip
         if entry.marker is not None:
             big = 1.6 if entry.marker == "*" or entry.outlined else 1.1
@@ -402,7 +411,7 @@ class Page:
                 face, edge, width = style.symbol(entry.like)
                 big = 1.1 * SYMBOL_SIZES.get(entry.marker, 1.0)
             self.axes.plot(
-                [(left[0] + right[0]) / 2], [left[1]], marker=entry.marker, zorder=8,
+                [(left[0] + right[0]) / 2], [left[1]], marker=entry.marker, zorder=layer("legend"),
                 markersize=big * style.marker_pt, linestyle="none", markerfacecolor=face,
                 markeredgecolor=edge, markeredgewidth=width,
             )  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Array
 from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents
-from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding
+from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding, layer
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -45,9 +45,11 @@ def draw_emphasis(
         if s.kind == "plane" and circles:
             steps = 181 if planes <= AUTO_CIRCLES else 31
             arcs = nets.great_circles(s.azimuth_deg[rows], s.angle_deg[rows], net.projection, steps)
-            for ink, width, order in ((style.ink, 3.4, 5.5), (color, 2.0, 5.6)):
+            for ink, width, place in (
+                (style.ink, 3.4, "casings"), (color, 2.0, "chosen circles")
+            ):  # fmt: skip
                 lines = LineCollection(
-                    list(arcs), colors=ink, linewidths=width * style.line_pt, zorder=order
+                    list(arcs), colors=ink, linewidths=width * style.line_pt, zorder=layer(place)
                 )
                 made.append(ax.add_collection(lines, autolim=False))
         if net.poles:
@@ -55,9 +57,11 @@ def draw_emphasis(
                 at[rows, 0], at[rows, 1], linestyle="none", marker=s.marker,
                 markersize=size * SYMBOL_SIZES.get(s.marker, 1.0),
                 markerfacecolor=style.symbol(s)[0], markeredgecolor=style.ink,
-                markeredgewidth=ring, zorder=6.5,
+                markeredgewidth=ring, zorder=layer("chosen"),
             )  # fmt: skip
     for e in net.ellipses:
         for part in e.outline(net.projection):
-            made += ax.plot(*part.T, color=style.ink, linewidth=1.2 * style.line_pt, zorder=6.4)
+            made += ax.plot(
+                *part.T, color=style.ink, linewidth=1.2 * style.line_pt, zorder=layer("ellipses")
+            )
     return made

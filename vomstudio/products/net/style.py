@@ -14,6 +14,12 @@ from vomstudio.products.net.contents import NetSet
 SYMBOL_SIZES = {"P": 1.4, "X": 1.3, "*": 1.5, "D": 0.85, "^": 1.1, "v": 1.1, "p": 1.15}
 """Symbols of the same size do not look so: by how much each is drawn larger."""
 
+LAYERS = (
+    "ground", "density", "circles", "poles", "contours", "fold", "rim", "ticks", "casings",
+    "chosen circles", "means", "ellipses", "chosen", "legend", "words",
+)  # fmt: skip
+"""What lies over what on a net, from below."""
+
 
 @dataclass(frozen=True)
 class NetStyle:
@@ -74,6 +80,11 @@ class NetStyle:
     def outline(self, color: str) -> str:
         """A colour for thin lines: yellow would be lost on white paper."""
         return _mixed(color, self.ink) if _contrast(color, self.net) < 1.8 else color
+
+
+def layer(name: str) -> int:
+    """Matplotlib's zorder of one of LAYERS."""
+    return LAYERS.index(name)
 
 
 def _mixed(color: str, other: str, share: float = 0.5) -> str:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from vomstudio.geometry.kernels.jit import kernel, part
 
 MAX_SAMPLES = 16
@@ -37,10 +35,10 @@ def _add_bilinear(texels, at, w, h, x, y, weight, total):  # type: ignore[no-unt
 
 @kernel(
     "void(u1[::1], i8[::1], i8[:,::1], f8, f8, i8[::1], i4[::1], f8[:,::1],"
-    " f8[:,::1], i4[:,::1], f4[:,::1], f8, u1[:,::1])"
+    " f8[:,::1], i4[:,::1], f4[:,::1], f8, u1[:,::1], f8[::1])"
 )
 def sample(  # type: ignore[no-untyped-def]
-    texels, offsets, sizes, width, height, rows, face, weights, view, faces, uv, gsd, rgb
+    texels, offsets, sizes, width, height, rows, face, weights, view, faces, uv, gsd, rgb, sums
 ):
     """Colours of the pixels `rows`, averaged over the texels that each pixel covers.
 
@@ -51,8 +49,8 @@ def sample(  # type: ignore[no-untyped-def]
     texels, offsets, sizes : the pyramid, row by row, RGB; level k has sizes[k] = (w, h) texels of
     2**k by 2**k of the finest, which is width x height
     view : (n, 3) vertices, x right, y down in metres. uv : (n, 2), origin lower left
+    sums : (3,) to work with
     """
-    sums = np.zeros(3)
     levels = len(offsets)
     for at in range(len(rows)):
         k = rows[at]

@@ -43,7 +43,8 @@ class CloudSource:
         self._reach = np.maximum(local_spacing(self._view, spacing), MIN_REACH_PIXELS * g)
         self.hole_m = max(HOLE_SPACINGS * spacing, 2 * g)
         self._close = max(1, math.ceil(self.hole_m / g / 2))
-        self._halo = 2 * self._close + 2
+        # What closes a hole lies so far from it, and what keeps it open as far from that.
+        self._halo = 2 * self._close
         starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
         where = (self._view, self._reach, grid.left, grid.top, TILE * g, self._halo * g)
         bin_points(*where, grid.columns, grid.rows, starts, np.empty(0, np.int32))

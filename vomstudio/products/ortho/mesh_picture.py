@@ -128,7 +128,7 @@ class MeshSource:
                     sample(
                         pyramid.texels, pyramid.offsets, pyramid.sizes, *pyramid.size,
                         rows[mapped], face, weights, self._view, self._faces, self._uv,
-                        self._grid.gsd * footprint, rgb,
+                        self._grid.gsd * footprint, rgb, np.empty(3),
                     )  # fmt: skip
                     rows = rows[~mapped]
             if not len(rows):
@@ -149,15 +149,11 @@ class MeshSource:
     ) -> Iterator[tuple[int | None, npt.NDArray[np.int64]]]:
         """Rows of `face` that met something, by the material that is worn there."""
         pixels = np.flatnonzero(face >= 0)
-        offsets, count = self._mesh.material_offsets, len(self._mesh.materials)
-        if not count:
-            yield None, pixels
-        elif count == 1 and offsets[0] == 0 and offsets[1] == len(self._faces):
-            yield 0, pixels
-        else:
-            wears = np.searchsorted(offsets, face[pixels], side="right") - 1
-            for number in np.unique(wears).tolist():
-                yield number if 0 <= number < count else None, pixels[wears == number]
+        count = len(self._mesh.materials)
+        # Counted from 1; 0 is what comes before the first.
+        wears = np.searchsorted(self._mesh.material_offsets, face[pixels], side="right")
+        for number in np.flatnonzero(np.bincount(wears)).tolist():
+            yield number - 1 if 1 <= number <= count else None, pixels[wears == number]
 
     def _coarser(self) -> dict[Path, int]:
         """How many of the finest levels of each texture no pixel will need."""

@@ -18,7 +18,7 @@ from vomstudio.words import tr
 
 FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".pdf": "PDF"}
 
-_INK = (20, 20, 20)
+_INK = "#141414"
 _NARROWEST = 640
 _WINDS = (
     "N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE",
@@ -99,31 +99,35 @@ def draw_sheet(
     size = max(14, round(max(picture.size) / 70))
     font = ImageFont.load_default(size)
     pad, line = 2 * size, round(1.5 * size)
+    room = max(picture.width, _NARROWEST)
     left, right, up = end_labels(view)
     unknown = _unknown(view)
     text = [
         direction_in_words(view),
-        *_wrapped(view.reason, max(30, round((picture.width - pad) / (0.52 * size)))),
+        *_wrapped(view.reason, round((room - pad) / (0.52 * size))),
         *([unknown] if unknown else []),
     ]
-    width = max(picture.width, _NARROWEST, round(font.getlength(text[0]))) + 2 * pad
+    widest = max(font.getlength(words) for words in text)
+    width = max(room, math.ceil(widest)) + 2 * pad
     bottom = pad + line + picture.height
     height = bottom + pad + line * (len(text) + 2) + pad
-    sheet = Image.new("RGB", (width, height), (255, 255, 255))
+    sheet = Image.new("RGB", (width, height), "white")
     x = (width - picture.width) // 2
     sheet.paste(picture, (x, pad + line), picture)
     draw: Any = ImageDraw.Draw(sheet)
-    draw.rectangle(
-        (x - 1, pad + line - 1, x + picture.width, bottom), outline=_INK, width=max(1, size // 12)
-    )
-    draw.text((x, pad // 2), left, _INK, font)
-    draw.text((x + picture.width, pad // 2), right, _INK, font, anchor="ra")
+    frame = (x - 1, pad + line - 1, x + picture.width, bottom)
+    draw.rectangle(frame, outline=_INK, width=size // 12)
+    # Beside a narrow picture the words of its ends keep clear of the arrow and its own.
+    side = max(picture.width / 2, 3 * size + max(font.getlength(end) for end in (left, right)))
+    draw.text((x + picture.width / 2 - side, pad // 2), left, _INK, font)
+    draw.text((x + picture.width / 2 + side, pad // 2), right, _INK, font, anchor="ra")
     _arrow(draw, width // 2, pad // 2, size, up, font)
     length = bar_length(picture.width * metres_per_pixel)
     words = _metres(length) if view.metric else tr("{length:g} units", length=length)
     _bar(draw, x, bottom + pad // 2, words, length / metres_per_pixel, size, font)
+    x_words = min(x, width - pad - widest)
     for i, words in enumerate(text):
-        draw.text((x, bottom + pad // 2 + round(line * (i + 2.2))), words, _INK, font)
+        draw.text((x_words, bottom + pad // 2 + round(line * (i + 2.2))), words, _INK, font)
     options: dict[str, Any] = {"resolution": 150} if format_ == "PDF" else {}
     sheet.save(path, format_, **options)
 
@@ -131,17 +135,20 @@ def draw_sheet(
 def _arrow(draw: Any, x: int, y: int, size: int, label: str, font: Any) -> None:
     half = size // 3
     draw.polygon(((x, y), (x - half, y + size // 2), (x + half, y + size // 2)), _INK)
-    draw.line((x, y + size // 2, x, y + size + half), _INK, max(1, size // 8))
-    draw.text((x + size // 2 + 2, y), label, _INK, font)
+    draw.line((x, y + size // 2, x, y + size + half), _INK, size // 8)
+    draw.text((x + 2 * half, y), label, _INK, font)
 
 
 def _bar(draw: Any, x: int, y: int, length: str, pixels: float, size: int, font: Any) -> None:
-    """Two halves, dark and light, with 0 and the length at their ends."""
-    thick = max(4, size // 3)
-    draw.rectangle((x, y, x + pixels, y + thick), (255, 255, 255), _INK)
+    """Two halves, dark and light, with 0 and the length at their ends; of a short one the length
+    stands beside the 0."""
+    thick = size // 3
+    draw.rectangle((x, y, x + pixels, y + thick), "white", _INK)
     draw.rectangle((x, y, x + pixels / 2, y + thick), _INK, _INK)
-    draw.text((x, y + thick + 2), "0", _INK, font)
-    draw.text((x + pixels, y + thick + 2), length, _INK, font, anchor="ma")
+    below = y + 1.5 * thick
+    draw.text((x, below), "0", _INK, font)
+    end = max(pixels, font.getlength("0 ") + font.getlength(length) / 2)
+    draw.text((x + end, below), length, _INK, font, anchor="ma")
 
 
 def _metres(length: float) -> str:

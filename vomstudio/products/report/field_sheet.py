@@ -1,5 +1,4 @@
-"""The plan of a photo survey on one page to take along: what to set, where to stand, what to lay
-out."""
+"""Field sheet: the plan of a photo survey on one page, with figures, drawings and reminders."""
 
 from __future__ import annotations
 
@@ -9,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.errors import UsageError
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,6 +20,13 @@ FORMATS = (".pdf", ".svg", ".html")
 INK, FACE = "#202020", "#efe9df"
 PERPENDICULAR, OBLIQUE, CONTROL = "#1f5fa8", "#c25e00", "#1b7f3b"
 """Colours of photos and points, here and in the window."""
+_WORDS = {
+    "perpendicular": to_translate("perpendicular"),
+    "oblique": to_translate("oblique"),
+    "control": to_translate("control"),
+    "check": to_translate("check"),
+}
+"""Kinds of photos and uses of points, as the plan names them."""
 
 
 def check_format(path: str | Path) -> str:
@@ -28,7 +34,7 @@ def check_format(path: str | Path) -> str:
     ending = Path(path).suffix.lower()
     if ending not in FORMATS:
         raise UsageError(
-            tr("the ending says how the sheet is written: .pdf, .svg or .html."),
+            tr("A field sheet is written as .pdf, .svg or .html. Name a file that ends so."),
             file=path,
             field="--output",
         )
@@ -36,7 +42,8 @@ def check_format(path: str | Path) -> str:
 
 
 def write_field_sheet(path: str | Path, plan: SurveyPlan, *, force: bool = False) -> None:
-    """Raises UsageError for an unknown ending, TargetError."""
+    """Write the sheet as the ending of `path` says. Raises UsageError for an unknown ending,
+    TargetError."""
     from vomstudio.files.atomic import atomic_write
 
     ending = check_format(path)
@@ -60,20 +67,21 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
     """A4, upright; or only its two drawings."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8.27, 6.0 if pictures_only else 11.69))
-    bottom, top = (0.06, 0.96) if pictures_only else (0.28, 0.74)
-    middle = (bottom + top) / 2
-    front = figure.add_axes((0.09, middle + 0.035, 0.86, top - middle - 0.05))
-    above = figure.add_axes((0.09, bottom + 0.02, 0.86, middle - bottom - 0.06))
-    _draw(front, plan, above=False)
-    _draw(above, plan, above=True)
+    height = 6.0 if pictures_only else 11.69
+    figure = Figure(figsize=(8.27, height))
+    bottom, top = (0.08, 0.94) if pictures_only else (0.325, 0.785)
+    # Half an inch between them, for the numbers of the upper one.
+    tall = (top - bottom - 0.5 / height) / 2
+    for low, above in ((top - tall, False), (bottom, True)):
+        # Printers leave some 5 mm of the paper white.
+        _draw(figure.add_axes((0.11, low, 0.85, tall)), plan, above=above)
     if not pictures_only:
-        _text(figure, "Photo survey: field sheet", 0.965, 15, weight="bold")
+        _text(figure, tr("Photo survey: field sheet"), 0.965, 15.0, weight="bold")
         for i, (name, value) in enumerate(figures(plan)):
             x, y = 0.07 + 0.46 * (i % 2), 0.935 - 0.0195 * (i // 2)
-            figure.text(x, y, name, fontsize=9, color="#606060", va="top")
-            figure.text(x + 0.15, y, value, fontsize=9, color=INK, va="top")
-        y = 0.255
+            figure.text(x, y, name, fontsize=9.0, color="#606060", va="top")
+            figure.text(x + 0.15, y, value, fontsize=9.0, color=INK, va="top")
+        y = 0.28
         for line in _reminders(plan):
             for k, part in enumerate(_wrapped(line, 112)):
                 figure.text(0.07 if k == 0 else 0.09, y, part, fontsize=8.5, color=INK, va="top")
@@ -89,7 +97,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
     depth = 0.02 * plan.distance_m if above else plan.height_m
     low = -depth if above else 0.0
     axes.add_patch(
-        Rectangle((0.0, low), plan.width_m, depth, facecolor=FACE, edgecolor=INK, linewidth=1)
+        Rectangle((0.0, low), plan.width_m, depth, facecolor=FACE, edgecolor=INK, linewidth=1.0)
     )
     for kind, color, mark in (
         ("perpendicular", PERPENDICULAR, "o"),
@@ -100,8 +108,8 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
             continue
         x = [s.along_m for s in some]
         y = [(s.away_m if above else s.up_m) for s in some]
-        label = f"{kind}: {len(some)}"
-        axes.plot(x, y, mark, color=color, markersize=4, label=label, linestyle="none")
+        label = tr("{kind}: {count}", kind=tr(_WORDS[kind]), count=len(some))
+        axes.plot(x, y, mark, color=color, markersize=4.0, label=label, linestyle="none")
         if len(some) <= 400:
             scale = 0.12
             dx = [scale * (s.target_along_m - s.along_m) for s in some]
@@ -110,17 +118,18 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
                 x, y, dx, dy, angles="xy", scale_units="xy", scale=1, color=color, width=0.0018
             )
     if not above:
+        square: dict[str, Any] = {
+            "marker": "s", "color": CONTROL, "markersize": 5.0, "linestyle": "none"
+        }  # fmt: skip
         for point in plan.control_points:
             filled = "full" if point.use == "control" else "none"
-            axes.plot(
-                [point.along_m], [point.up_m], "s", color=CONTROL, fillstyle=filled, markersize=5
-            )
+            axes.plot([point.along_m], [point.up_m], fillstyle=filled, **square)
             axes.annotate(
                 point.label,
                 (point.along_m, point.up_m),
-                xytext=(4, 4),
-                textcoords="offset points",
-                fontsize=7,
+                xytext=(0.5, 0.5),
+                textcoords="offset fontsize",
+                fontsize=7.0,
                 color=CONTROL,
             )
         first = plan.of_kind("perpendicular")[0]
@@ -136,67 +145,112 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
                 linewidth=0.8,
             )
         )
-        axes.plot([], [], "s", color=CONTROL, label="control point", linestyle="none")
-        axes.plot(
-            [], [], "s", color=CONTROL, fillstyle="none", label="check point", linestyle="none"
-        )
+        axes.plot([], [], label=tr("control point"), **square)
+        axes.plot([], [], fillstyle="none", label=tr("check point"), **square)
         axes.legend(
-            fontsize=7, loc="upper center", bbox_to_anchor=(0.5, 1.22), ncols=4, frameon=False
+            fontsize=7.0, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False
         )
     axes.set_aspect("equal", adjustable="datalim")
     flat = plan.manner == "terrain"
-    upward = ("above the ground" if flat else "away from the rock") if above else (
-        "across" if flat else "up"
-    )  # fmt: skip
-    view = ("from the side" if flat else "from above") if above else (
-        "from above" if flat else "as you face it"
-    )  # fmt: skip
-    axes.set_ylabel(f"{upward}, m\n({view})", fontsize=8)
     if above:
-        axes.set_xlabel("along the outcrop from its left end, m", fontsize=8)
-    axes.tick_params(labelsize=7)
+        axes.set_ylabel(
+            tr("above the ground, m\n(from the side)")
+            if flat
+            else tr("away from the rock, m\n(from above)"),
+            fontsize=8.0,
+        )
+        axes.set_xlabel(tr("along the outcrop from its left end, m"), fontsize=8.0)
+    else:
+        axes.set_ylabel(
+            tr("across, m\n(from above)") if flat else tr("up, m\n(as you face it)"), fontsize=8.0
+        )
+    axes.tick_params(labelsize=7.0)
     axes.margins(0.04)
 
 
 def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
     """Names and values with their units, as they stand on the sheet."""
     near, far = plan.depth_of_field_m
-    c = plan.camera
+    camera = plan.camera
+    width, height = plan.footprint_m
+    along, up = plan.spacing_m
     return [
-        ("Camera", f"{c.name[:30]}, {c.width_px} x {c.height_px}"),
-        ("Lens", f"{c.focal_mm:g} mm; hold it, do not zoom"),
-        ("Outcrop", f"{plan.width_m:g} x {plan.height_m:g} m"),
-        ("Distance", f"{plan.distance_m:.3g} m"),
-        ("Pixel on the rock", f"{1000 * plan.gsd_m:.3g} mm"),
-        ("Smallest plane", f"{plan.smallest_plane_m:.2g} m across"),
-        ("One photo shows", f"{plan.footprint_m[0]:.3g} x {plan.footprint_m[1]:.3g} m"),
-        ("Step between", f"{plan.spacing_m[0]:.3g} m along, {plan.spacing_m[1]:.3g} m up"),
-        ("Overlap", f"{plan.overlap:.0%}"),
+        (tr("Camera"), f"{camera.name[:30]}, {camera.width_px} x {camera.height_px}"),
+        (tr("Lens"), tr("{focal:g} mm (do not zoom)", focal=camera.focal_mm)),
         (
-            "Photos",
-            f"{len(plan.stations)}: {len(plan.of_kind('perpendicular'))} perpendicular, "
-            f"{len(plan.of_kind('oblique'))} oblique",
+            tr("Outcrop"),
+            tr("{width:g} x {height:g} m", width=plan.width_m, height=plan.height_m),
         ),
-        ("Views of a place", f"{plan.views_least} or more, {plan.views_median:.0f} as a rule"),
+        (tr("Distance"), tr("{distance:.3g} m", distance=plan.distance_m)),
+        (tr("Pixel on the rock"), tr("{size:.3g} mm", size=1000 * plan.gsd_m)),
+        (tr("Smallest plane"), tr("{size:.2g} m across", size=plan.smallest_plane_m)),
+        (tr("Footprint"), tr("{width:.3g} x {height:.3g} m", width=width, height=height)),
         (
-            f"Sharp at f/{plan.f_number:g}",
-            f"{near:.3g} m to " + ("infinity" if far is None else f"{far:.3g} m"),
+            tr("Spacing"),
+            tr("{along:.3g} m along, {up:.3g} m up", along=along, up=up),
+        ),
+        (tr("Overlap"), f"{plan.overlap:.0%}"),
+        (
+            tr("Photos"),
+            tr(
+                "{count}: {perpendicular} perpendicular, {oblique} oblique",
+                count=len(plan.stations),
+                perpendicular=len(plan.of_kind("perpendicular")),
+                oblique=len(plan.of_kind("oblique")),
+            ),
+        ),
+        (
+            tr("Photos per place"),
+            tr(
+                "{least} or more, median {median:.0f}",
+                least=plan.views_least,
+                median=plan.views_median,
+            ),
+        ),
+        (
+            tr("Sharp at f/{number:g}", number=plan.f_number),
+            tr("{near:.3g} m to infinity", near=near)
+            if far is None
+            else tr("{near:.3g} m to {far:.3g} m", near=near, far=far),
         ),
     ]
 
 
 def _reminders(plan: SurveyPlan) -> list[str]:
-    size = plan.target_size_m
+    reminders = [
+        tr(
+            "Lay out the control points first: targets of {size:.2g} cm or more, far apart, not in "
+            "one line. Measure each of them, and note its label.",
+            size=100 * plan.target_size_m,
+        ),
+        tr(
+            "Take one photo from each position: walk on (or fly on) before the next. Never turn on "
+            "the spot."
+        ),
+        tr(
+            "Oblique photos (triangles) are taken 30 degrees off the perpendicular, to prevent "
+            "doming."
+        ),
+        tr(
+            "Keep the sun behind you, or wait for even cloud. Take all photos in one period of "
+            "constant light, with fixed exposure, focus and zoom."
+        ),
+        tr(
+            "Do not zoom digitally. Use the camera's largest JPEG, and a tripod or short exposures "
+            "against blur."
+        ),
+        tr("Before you leave, check the set: vomstudio check PHOTOS."),
+    ]
     return [
-        *(f"! {warning}." for warning in plan.warnings),
-        f"- Lay out the control points before: marks of {100 * size:.2g} cm or more, far apart, "
-        "not in one line; measure each, and note which is which.",
-        "- One position, one photo: walk on (or fly on) before the next; never turn on the spot.",
-        "- Oblique photos (triangles) are taken 30 degrees off the perpendicular, against doming.",
-        "- Sun behind you or even cloud; one window of time; fixed exposure, focus and zoom.",
-        "- No digital zoom; the camera's largest JPEG; a tripod or short exposures against blur.",
-        "- Before leaving: vomstudio check PHOTOS says whether the set will do.",
-        "Date ____________   Place ______________________________   Weather ______________________",
+        *(f"! {warning}" for warning in plan.warnings),
+        *(f"- {reminder}" for reminder in reminders),
+        "   ".join(
+            [
+                tr("Date ____________"),
+                tr("Place ______________________________"),
+                tr("Weather ______________________"),
+            ]
+        ),
     ]
 
 
@@ -214,11 +268,19 @@ def _html(plan: SurveyPlan) -> str:
     )
     said = "".join(f"<li>{html.escape(line.lstrip('-! '))}</li>" for line in _reminders(plan))
     places = _rows(
-        ("photo", "kind", "along m", "up m", "away m", "turn deg", "tilt deg"),
+        (
+            tr("photo"),
+            tr("kind"),
+            tr("along m"),
+            tr("up m"),
+            tr("away m"),
+            tr("turn deg"),
+            tr("tilt deg"),
+        ),
         [
             (
                 s.number,
-                s.kind,
+                tr(_WORDS[s.kind]),
                 f"{s.along_m:.2f}",
                 f"{s.up_m:.2f}",
                 f"{s.away_m:.2f}",
@@ -229,16 +291,21 @@ def _html(plan: SurveyPlan) -> str:
         ],
     )
     points = _rows(
-        ("point", "use", "along m", "up m"),
-        [(p.label, p.use, f"{p.along_m:.2f}", f"{p.up_m:.2f}") for p in plan.control_points],
+        (tr("point"), tr("use"), tr("along m"), tr("up m")),
+        [
+            (p.label, tr(_WORDS[p.use]), f"{p.along_m:.2f}", f"{p.up_m:.2f}")
+            for p in plan.control_points
+        ],
     )
     return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Photo survey</title>'
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        f"<title>{html.escape(tr('Photo survey'))}</title>"
         "<style>body{font:14px sans-serif;max-width:50em;margin:2em auto;color:#202020}"
         "table{border-collapse:collapse}th,td{padding:.15em .8em;text-align:left;"
         "border-bottom:1px solid #ddd}svg{width:100%;height:auto}</style></head><body>"
-        f"<h1>Photo survey: field sheet</h1><table>{rows}</table>{svg}<ul>{said}</ul>"
-        f"<h2>Control points</h2>{points}<h2>Positions</h2>{places}</body></html>\n"
+        f"<h1>{html.escape(tr('Photo survey: field sheet'))}</h1><table>{rows}</table>{svg}"
+        f"<ul>{said}</ul><h2>{html.escape(tr('Control points'))}</h2>{points}"
+        f"<h2>{html.escape(tr('Positions'))}</h2>{places}</body></html>\n"
     )
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.files.atomic import atomic_write
+from vomstudio.words import to_translate, tr, tr_n
 
 _STYLE = """
 body { font: 15px/1.45 sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; color: #222; }
@@ -29,24 +30,24 @@ def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
 
     Raises TargetError.
     """
-    title = f"Model of {Path(str(result['folder'])).name}"
+    title = tr("Model of {folder}", folder=Path(str(result["folder"])).name)
     body = "".join(
         [
             f"<h1>{escape(title)}</h1>",
             _summary(result),
             *(f'<p class="note">{escape(text)}</p>' for text in result["warnings"]),
             _picture(result),
-            "<h2>Survey</h2>",
+            _heading(tr("Survey")),
             _survey(result["survey"]),
-            "<h2>Photos</h2>",
+            _heading(tr("Photos")),
             _photos(result),
-            "<h2>Cameras</h2>",
+            _heading(tr("Cameras")),
             *map(_camera, result["calibration"]),
-            "<h2>Frame</h2>",
+            _heading(tr("Frame")),
             _registration(result),
-            "<h2>Model</h2>",
-            _facts(result["model"], "m" if result["scaled"] else "units"),
-            "<h2>Time, memory, settings</h2>",
+            _heading(tr("Model")),
+            _facts(result["model"], "m" if result["scaled"] else tr("units")),
+            _heading(tr("Time, memory, settings")),
             _times(result),
             _facts({**result["settings"], **result["versions"]}),
         ]
@@ -61,15 +62,28 @@ def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
 
 def _summary(result: Mapping[str, Any]) -> str:
     frame = result["frame"]
-    where = frame
     if frame == "local":
-        where = "a local frame" + ("" if result["scaled"] else ", without scale or north")
-    return (
-        f"<p>{result['registered']} of {result['photos']} photos placed with a mean reprojection "
-        f"error of {result['reprojection_error_px']:.2f} px; {result['tie_points']:,} tie points "
-        f"({result['tie_points_of_3']:,} seen in three photos or more); "
-        f"{result['dense_points']:,} points, {result['faces']:,} faces, in {escape(where)}.</p>"
+        frame = (
+            tr("a local frame") if result["scaled"] else tr("a local frame, without scale or north")
+        )
+    text = tr(
+        "{registered} of {photos} photos aligned with a mean reprojection error of {error:.2f} px. "
+        "{tie_points:,} tie points, of which {in_three:,} are in three photos or more. {points:,} "
+        "points and {faces:,} triangles in {frame}.",
+        registered=result["registered"],
+        photos=result["photos"],
+        error=result["reprojection_error_px"],
+        tie_points=result["tie_points"],
+        in_three=result["tie_points_of_3"],
+        points=result["dense_points"],
+        faces=result["faces"],
+        frame=frame,
     )
+    return f"<p>{escape(text)}</p>"
+
+
+def _heading(text: str) -> str:
+    return f"<h2>{escape(text)}</h2>"
 
 
 def _survey(survey: Mapping[str, Any]) -> str:
@@ -78,7 +92,7 @@ def _survey(survey: Mapping[str, Any]) -> str:
     text = f"<p>{escape(survey['verdict'])}</p>"
     if findings:
         text += f"<ul>{findings}</ul>"
-    return text + (f"<p>Next time:</p><ul>{again}</ul>" if again else "")
+    return text + (f"<p>{escape(tr('Next time:'))}</p><ul>{again}</ul>" if again else "")
 
 
 def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
@@ -107,8 +121,8 @@ def _photos(result: Mapping[str, Any]) -> str:
                 [
                     row["name"],
                     f"{row['width']} × {row['height']}",
-                    row["camera"] or "unknown",
-                    f"{row['tie_points']:,}" if row["placed"] else "not placed",
+                    row["camera"] or tr("unknown"),
+                    f"{row['tie_points']:,}" if row["placed"] else tr("not aligned"),
                     _number(row["error_px"], 2),
                     _number(row["gsd_m"], 4),
                     _number(row["exposure"], 2),
@@ -116,11 +130,16 @@ def _photos(result: Mapping[str, Any]) -> str:
                 ],
             )
         )
-    unit = "m" if result["scaled"] else "units"
     return _table(
         [
-            *("photo", "size", "camera", "tie points", "error, px", f"GSD, {unit}"),
-            *("brightened by", "GPS residual, m"),
+            tr("photo"),
+            tr("size"),
+            tr("camera"),
+            tr("tie points"),
+            tr("error, px"),
+            tr("GSD, m") if result["scaled"] else tr("GSD, units"),
+            tr("exposure gain"),
+            tr("GPS residual, m"),
         ],
         rows,
     )
@@ -131,18 +150,19 @@ def _camera(camera: Mapping[str, Any]) -> str:
     rows = []
     for number, name in enumerate(names):
         spread = camera["sigma"][number]
-        kept = "unknown" if spread is None else "held" if spread == 0 else f"± {spread:.2g}"
+        kept = tr("unknown") if spread is None else tr("held") if spread == 0 else f"± {spread:.2g}"
         rows.append(("", [name, f"{camera['params'][number]:.6g}", kept]))
+    photos = tr_n("{count} photo.", "{count} photos.", camera["photos"])
     text = (
-        f"<h3>{escape(str(camera['camera'] or 'unknown camera'))}</h3>"
+        f"<h3>{escape(str(camera['camera'] or tr('unknown camera')))}</h3>"
         f"<p>{escape(camera['model'])}, {camera['width']} × {camera['height']}, "
-        f"{camera['photos']} photos. {escape(camera['rule'])}</p>"
-        + _table(["parameter", "value", "one sigma"], rows)
+        f"{escape(photos)} {escape(camera['rule'])}</p>"
+        + _table([tr("parameter"), tr("value"), tr("standard error")], rows)
     )
     correlation = camera["correlation"]
     if correlation:
         free = camera["free"]
-        text += "<p>Correlation</p>" + _table(
+        text += f"<p>{escape(tr('Correlation'))}</p>" + _table(
             ["", *free],
             [
                 ("", [free[i], *(f"{value:+.2f}" for value in line)])
@@ -155,38 +175,95 @@ def _camera(camera: Mapping[str, Any]) -> str:
 def _registration(result: Mapping[str, Any]) -> str:
     found = result["registration"]
     if refused := found.get("refused"):
-        return f"<p>Local: {escape(refused)}</p>"
+        text = tr("The model was not registered. {reason}", reason=refused)
+        return f"<p>{escape(text)}</p>"
     facts = _facts({key: value for key, value in found.items() if not isinstance(value, list)})
     return facts + _points(found.get("points", []))
 
 
 def _points(points: Sequence[Mapping[str, Any]]) -> str:
-    """Control and check points with what they miss by."""
+    """Control and check points with their residuals."""
     if not points:
         return ""
     rows = []
     for point in points:
         miss = point["residual_m"] or (None, None, None)
-        cells = [point["label"], point["role"], str(point["photos"])]
+        cells = [point["label"], _plain(point["role"]), str(point["photos"])]
         cells += [_number(value, 3) for value in miss] + [_number(point["residual_px"], 2)]
         rows.append(("out" if point["role"] in ("left out", "unseen") else "", cells))
-    return "<p>Model less survey</p>" + _table(
-        ["point", "used as", "photos", "east, m", "north, m", "up, m", "error, px"], rows
+    caption = tr("Residuals: model less survey")
+    return f"<p>{escape(caption)}</p>" + _table(
+        [
+            tr("point"),
+            tr("used as"),
+            tr("photos"),
+            tr("east, m"),
+            tr("north, m"),
+            tr("up, m"),
+            tr("error, px"),
+        ],
+        rows,
     )
 
 
-# Where the name of a figure alone does not say what it is and in which unit.
 _LABELS = {
-    "crs": "coordinate system",
-    "rms_m": "missed by (rms), m",
-    "rms_control_m": "control points missed by (rms), m",
-    "rms_check_m": "check points missed by (rms), m",
-    "sigma_m": "error of one coordinate (1 sigma), m",
-    "scale_error": "error of the scale (1 sigma, part of it)",
-    "rotation_error_deg": "error of the rotation (1 sigma), degrees",
-    "texel": "size of a texture pixel, {unit}",
-    "share_of_the_surface_that_no_photo_sees": "part of the surface that no photo sees",
+    "method": to_translate("registered by"),
+    "crs": to_translate("coordinate system"),
+    "heights": to_translate("heights"),
+    "positions": to_translate("GPS positions"),
+    "used": to_translate("GPS positions used"),
+    "decisions": to_translate("bundle adjustment"),
+    "adjusted_together_with_the_cameras": to_translate("adjusted together with the cameras"),
+    "rms_m": to_translate("rms residual, m"),
+    "rms_control_m": to_translate("rms residual of control points, m"),
+    "rms_check_m": to_translate("rms residual of check points, m"),
+    "sigma_m": to_translate("standard error of a coordinate, m"),
+    "scale_error": to_translate("relative standard error of the scale"),
+    "rotation_error_deg": to_translate("standard error of the rotation, degrees"),
+    "about_up": to_translate("about up"),
+    "about_east": to_translate("about east"),
+    "about_north": to_translate("about north"),
+    "points": to_translate("points"),
+    "faces": to_translate("triangles"),
+    "texture_pages": to_translate("texture pages"),
+    "texel": to_translate("size of a texture pixel, {unit}"),
+    "share_of_the_surface_that_no_photo_sees": to_translate(
+        "share of the surface that no photo sees"
+    ),
+    "quality": to_translate("quality"),
+    "control": to_translate("control points"),
+    "marks": to_translate("marks"),
+    "threads": to_translate("threads"),
+    "seed": to_translate("seed"),
+    "alignment": to_translate("alignment"),
+    "joined": to_translate("joining of components"),
+    "frame": to_translate("registration"),
+    "straight": to_translate("undistortion"),
+    "depths": to_translate("depth maps"),
+    "cloud": to_translate("fusion"),
+    "surface": to_translate("surface"),
+    "texture": to_translate("texture"),
 }
+"""By the names of figures, settings and stages in the result; others are shown as they are."""
+_VALUES = {
+    "camera positions (GPS)": to_translate("camera positions (GPS)"),
+    "ground control points": to_translate("ground control points"),
+    "local, in metres": to_translate("local, in metres"),
+    "above sea level": to_translate("above sea level"),
+    "above the ellipsoid": to_translate("above the ellipsoid"),
+    "control": to_translate("control"),
+    "check": to_translate("check"),
+    "left out": to_translate("left out"),
+    "unseen": to_translate("unseen"),
+}
+"""Words that the result holds as values."""
+
+
+def _label(key: str, unit: str = "m") -> str:
+    if key not in _LABELS:
+        return key.replace("_", " ")
+    label = _LABELS[key]
+    return tr(label, unit=unit) if "{unit}" in label else tr(label)
 
 
 def _facts(values: Mapping[str, Any], unit: str = "m") -> str:
@@ -194,10 +271,10 @@ def _facts(values: Mapping[str, Any], unit: str = "m") -> str:
     for key, value in values.items():
         if value is None:
             continue
-        label = _LABELS.get(key, str(key).replace("_", " ")).format(unit=unit)
+        label = _label(str(key), unit)
         if isinstance(value, Mapping):
             rows += [
-                ("", [f"{label}, {name.replace('_', ' ')}", _plain(each)])
+                ("", [tr("{figure}, {part}", figure=label, part=_label(name)), _plain(each)])
                 for name, each in value.items()
             ]
         else:
@@ -207,19 +284,21 @@ def _facts(values: Mapping[str, Any], unit: str = "m") -> str:
 
 def _plain(value: Any) -> str:
     if isinstance(value, bool):
-        return "yes" if value else "no"
+        return tr("yes") if value else tr("no")
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, int):
         return f"{value:,}"
-    return str(value)
+    return tr(_VALUES[value]) if value in _VALUES else str(value)
 
 
 def _times(result: Mapping[str, Any]) -> str:
-    rows = [("", [stage, f"{seconds:.1f} s"]) for stage, seconds in result["seconds"].items()]
+    rows = [
+        ("", [_label(stage), f"{seconds:.1f} s"]) for stage, seconds in result["seconds"].items()
+    ]
     total = sum(result["seconds"].values())
-    rows.append(("", ["together", f"{total:.1f} s"]))
-    rows.append(("", ["memory at most", f"{result['peak_memory_mb']:,.0f} MB"]))
+    rows.append(("", [tr("total"), f"{total:.1f} s"]))
+    rows.append(("", [tr("peak memory"), f"{result['peak_memory_mb']:,.0f} MB"]))
     return _table(["", ""], rows)
 
 
@@ -230,16 +309,16 @@ def _picture(result: Mapping[str, Any]) -> str:
 
     cloud, cameras, looks = (np.asarray(result["drawing"][k]) for k in ("points", "at", "looks"))
     figure = Figure(figsize=(9.5, 4.2), layout="constrained")
-    unit = "m" if result["scaled"] else "units of the model"
-    sides = ((0, 1, "xy", "from above"), (0, 2, "xz", "from the south"))
+    unit = "m" if result["scaled"] else tr("model units")
+    sides = ((0, 1, "xy", tr("from above")), (0, 2, "xz", tr("from the south")))
     for axes, (i, j, names, title) in zip(figure.subplots(1, 2), sides, strict=True):
         if len(cloud):
             axes.plot(cloud[:, i], cloud[:, j], ",", color="#999999", rasterized=True)
         axes.quiver(
             cameras[:, i], cameras[:, j], looks[:, i], looks[:, j],
-            color="#0072b2", width=0.004, scale=18, pivot="tail",
+            color="#0072b2", width=0.004, scale=18.0, pivot="tail",
         )  # fmt: skip
-        axes.plot(cameras[:, i], cameras[:, j], "o", color="#0072b2", markersize=3)
+        axes.plot(cameras[:, i], cameras[:, j], "o", color="#0072b2", markersize=3.0)
         axes.set_aspect("equal", "datalim")
         axes.set_xlabel(f"{names[0]}, {unit}")
         axes.set_ylabel(f"{names[1]}, {unit}")
@@ -247,7 +326,12 @@ def _picture(result: Mapping[str, Any]) -> str:
     buffer = BytesIO()
     FigureCanvasSVG(figure).print_svg(buffer)
     data = base64.b64encode(buffer.getvalue()).decode("ascii")
-    text = "Cameras (blue, with their directions) and tie points (grey), less the frame's origin"
+    text = escape(
+        tr(
+            "Cameras (blue, with view directions) and tie points (grey), relative to the origin of "
+            "the frame."
+        )
+    )
     return (
         f'<figure><img src="data:image/svg+xml;base64,{data}" alt="{text}">'
         f'<figcaption class="small">{text}</figcaption></figure>'

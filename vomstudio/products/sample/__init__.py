@@ -1,1 +1,1 @@
-"""The sample outcrop measured and held against its truth."""
+"""Measurements on the sample outcrop compared with its truth."""

@@ -1,4 +1,4 @@
-"""What was measured on the sample outcrop, beside what is true there.
+"""Measurements on the sample outcrop compared with its truth.
 
 The truth comes from a table that was written by the maker of the sample, which shares no code with
 this program. Every check says how far the measurement is off, how far it may be by its own stated
@@ -21,10 +21,14 @@ from vomstudio.geology.folds import FoldAxis, common_axis, fold_axis
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.planes import PlaneFit, PlaneFits, fit_planes
 from vomstudio.io.project.sample import SamplePicks, SampleTruth
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 Floats = npt.NDArray[np.float64]
 FAULT = "fault"
+FOLD_AXIS = to_translate("fold axis beta")
+INTERSECTION = to_translate("intersection of bedding and fault")
+DISPLACEMENT = to_translate("displacement on the fault")
+"""Names of checks, in English in the results."""
 
 # Of the tangents of angles between unit vectors that stand for the same direction.
 _ROUNDING = 1e-12
@@ -59,6 +63,8 @@ class Check:
 
 @dataclass(frozen=True, eq=False)
 class SampleResult:
+    """Fits of all picks, fold axis, intersection of bedding and fault, and all checks."""
+
     fits: PlaneFits
     beta: FoldAxis
     intersection: FoldAxis
@@ -71,7 +77,9 @@ def check_sample(picks: SamplePicks, truth: SampleTruth) -> SampleResult:
     fits = fit_planes(picks.points, picks.offsets)
     for name, reason in zip(picks.names, fits.error, strict=True):
         if reason is not None:
-            raise GeometryError(tr("pick {name}: {reason}", name=name, reason=reason))
+            raise GeometryError(
+                tr("The pick {pick} has no plane. {reason}", pick=name, reason=reason)
+            )
     checks = [
         plane_check(f"{kind} {name}", fits[i], truth.planes[name])
         for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True))
@@ -79,7 +87,7 @@ def check_sample(picks: SamplePicks, truth: SampleTruth) -> SampleResult:
     bedding = [i for i, kind in enumerate(picks.kinds) if kind == "bedding"]
     fault = [i for i, kind in enumerate(picks.kinds) if kind == "fault"]
     beta = fold_axis(fits.dip_direction_deg[bedding], fits.dip_deg[bedding])
-    checks.append(axis_check("fold axis beta", beta, truth.axis))
+    checks.append(axis_check(FOLD_AXIS, beta, truth.axis))
     # The beds that the fault cuts: those whose horizon is known on both sides of it.
     pairs = horizon_pairs(picks)
     cut = [i for pair in pairs for i in pair]
@@ -89,7 +97,7 @@ def check_sample(picks: SamplePicks, truth: SampleTruth) -> SampleResult:
             FAULT: (fits.dip_direction_deg[fault], fits.dip_deg[fault]),
         }
     )
-    checks.append(axis_check("intersection of bedding and fault", meeting, truth.intersection))
+    checks.append(axis_check(INTERSECTION, meeting, truth.intersection))
     checks.append(slip_check(fits, pairs, fault, beta.beta, truth.displacement_m))
     return SampleResult(fits, beta, meeting, tuple(checks))
 
@@ -119,6 +127,7 @@ def plane_check(name: str, fit: PlaneFit, truth: Plane) -> Check:
 
 
 def axis_check(name: str, axis: FoldAxis, truth: Line) -> Check:
+    """The true axis against the confidence ellipse of the measured one."""
     swing = None if axis.confidence_axis is None else axis.confidence_axis.vector()
     ratio, error, stated = _deviation(
         axis.beta.vector(),
@@ -163,7 +172,7 @@ def slip_check(
         stated = quantile * float(slips.std(ddof=1)) / math.sqrt(len(slips))
     error = abs(mean - truth_m)
     within = None if stated is None else error <= stated
-    return Check("displacement on the fault", truth_m, mean, error, stated, within, "m")
+    return Check(DISPLACEMENT, truth_m, mean, error, stated, within, "m")
 
 
 def _deviation(

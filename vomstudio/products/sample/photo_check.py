@@ -1,4 +1,4 @@
-"""What the program made of the sample's photos, beside what they were taken from."""
+"""The model made of the sample's photos, compared with the outcrop that they show."""
 
 from __future__ import annotations
 
@@ -13,13 +13,17 @@ from vomstudio.geometry.planes import fit_planes
 from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.io.project.sample import SamplePicks, SampleTruth
 from vomstudio.products.sample.check import Check, plane_check
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
 
 # What lies within so many ground sampling distances of the model is in it.
 _NEAR_GSD = 4.0
 _FEWEST = 20
-_OFF, _CENTRES = "model off the outcrop, median", "camera centres, median"
+_OFF = to_translate("model off the outcrop, median")
+_OFF_90 = to_translate("model off the outcrop, 90 %")
+_MISSED = to_translate("outcrop off the model, median")
+_CENTRES = to_translate("camera centres, median")
 _DRAWN = 40_000
 
 
@@ -58,23 +62,28 @@ def check_photos(
     return (
         _camera_check(found, true),
         _length(_OFF, float(np.median(off))),
-        _length("model off the outcrop, 90 %", float(np.percentile(off, 90))),
-        _length("outcrop off the model, median", float(np.median(reached))),
+        _length(_OFF_90, float(np.percentile(off, 90))),
+        _length(_MISSED, float(np.median(reached))),
         *_plane_checks(inside, tree, picks, truth, shift, gsd),
     )
 
 
 def in_words(checks: Sequence[Check]) -> str:
-    """What the photos' model is worth, in a sentence."""
+    """How far the photos' model is off, in sentences."""
     by_name = {check.name: check for check in checks}
     stated = [check for check in checks if check.within is not None]
     held = sum(bool(check.within) for check in stated)
     worst = max((check.error for check in stated), default=0.0)
     off, cameras = (1000 * by_name[name].error for name in (_OFF, _CENTRES))
-    return (
-        f"The model of the sample's photos lies {off:.0f} mm off the outcrop (median), its cameras "
-        f"{cameras:.0f} mm; the truth lies within the stated 95 % for {held} of {len(stated)} "
-        f"planes on it, the worst is {worst:.1f} degrees off."
+    return tr(
+        "The model of the sample's photos is {model:.0f} mm off the outcrop, and its cameras are "
+        "{cameras:.0f} mm off (medians). The truth lies within the stated 95 % region for {held} "
+        "of {count} planes on the model; the largest error is {worst:.1f} degrees.",
+        model=off,
+        cameras=cameras,
+        held=held,
+        count=len(stated),
+        worst=worst,
     )
 
 

@@ -9,28 +9,36 @@ from typing import Any
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.sample.check import Check
 from vomstudio.version import __version__
+from vomstudio.words import to_translate, tr
 
-TITLE = "The sample outcrop, measured"
+TITLE = to_translate("Measurements on the sample outcrop")
 
 
 def as_text(checks: Sequence[Check], notes: Sequence[str]) -> str:
     """A table with one line for every check, and how many of the stated regions hold the truth."""
-    rows = [("", "truth", "measured", "error", "stated 95 %", "within"), *map(_cells, checks)]
+    rows = [_heads(), *map(_cells, checks)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
         "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
-    return "\n".join([f"{TITLE} (VOM Studio {__version__})", "", *lines, "", tally(checks), *notes])
+    title = f"{tr(TITLE)} (VOM Studio {__version__})"
+    return "\n".join([title, "", *lines, "", tally(checks), *notes])
+
+
+def _heads() -> tuple[str, ...]:
+    return ("", tr("truth"), tr("measured"), tr("error"), tr("stated 95 %"), tr("within"))
 
 
 def tally(checks: Sequence[Check]) -> str:
-    """In words, how often the truth lies within what was stated."""
+    """A sentence on how often the truth lies within the stated region."""
     stated = [check for check in checks if check.within is not None]
     held = sum(bool(check.within) for check in stated)
-    return (
-        f"The truth lies within the stated 95 % in {held} of {len(stated)} checks; "
-        "about 1 in 20 should miss."
+    return tr(
+        "The truth lies within the stated 95 % region in {held} of {count} checks. About 1 in 20 "
+        "should miss.",
+        held=held,
+        count=len(stated),
     )
 
 
@@ -38,10 +46,7 @@ def as_html(
     checks: Sequence[Check], notes: Sequence[str], images: Mapping[str, str], seconds: float
 ) -> str:
     """images: file name beside the page -> what it shows."""
-    head, *body = [
-        ("", "truth", "measured", "error", "stated 95 %", "within"),
-        *map(_cells, checks),
-    ]
+    head, *body = [_heads(), *map(_cells, checks)]
     rows = "\n".join(
         f'<tr class="{"" if check.within else "out"}">'
         + "".join(f"<td>{escape(cell)}</td>" for cell in cells)
@@ -54,28 +59,34 @@ def as_html(
         for name, text in images.items()
     )
     said = "".join(f"<p>{escape(note)}</p>" for note in (tally(checks), *notes))
+    title = escape(tr(TITLE))
+    units = escape(
+        tr(
+            "Angles in degrees: planes as dip direction/dip, lines as trend/plunge, relative to "
+            "grid north. Lengths in metres."
+        )
+    )
     return f"""<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>{TITLE}</title><style>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
 body {{ font: 15px/1.4 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; }}
 table {{ border-collapse: collapse; }}
 td, th {{ padding: .15em .8em .15em 0; text-align: left; border-bottom: 1px solid #ddd; }}
 td {{ font-variant-numeric: tabular-nums; }} tr.out td {{ background: #fbe9d0; }}
 img {{ max-width: 100%; }} figure {{ margin: 1.5em 0; }}
-</style></head><body><h1>{TITLE}</h1>{said}
+</style></head><body><h1>{title}</h1>{said}
 {pictures}
-<table><tr>{"".join(f"<th>{cell}</th>" for cell in head)}</tr>
+<table><tr>{"".join(f"<th>{escape(cell)}</th>" for cell in head)}</tr>
 {rows}</table>
-<p>VOM Studio {__version__}, {seconds:.1f} s. Angles in degrees: planes as dip direction/dip, lines
-as trend/plunge, to grid north; lengths in metres.</p></body></html>
+<p>VOM Studio {__version__}, {seconds:.1f} s. {units}</p></body></html>
 """
 
 
 def _cells(check: Check) -> tuple[str, ...]:
     digits, unit = (2, "°") if check.unit == "deg" else (3, f" {check.unit}")
-    stated = "not stated" if check.stated_95 is None else f"{check.stated_95:.{digits}f}{unit}"
-    within = {True: "yes", False: "NO", None: "-"}[check.within]
+    stated = tr("not stated") if check.stated_95 is None else f"{check.stated_95:.{digits}f}{unit}"
+    within = {True: tr("yes"), False: tr("NO"), None: "-"}[check.within]
     return (
-        check.name,
+        tr(check.name),
         _value(check.truth),
         _value(check.measured),
         f"{check.error:.{digits}f}{unit}",

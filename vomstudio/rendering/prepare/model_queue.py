@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import VomError
-from vomstudio.failures.error_collector import DESK
+from vomstudio.failures.error_collector import ERRORS
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
-from vomstudio.jobs.thread_priority import give_way
+from vomstudio.jobs.thread_priority import lower_priority
 from vomstudio.rendering.prepare.events import (
     Emit,
     Event,
@@ -26,6 +26,7 @@ from vomstudio.rendering.prepare.events import (
     Submit,
 )
 from vomstudio.rendering.view.scalars import FieldStyle
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -101,11 +102,13 @@ class ModelWork:
         pool = self._workers()
         if self._streams is None:
             # Of its own: what takes long does not keep it waiting.
-            self._streams = ThreadPoolExecutor(1, thread_name_prefix="clouds", initializer=give_way)
+            self._streams = ThreadPoolExecutor(
+                1, thread_name_prefix="clouds", initializer=lower_priority
+            )
         submit = _submitter(self._streams, stop)
 
         def shape() -> None:
-            with self._telling(emit, "A model could not be prepared for drawing"):
+            with self._reporting(emit, tr("The model could not be prepared for drawing.")):
                 if isinstance(data, Mesh):
                     bounds = preparation.finite_bounds(data.vertices, stop)
                 elif data.arrangement is not None or isinstance(data, StreamedCloud):
@@ -124,7 +127,7 @@ class ModelWork:
                     preparation.prepare_cloud(data, origin, stop, emit, submit, budget)
 
         def pictures() -> None:
-            with self._telling(emit, "A model could not be prepared for drawing"):
+            with self._reporting(emit, tr("The model could not be prepared for drawing.")):
                 if isinstance(data, Mesh):
                     preparation.prepare_textures(data, texture_limit, stop, emit, whole_side)
 
@@ -147,14 +150,17 @@ class ModelWork:
         emit = self._emitter(model_id, self._stops[model_id], stop)
 
         def work() -> None:
-            with self._telling(emit, f"The field {style.name} cannot be shown"):
+            problem = tr("The scalar field {field} cannot be shown.", field=style.name)
+            with self._reporting(emit, problem):
                 preparation.prepare_field(data, style, to_world, proxies, parts, stop, emit)
 
         self._workers().submit(work)
 
     def _workers(self) -> ThreadPoolExecutor:
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(2, thread_name_prefix="viewport", initializer=give_way)
+            self._pool = ThreadPoolExecutor(
+                2, thread_name_prefix="viewport", initializer=lower_priority
+            )
         return self._pool
 
     def _emitter(self, model_id: str, model: threading.Event, stop: threading.Event) -> Emit:
@@ -169,17 +175,17 @@ class ModelWork:
         return emit
 
     @contextlib.contextmanager
-    def _telling(self, emit: Emit, what: str) -> Iterator[None]:
-        """A thread has nobody above it to tell what went wrong."""
+    def _reporting(self, emit: Emit, problem: str) -> Iterator[None]:
+        """Errors in a thread reach nobody by themselves: show and log them here."""
         try:
             yield
         except Stopped:
             pass
         except Exception as error:  # noqa: BLE001 - as above
             if not isinstance(error, VomError):
-                DESK.report(error, what)
+                ERRORS.report(error, problem)
             with contextlib.suppress(Stopped):
-                emit(Problem(f"{what}: {error}"))
+                emit(Problem(f"{problem} {error}"))
 
 
 def _submitter(pool: ThreadPoolExecutor, stop: threading.Event) -> Submit:

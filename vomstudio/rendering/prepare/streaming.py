@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, VomError
-from vomstudio.failures.error_collector import DESK
+from vomstudio.failures.error_collector import ERRORS
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import CloudNodes, Piece, StreamedCloud, View
 from vomstudio.rendering.prepare import vtk_data
@@ -34,6 +34,7 @@ from vomstudio.rendering.prepare.events import (
 from vomstudio.rendering.view import spatial_blocks
 from vomstudio.rendering.view.camera import Camera, Eye
 from vomstudio.rendering.view.spatial_blocks import PointChunk
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 SHOWN_SHARE = 0.5
@@ -145,9 +146,11 @@ class Streamer:
             pass
         except Exception as error:  # noqa: BLE001 - a thread has nobody above it to tell
             if not isinstance(error, VomError):
-                DESK.report(error, "while points of a cloud were read")
+                ERRORS.report(error, "while points of a cloud were read")
             try:
-                self._emit(Problem(f"Nothing more of a cloud can be shown: {error}"))
+                self._emit(
+                    Problem(tr("No further points of a cloud can be loaded. {error}", error=error))
+                )
                 self._emit(ViewDone(turn))
             except Stopped:
                 pass
@@ -161,7 +164,7 @@ class Streamer:
                     self._fetch([row])
                 return
             if not self._broken:
-                self._emit(Problem(f"A part of a cloud is not shown. {error}"))
+                self._emit(Problem(tr("A part of a cloud is not shown. {error}", error=error)))
             self._broken.add(rows[0])
             return
         for row, piece in zip(rows, pieces, strict=True):

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.words import tr
+
 Pixels = npt.NDArray[np.uint8]
 
 OVERVIEW_SIDE = 512
@@ -54,20 +56,28 @@ def open_picture(path: Path):  # type: ignore[no-untyped-def]
         picture = Image.open(path)
     except (OSError, ValueError, SyntaxError) as error:
         raise TextureProblem(
-            f"{path}: this texture cannot be read ({reason(error)}); "
-            "the surface is drawn without it."
+            tr(
+                "The texture {file} cannot be read ({reason}). The surface is drawn without it.",
+                file=path,
+                reason=reason(error),
+            )
         ) from error
     if picture.width * picture.height > LARGEST_FILE_PIXELS:
         raise TextureProblem(
-            f"{path}: this texture claims {picture.width} x {picture.height} pixels, more than "
-            "can be drawn; the surface is drawn without it."
+            tr(
+                "The texture {file} has {width} × {height} pixels, more than can be drawn. The "
+                "surface is drawn without it.",
+                file=path,
+                width=picture.width,
+                height=picture.height,
+            )
         )
     return picture
 
 
 def reason(error: Exception) -> str:
     if isinstance(error, FileNotFoundError):
-        return "the file is missing"
+        return tr("file not found")
     return str(error).splitlines()[0][:120] if str(error) else type(error).__name__
 
 
@@ -99,9 +109,14 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
             factor *= 2
         try:
             if factor > 1:
-                note = (
-                    f"{path}: this texture of {width} x {height} pixels is larger than the "
-                    f"{limit} that can be drawn here; it is shown at 1/{factor} of its resolution."
+                note = tr(
+                    "The texture {file} has {width} × {height} pixels; the graphics card can draw "
+                    "{limit} a side. It is shown at 1/{factor} of its resolution.",
+                    file=path,
+                    width=width,
+                    height=height,
+                    limit=limit,
+                    factor=factor,
                 )
                 picture.draft("RGB", (width // factor, height // factor))
             image = picture.convert("RGB")
@@ -110,8 +125,11 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
                 image = image.reduce(left)
         except (OSError, ValueError, SyntaxError) as error:
             raise TextureProblem(
-                f"{path}: this texture is damaged ({reason(error)}); "
-                "the surface is drawn without it."
+                tr(
+                    "The texture {file} is damaged ({reason}). The surface is drawn without it.",
+                    file=path,
+                    reason=reason(error),
+                )
             ) from error
     image = image.transpose(Image.Transpose.FLIP_TOP_BOTTOM)
     levels = [make_level(np.asarray(image), whole_side)]

@@ -1,4 +1,11 @@
-"""numpy arrays as VTK data sets; every array is a private copy or kept alive by VTK itself."""
+"""numpy arrays as VTK data sets; every array is a private copy or kept alive by VTK itself.
+
+Without PyVista, which was measured to cost time here. Its import takes 0.5 to 0.9 s after that of
+VTK, in which no picture can come. A small data set takes 0.13 ms instead of 0.03 to 0.06, and a
+scene has thousands; a cloud of 500,000 points 0.4 ms instead of 0.03, since each point becomes a
+cell; a texture of 2048 x 2048 pixels 30 to 80 ms instead of 0.1. Only a mesh of a million faces is
+quicker, 0.13 ms instead of 0.25 to 0.6.
+"""
 
 from __future__ import annotations
 

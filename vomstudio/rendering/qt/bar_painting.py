@@ -13,6 +13,7 @@ from vomstudio.rendering.qt.compass_and_scale import MARGIN, scale_bar_box
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
 from vomstudio.rendering.view.clipping import EDGES, FACES
 from vomstudio.rendering.view.scalars import MISSING, Scale
+from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
@@ -22,7 +23,7 @@ TOP = 42.0
 """Below the bar that messages are shown in."""
 PAD = 9.0
 WIDEST_TITLE = 190.0
-MISSING_WORDS = "no value"
+MISSING_TEXT = to_translate("no value")
 
 BOX_COLOR = QColor("#f0e442")
 HANDLE_RADIUS = 12.5
@@ -66,24 +67,26 @@ class ColorBar:
         beside = max([plain.horizontalAdvance(w) for w in words], default=0.0)
         wide.append(BAR_WIDTH + 8.0 + beside)
         if scale.missing:
-            wide.append(BAR_WIDTH + 8.0 + plain.horizontalAdvance(MISSING_WORDS))
+            wide.append(BAR_WIDTH + 8.0 + plain.horizontalAdvance(tr(MISSING_TEXT)))
         width = max(wide) + 2.0 * PAD
         height = self._head + inner + self._foot + 2.0 * PAD
         self._inner = inner
         self.box = QRectF(right - width, top, width, height)
 
     def _more(self) -> list[str]:
-        return [f"and {self._left_out} more"] if self._left_out else []
+        return (
+            [tr_n("and {count} more", "and {count} more", self._left_out)] if self._left_out else []
+        )
 
     def _ticks(self, tall: float) -> list[tuple[float, str]]:
-        """Place 0..1 from the bottom and words: the ends, and the round values between that keep
+        """Place 0..1 from the bottom and text: the ends, and the round values between that keep
         clear of them and of each other."""
         scale, width = self.scale, self.scale.high - self.scale.low
         if width <= 0.0:
             return []
         if scale.kind == "cyclic":
             return [((v - scale.low) / width, text) for v, text in scale.ticks()]
-        low, high = scale.end_words()
+        low, high = scale.end_texts()
         ends = [
             (0.0, ("≤ " if scale.below else "") + low),
             (1.0, ("≥ " if scale.above else "") + high),
@@ -118,7 +121,7 @@ class ColorBar:
         else:
             self._paint_ramp(painter, left, top)
         if self.scale.missing:
-            self._swatch(painter, left, top + self._inner + 5.0, MISSING, MISSING_WORDS)
+            self._swatch(painter, left, top + self._inner + 5.0, MISSING, tr(MISSING_TEXT))
         painter.restore()
 
     def _swatch(
@@ -184,7 +187,7 @@ def draw_clip_box(
     centres: Array,
     usable: Sequence[bool],
     hot: int | None,
-    letters: str,
+    letters: Sequence[str],
 ) -> None:
     """Edges and handles of a clipping box.
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
@@ -133,7 +135,7 @@ class ClipHandles(QObject):
             self.hot = face
             self._pane.update()
 
-    def paint(self, painter: QPainter, held: int | None, letters: str) -> None:
+    def paint(self, painter: QPainter, held: int | None, letters: Sequence[str]) -> None:
         if self.box is not None and self.handles:
             corners, centres, usable = self.places()
             hot = self.hot if held is None else held

@@ -11,6 +11,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
 
 from vomstudio.rendering.qt import painting
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -56,10 +57,10 @@ def draw_compass(painter: QPainter, frame: Array, height: float, north_known: bo
     painter.setBrush(QColor("#e0402a") if north_known else QColor("#f0a500"))
     painter.drawPolygon(north)
     bold, plain = painting.system_font(bold=True), painting.system_font()
-    letters = "NESW" if north_known else "yx  "
+    letters = (tr("N"), tr("E"), tr("S"), tr("W")) if north_known else ("y", "x", "", "")
     taken: list[QPointF] = []
     for k, letter in enumerate(letters):
-        if letter == " ":
+        if not letter:
             continue
         turned = math.radians(90.0 * k)
         at = place((math.sin(turned), math.cos(turned), 0.0), radius + 9.0)
@@ -78,9 +79,10 @@ def draw_compass(painter: QPainter, frame: Array, height: float, north_known: bo
         )
     if not north_known:
         small = painting.system_font()
-        wide = QFontMetricsF(small).horizontalAdvance("local frame")
+        text = tr("local frame")
+        wide = QFontMetricsF(small).horizontalAdvance(text)
         painting.outlined_text(
-            painter, max(box.left(), centre.x() - wide / 2.0), box.top() - 4.0, "local frame", small
+            painter, max(box.left(), centre.x() - wide / 2.0), box.top() - 4.0, text, small
         )
     painter.restore()
 
@@ -141,7 +143,7 @@ def draw_scale_bar(
         pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
         painter.setPen(pen)
         painter.drawPath(bar)
-    text = length_text(length) if unit_known else f"{length:g} units"
+    text = length_text(length) if unit_known else tr("{length:g} units", length=length)
     font = painting.system_font(bold=True)
     painting.outlined_text(
         painter,
@@ -152,7 +154,7 @@ def draw_scale_bar(
     )
     if not orthographic:
         small = painting.system_font()
-        note = "at the pivot's distance"
+        note = tr("at the pivot's distance")
         painting.outlined_text(
             painter,
             right - QFontMetricsF(small).horizontalAdvance(note),

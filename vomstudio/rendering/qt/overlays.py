@@ -14,6 +14,7 @@ from vomstudio.rendering.qt.annotations import Annotations
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.rendering.view.scalars import Scale
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Size = tuple[float, float]
@@ -80,7 +81,9 @@ class Overlays:
         self, scales: list[tuple[Scale, str]], size: Size
     ) -> list[bar_painting.ColorBar]:
         if not self.unit_known:
-            scales = [(replace(s, unit="units") if s.unit == "m" else s, id_) for s, id_ in scales]
+            scales = [
+                (replace(s, unit=tr("units")) if s.unit == "m" else s, id_) for s, id_ in scales
+            ]
         several = len(scales) > 1
         captioned = [
             (scale, (scale.title, self._captions.get(model_id, "") if several else ""))

@@ -42,6 +42,7 @@ from vomstudio.rendering.qt.shown_features import FeaturesShown
 from vomstudio.rendering.qt.shown_models import ModelsShown
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.tools.interaction_types import Hit, Preview
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene
@@ -219,7 +220,7 @@ class Viewport(QWidget):
             self._base = self._compose()
         painter = QPainter(self)
         painter.drawImage(QPointF(0.0, 0.0), self._base)
-        letters = "ENZ" if self.overlays.north_known else "xyz"
+        letters = (tr("E"), tr("N"), tr("Z")) if self.overlays.north_known else ("x", "y", "z")
         self.clip.paint(painter, self.gestures.held_face, letters)
         self.photos.paint(painter, self.rect())
         if self.preview is not None:

@@ -27,6 +27,7 @@ from vomstudio.geometry.field_style import (
     field_names,
 )
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.words import to_translate, tr
 
 __all__ = [
     "ELEVATION",
@@ -58,29 +59,29 @@ Rows = npt.NDArray[np.integer]
 
 # ASPRS, LAS specification 1.4 R15, table 17.
 LAS_CLASSES: dict[int, tuple[str, str]] = {
-    0: ("never classified", "#b0b8c4"),
-    1: ("unclassified", "#d8d2c4"),
-    2: ("ground", "#a6611a"),
-    3: ("low vegetation", "#b8e186"),
-    4: ("medium vegetation", "#4dac26"),
-    5: ("high vegetation", "#1b7837"),
-    6: ("building", "#e34a33"),
-    7: ("low noise", "#7b3294"),
-    8: ("model key point", "#fdb863"),
-    9: ("water", "#2c7fb8"),
-    10: ("rail", "#5e3c99"),
-    11: ("road surface", "#4d4d4d"),
-    12: ("overlap", "#f1b6da"),
-    13: ("wire, guard", "#ffff33"),
-    14: ("wire, conductor", "#ff7f00"),
-    15: ("transmission tower", "#6a6ab0"),
-    16: ("wire connector", "#c51b7d"),
-    17: ("bridge deck", "#80cdc1"),
-    18: ("high noise", "#e7298a"),
-    19: ("overhead structure", "#01665e"),
-    20: ("ignored ground", "#dfc27d"),
-    21: ("snow", "#f7f7f7"),
-    22: ("temporal exclusion", "#35978f"),
+    0: (to_translate("never classified"), "#b0b8c4"),
+    1: (to_translate("unclassified"), "#d8d2c4"),
+    2: (to_translate("ground"), "#a6611a"),
+    3: (to_translate("low vegetation"), "#b8e186"),
+    4: (to_translate("medium vegetation"), "#4dac26"),
+    5: (to_translate("high vegetation"), "#1b7837"),
+    6: (to_translate("building"), "#e34a33"),
+    7: (to_translate("low noise"), "#7b3294"),
+    8: (to_translate("model key point"), "#fdb863"),
+    9: (to_translate("water"), "#2c7fb8"),
+    10: (to_translate("rail"), "#5e3c99"),
+    11: (to_translate("road surface"), "#4d4d4d"),
+    12: (to_translate("overlap"), "#f1b6da"),
+    13: (to_translate("wire, guard"), "#ffff33"),
+    14: (to_translate("wire, conductor"), "#ff7f00"),
+    15: (to_translate("transmission tower"), "#6a6ab0"),
+    16: (to_translate("wire connector"), "#c51b7d"),
+    17: (to_translate("bridge deck"), "#80cdc1"),
+    18: (to_translate("high noise"), "#e7298a"),
+    19: (to_translate("overhead structure"), "#01665e"),
+    20: (to_translate("ignored ground"), "#dfc27d"),
+    21: (to_translate("snow"), "#f7f7f7"),
+    22: (to_translate("temporal exclusion"), "#35978f"),
 }
 OTHER_COLORS = (
     "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c564b",
@@ -144,7 +145,7 @@ class Scale:
         return out
 
     def ticks(self, most: int = 6) -> list[tuple[float, str]]:
-        """Round values from low to high with their words."""
+        """Round values from low to high, with their texts."""
         if self.kind == "categories" or not self.high > self.low:
             return []
         width = self.high - self.low
@@ -157,8 +158,8 @@ class Scale:
         last = math.floor(self.high / step + 1e-9)
         return [(k * step, number(k * step, decimals)) for k in range(first, last + 1)]
 
-    def end_words(self) -> tuple[str, str]:
-        """The range in words, with digits enough to tell its ends apart."""
+    def end_texts(self) -> tuple[str, str]:
+        """Both ends of the range as text, with enough digits to tell them apart."""
         width = self.high - self.low
         decimals = max(0, 2 - math.floor(math.log10(width))) if width > 0 else 3
         return number(self.low, min(decimals, 9)), number(self.high, min(decimals, 9))
@@ -182,7 +183,7 @@ def round_step(smallest: float) -> float:
 
 
 def title_of(name: str) -> str:
-    """A field's name as it is read: without a unit and CloudCompare's prefix."""
+    """A field's name as it is shown: without unit and CloudCompare's prefix."""
     bare = re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name)
     bare = re.sub(r"^scalar_", "", bare, flags=re.IGNORECASE)
     bare = bare.removesuffix("_px")
@@ -332,11 +333,11 @@ def _categories(name: str, codes: npt.NDArray[np.int64]) -> Iterator[Category]:
     las = "class" in _plain(name)
     for place, code in enumerate(int(c) for c in codes):
         if las and code in LAS_CLASSES:
-            words, color = LAS_CLASSES[code]
-            yield Category(code, f"{code}  {words}", _rgb(color))
+            title, color = LAS_CLASSES[code]
+            yield Category(code, f"{code}  {tr(title)}", _rgb(color))
         else:
-            words = f"{code}  user-defined" if las and code >= 64 else str(code)
-            yield Category(code, words, _rgb(OTHER_COLORS[place % len(OTHER_COLORS)]))
+            text = f"{code}  {tr('user-defined')}" if las and code >= 64 else str(code)
+            yield Category(code, text, _rgb(OTHER_COLORS[place % len(OTHER_COLORS)]))
 
 
 def _rgb(color: str) -> tuple[int, int, int]:

@@ -1,4 +1,4 @@
-"""What the Alignment window shows, read by a worker and by threads."""
+"""The data of the Alignment window, read by a worker and by threads."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ Arrays = dict[str, npt.NDArray[Any]]
 
 @dataclass(eq=False)
 class ShownPhoto:
-    """A photo as it is looked at: upright, while its pixels are known as stored.
+    """A photo as it is drawn: upright, while positions in it are given in pixels as stored.
 
-    width, height : as stored
+    width, height, orientation : as stored, and as EXIF says. image : upright, None with a `problem`
     """
 
     name: str
@@ -61,17 +61,18 @@ class ShownPhoto:
     orientation: int
     problem: str = ""
 
-    def places(self, pixels: npt.ArrayLike) -> Array:
-        """(n, 2) in the upright picture, of pixels as stored."""
+    def upright_points(self, pixels: npt.ArrayLike) -> Array:
+        """Pixels (n, 2) of the upright picture, from pixels (n, 2) as stored."""
         return upright_pixels(pixels, self.orientation, self.width, self.height)
 
-    def ways(self, vectors: npt.ArrayLike) -> Array:
-        """(n, 2) vectors turned with the picture."""
+    def upright_vectors(self, vectors: npt.ArrayLike) -> Array:
+        """Vectors (n, 2) as stored, turned with the picture."""
         zero = upright_pixels([[0.0, 0.0]], self.orientation, self.width, self.height)
-        return self.places(vectors) - zero
+        return self.upright_points(vectors) - zero
 
     @property
     def picture(self) -> Picture:
+        """What a pane draws: the upright image and its size as the upright photo."""
         size = (self.width, self.height)
         if self.orientation in (5, 6, 7, 8):
             size = size[::-1]
@@ -79,7 +80,7 @@ class ShownPhoto:
 
 
 def to_image(pixels: npt.NDArray[np.uint8]) -> QImage:
-    """Of (h, w, 3), with memory of its own."""
+    """A picture with its own memory of (h, w, 3) red, green and blue."""
     pixels = np.ascontiguousarray(pixels)
     height, width = pixels.shape[:2]
     shown = QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888)
@@ -87,7 +88,7 @@ def to_image(pixels: npt.NDArray[np.uint8]) -> QImage:
 
 
 class AlignmentData(QObject):
-    """overview : see `inspection.overview`, once `read` has brought it."""
+    """What is known of one reconstruction. overview : see `inspection.overview`; set by `read`."""
 
     def __init__(self, studio: Studio, folder: Path) -> None:
         super().__init__()
@@ -99,12 +100,15 @@ class AlignmentData(QObject):
         self.overview = NOTHING_ALIGNED
 
     def close(self) -> None:
+        """Cancel what is being read; nothing is passed on any more."""
         self._closed = True
         self._background.close()
         for _, job in self._asked.values():
             self._studio.jobs.cancel(job)
 
     def read(self, then: Callable[[], None], failed: Callable[[str], None]) -> None:
+        """Read the overview, then call `then`, or `failed` with a sentence."""
+
         def arrived(result: AlignmentOverview, _: Arrays) -> None:
             self.overview = result
             then()
@@ -114,6 +118,9 @@ class AlignmentData(QObject):
     def pair(
         self, a: str, b: str, then: Callable[[Arrays], None], failed: Callable[[str], None]
     ) -> None:
+        """Read the matches of two photos: pass the arrays of `inspection.pair` to `then`, or a
+        sentence to `failed`."""
+
         def asked(into: Path) -> PairIn:
             return PairIn(self.folder, into, a, b)
 
@@ -122,6 +129,8 @@ class AlignmentData(QObject):
     def residuals(
         self, name: str, then: Callable[[Arrays], None], failed: Callable[[str], None]
     ) -> None:
+        """Read the residuals of a photo, as `pair` does."""
+
         def asked(into: Path) -> PhotoIn:
             return PhotoIn(self.folder, into, name)
 
@@ -133,7 +142,7 @@ class AlignmentData(QObject):
         then: Callable[[DepthFacts, Arrays], None],
         failed: Callable[[str], None],
     ) -> None:
-        """Pictures and depths are turned upright."""
+        """Read the depth map of a photo; pictures and depths are turned upright."""
         path = self._path(name)
 
         def asked(into: Path) -> PhotoIn:
@@ -163,7 +172,7 @@ class AlignmentData(QObject):
             try:
                 descriptor, name = tempfile.mkstemp(".npz", "vomstudio-")
             except OSError as error:
-                failed(tr("There is no room for temporary files: {error}", error=error))
+                failed(tr("A temporary file cannot be written ({error}).", error=error))
                 return
             os.close(descriptor)
             into = Path(name)
@@ -207,7 +216,7 @@ class AlignmentData(QObject):
         self._asked[kind] = (mark, job)
 
     def coverage(self, name: str, then: Callable[[float | None], None]) -> None:
-        """Share of a photo's pixels that have a depth, as soon as a thread has counted."""
+        """Pass to `then` the share of a photo's pixels that have a depth, None without a map."""
 
         def work() -> object:
             if self._closed:
@@ -267,7 +276,7 @@ def _take(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays | str:
         with np.load(path) as arrays:
             return prepare({name: arrays[name] for name in arrays.files})
     except (OSError, ValueError, EOFError) as error:
-        return f"What was read could not be kept ({error})"
+        return tr("The data of the alignment cannot be read ({error}).", error=error)
     finally:
         with contextlib.suppress(OSError):
             path.unlink()
@@ -279,7 +288,11 @@ def _read_photo(name: str, path: Path, width: int, height: int) -> ShownPhoto:
     except VomError as error:
         return ShownPhoto(name, None, width, height, 1, str(error))
     if size != (width, height):
-        problem = f"{path} is not the photo that was aligned: it has another size"
+        problem = tr(
+            "{path} has another size than the photo that was aligned. Put the original photo "
+            "there.",
+            path=path,
+        )
         return ShownPhoto(name, None, width, height, 1, problem)
     return ShownPhoto(
         name, to_image(turned_upright(pixels, orientation)), width, height, orientation

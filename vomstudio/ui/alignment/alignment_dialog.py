@@ -1,4 +1,4 @@
-"""What a reconstruction rests on: matches, cameras, residuals and depth maps."""
+"""The Alignment window: matches, cameras, residuals and depth maps of a reconstruction."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from vomstudio.words import tr
 
 
 class AlignmentDialog(QDialog):
-    """A window of its own, beside which the outcrop can be worked on. folder: of the
-    reconstruction."""
+    """A window beside the main one. folder: of the reconstruction."""
 
     def __init__(self, parent: QWidget, studio: Studio, folder: Path) -> None:
         super().__init__(parent)
@@ -37,7 +36,7 @@ class AlignmentDialog(QDialog):
         self.tabs.setDocumentMode(True)
         for page, title in zip(
             self._pages,
-            (tr("&Matches"), tr("&Cameras"), tr("&Residuals"), tr("&Depths")),
+            (tr("&Matches"), tr("&Cameras"), tr("&Residuals"), tr("&Depth maps")),
             strict=True,
         ):
             self.tabs.addTab(page, title)

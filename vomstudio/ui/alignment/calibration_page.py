@@ -1,4 +1,4 @@
-"""The cameras as the adjustment found them: values, errors, and what cannot be told apart."""
+"""The intrinsics of each camera: values, errors and correlations."""
 
 from __future__ import annotations
 
@@ -18,15 +18,18 @@ from PySide6.QtWidgets import (
 from vomstudio.jobs.inspection_tasks import AlignedCamera
 from vomstudio.rendering.view.scalars import map_table
 from vomstudio.ui.alignment.alignment_data import AlignmentData
+from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.words import tr
 
 _CELL = 72
 STRONG = 0.9
-"""Parameters that vary together more than this cannot be told apart well."""
+"""Parameters with a larger absolute correlation are poorly separated."""
 
 
 class CalibrationPage(QWidget):
+    """Parameters of a camera with their errors, and the matrix of their correlations."""
+
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
         self._data = data
@@ -70,18 +73,20 @@ class CalibrationPage(QWidget):
         layout.addLayout(tables, 1)
 
     def fill(self) -> None:
+        """Show the cameras of the overview."""
         cameras = self._data.overview.cameras
         self.camera.clear()
         for number, camera in enumerate(cameras):
             count = len(camera.photos)
-            text = tr(
-                "{number}: {count} photos ({photos} …)",
-                number=number + 1,
-                count=count,
-                photos=camera.photos[0],
-            )
             if count == 1:
-                text = tr("{number}: {photos}", number=number + 1, photos=camera.photos[0])
+                text = f"{number + 1}: {camera.photos[0]}"
+            else:
+                text = tr(
+                    "{number}: {count} photos ({first} …)",
+                    number=number + 1,
+                    count=count,
+                    first=camera.photos[0],
+                )
             self.camera.addItem(text)
         self._show()
 
@@ -98,27 +103,28 @@ class CalibrationPage(QWidget):
     def _sentences(self, camera: AlignedCamera) -> str:
         focal, sigma = camera.values[0], camera.sigma[0]
         held = camera.focal == "held"
-        state = tr("held") if held else tr("estimated")
-        lines = [
-            tr(
-                "Focal length {state}: <b>{focal:,.1f} px</b>{value}. {upper}.",
-                state=state,
+        if held:
+            first = tr("The focal length was held fixed at <b>{focal:,.1f} px</b>.", focal=focal)
+        elif sigma is None:
+            first = tr("The focal length was estimated as <b>{focal:,.1f} px</b>.", focal=focal)
+        else:
+            first = tr(
+                "The focal length was estimated as <b>{focal:,.1f} px</b> ± {sigma:,.1f} px.",
                 focal=focal,
-                value="" if held or sigma is None else f" ± {sigma:,.1f} px",
-                upper=camera.reason[:1].upper() + camera.reason[1:],
+                sigma=sigma,
             )
-        ]
+        lines = [first, as_sentence(camera.reason)]
         if camera.exif_px is None:
-            lines.append(tr("EXIF does not tell it."))
+            lines.append(tr("EXIF does not state a focal length."))
         elif not held:
             lines.append(
                 tr(
-                    "EXIF says {exif_px:,.1f} px; the difference is {focal:+.1f} %.",
-                    exif_px=camera.exif_px,
-                    focal=100 * (focal / camera.exif_px - 1),
+                    "EXIF states {exif:,.1f} px; the difference is {difference:+.1f} %.",
+                    exif=camera.exif_px,
+                    difference=100 * (focal / camera.exif_px - 1),
                 )
             )
-        lines.append(tr("Lens model {model}.", model=camera.model))
+        lines.append(tr("Lens model: {model}.", model=camera.model))
         return " ".join(lines)
 
     def _fill_parameters(self, camera: AlignedCamera) -> None:
@@ -153,16 +159,16 @@ class CalibrationPage(QWidget):
 
     def _why_held(self, name: str) -> str:
         if name[0] == "f":
-            return tr("held, see above")
+            return tr("held fixed, see above")
         if name[0] == "c":
-            return tr("held: a shift of it looks like a turn of the camera")
-        return tr("held: too few photos of this camera")
+            return tr("held fixed: not separable from camera rotation")
+        return tr("held fixed: too few photos")
 
     def _meaning(self, name: str) -> str:
         if name[0] == "f":
             return tr("focal length")
         if name[0] == "c":
-            return tr("principal point, {name}", name=name[1])
+            return tr("principal point, {axis}", axis=name[1])
         if name[0] == "k":
             return tr("radial distortion")
         return tr("tangential distortion")
@@ -198,23 +204,22 @@ class CalibrationPage(QWidget):
 
     def _strongest(self, camera: AlignedCamera, free: int) -> str:
         if free == 0:
-            return tr("Nothing of this camera was estimated.")
+            return tr("No parameter of this camera was estimated.")
         if free == 1:
-            return tr("Only one parameter was estimated: there is nothing to mistake it for.")
+            return tr("Only one parameter was estimated, so there is no correlation.")
         if camera.strongest is None:
             return ""
         a, b, value = camera.strongest
         if abs(value) > STRONG:
             return tr(
-                "{a} and {b} can hardly be told apart ({value:+.2f}): each is worth less "
-                "than its own error says. Photos from more directions, some turned on their "
-                "side, would help.",
+                "{a} and {b} are strongly correlated ({value:+.2f}), so each is less certain than "
+                "its own error says. Add photos from more directions, some of them turned by 90°.",
                 a=a,
                 b=b,
                 value=value,
             )
         return tr(
-            "The strongest is that of {a} and {b} ({value:+.2f}): no cause for worry.",
+            "The strongest correlation is that of {a} and {b} ({value:+.2f}); it is harmless.",
             a=a,
             b=b,
             value=value,

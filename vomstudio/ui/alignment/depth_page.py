@@ -1,4 +1,4 @@
-"""The depth map of a photo beside it."""
+"""The page with a photo and its depth map side by side."""
 
 from __future__ import annotations
 
@@ -29,6 +29,8 @@ _BAR = 118.0
 
 
 class DepthPage(QWidget):
+    """A list of the photos, and one of them beside its depths, confidences or surface normals."""
+
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
         self._data = data
@@ -41,9 +43,9 @@ class DepthPage(QWidget):
             (
                 Column(tr("Photo"), number=False),
                 Column(
-                    tr("With depth"),
-                    "{:.0%}".format,
-                    tr("Of the pixels that are not masked"),
+                    tr("Coverage"),
+                    lambda share: f"{100 * share:.0f} %",
+                    tr("Share of the unmasked pixels that have a depth."),
                 ),
             ),
             sort_by=0,
@@ -53,16 +55,16 @@ class DepthPage(QWidget):
         self.what = ComboBox()
         self.what.setObjectName("depth_what")
         for title, name, tip in (
-            (tr("Depth"), "colors", tr("Distance along the view")),
+            (tr("Depth"), "colors", tr("Distance along the viewing direction.")),
             (
                 tr("Confidence"),
                 "confidence",
-                tr("Every further photo that agrees halves what is missing to 1"),
+                tr("Each further photo that agrees halves the difference from 1."),
             ),
             (
-                tr("Direction of the surface"),
+                tr("Surface normal"),
                 "normals",
-                tr("Hue: toward where it faces; pale: flat lying; dark: overhanging"),
+                tr("Hue: azimuth of the normal; pale: nearly horizontal; dark: overhanging."),
             ),
         ):
             self.what.addItem(title, name)
@@ -88,13 +90,14 @@ class DepthPage(QWidget):
         return "m" if self._data.overview.scaled else tr("units")
 
     def fill(self) -> None:
+        """Show the photos of the overview, and the first one that has a depth map."""
         rows: list[tuple[tuple[Any, ...], str]] = []
         for photo in self._data.overview.photos:
             self._has[photo.name] = photo.has_depths
-            rows.append(((photo.name, None), "" if photo.has_depths else tr("No map")))
+            rows.append(((photo.name, None), "" if photo.has_depths else tr("No depth map")))
         self.table.fill(rows)
         if not any(self._has.values()):
-            self.panes.say(tr("Depth maps are made after the alignment; there are none yet."))
+            self.panes.say(tr("There are no depth maps yet. They are made after the alignment."))
             return
         self.table.choose(lambda values: self._has[values[0]])
         for name, has in self._has.items():
@@ -105,11 +108,15 @@ class DepthPage(QWidget):
         self.table.change(lambda values: values[0] == name, 1, share)
 
     def show_photo(self, name: str) -> None:
+        """Show the photo of this name and its depth map."""
         self._wanted, self._arrays = name, None
         self._said.setText("")
         if not self._has[name]:
             self.panes.say(
-                tr("{name} has no depth map: no other photo sees its rock well enough.", name=name)
+                tr(
+                    "{photo} has no depth map: no other photo shows the same rock well enough.",
+                    photo=name,
+                )
             )
             return
         if all(p is None for p in self.panes._pictures):
@@ -125,10 +132,10 @@ class DepthPage(QWidget):
         self._draw()
         self._said.setText(
             tr(
-                "{coverage:.0%} of the pixels of {name} have a depth, from {low:.2f} to "
-                "{high:.2f} {unit}",
-                coverage=facts.coverage,
-                name=name,
+                "{coverage:.0f} % of the pixels of {photo} have a depth, from {low:.2f} to "
+                "{high:.2f} {unit}.",
+                coverage=100 * facts.coverage,
+                photo=name,
                 low=facts.low,
                 high=facts.high,
                 unit=self.unit,
@@ -183,9 +190,9 @@ class DepthPage(QWidget):
                 words = (
                     tr("Depth {value:.3f} {unit}", value=value, unit=self.unit)
                     if value > 0
-                    else tr("No depth here: no other photo agrees with one")
+                    else tr("No depth: no other photo agrees.")
                 )
-        self._under.setText(words or tr("Wheel: zoom. Drag: move. Both pictures go together."))
+        self._under.setText(words or tr("Wheel: zoom. Drag: pan. Both pictures move together."))
 
 
 def _bar(
@@ -209,7 +216,7 @@ def _compass(
     *,
     letters: str,
 ) -> None:
-    """What the hues mean: the side toward which a surface faces."""
+    """The legend of the hues: the azimuth of the surface normal."""
     font = system_font(bold=True)
     metrics = QFontMetricsF(font)
     radius, pad = 30.0, metrics.height() + 4.0

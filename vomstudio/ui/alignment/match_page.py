@@ -1,4 +1,4 @@
-"""Two photos beside each other with what they have in common."""
+"""The page with the matches of two photos."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ _MATCH = QColor(240, 228, 66, 200)
 
 
 class MatchPage(QWidget):
+    """A matrix and a list of all pairs of photos, and one pair side by side with its matches."""
+
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
         self._data = data
@@ -34,15 +36,19 @@ class MatchPage(QWidget):
         self.matrix.chosen.connect(self._cell_chosen)
         self.table = NumberTable(
             (
-                Column(tr("Photo"), number=False),
-                Column(tr("and photo"), number=False),
+                Column(tr("Photo 1"), number=False),
+                Column(tr("Photo 2"), number=False),
                 Column(
-                    tr("Agree"),
+                    tr("Inliers"),
                     "{:,}".format,
-                    tr("Matches that fit one geometry of the two photos"),
+                    tr("Matches that agree with the epipolar geometry of the two photos."),
                 ),
-                Column(tr("Matches"), "{:,}".format, tr("Features that resemble each other")),
-                Column(tr("Share"), "{:.1%}".format, tr("Of the matches, that agree")),
+                Column(tr("Matches"), "{:,}".format, tr("Pairs of similar features.")),
+                Column(
+                    tr("Inlier ratio"),
+                    lambda ratio: f"{100 * ratio:.1f} %",
+                    tr("Inliers over all matches."),
+                ),
             ),
             sort_by=2,
             descending=True,
@@ -52,26 +58,26 @@ class MatchPage(QWidget):
         self.panes = PicturePanes(2)
         self.panes.setObjectName("match_panes")
         self.features = QCheckBox(tr("All features"))
-        self.features.setToolTip(tr("Every point that was sought in the other photos"))
-        self.refused = QCheckBox(tr("Refused matches"))
-        self.refused.setToolTip(
-            tr("Features that resemble each other, but do not fit the others: in red")
+        self.features.setToolTip(tr("All detected features of both photos."))
+        self.outliers = QCheckBox(tr("Outliers"))
+        self.outliers.setToolTip(
+            tr("Matches that disagree with the epipolar geometry, drawn in red.")
         )
         self.lines = ComboBox()
         self.lines.setObjectName("lines")
         for count in _LINES:
             self.lines.addItem(tr("{count:,} lines", count=count), count)
-        self.lines.addItem(tr("all lines"), 10**9)
-        self.lines.addItem(tr("no lines"), 0)
-        self.lines.setToolTip(tr("Chosen evenly among the matches that agree"))
+        self.lines.addItem(tr("All lines"), 10**9)
+        self.lines.addItem(tr("No lines"), 0)
+        self.lines.setToolTip(tr("How many of the inliers are drawn as lines."))
         self._legend = QLabel()
         self._said = ElidedLabel()
-        for box in (self.features, self.refused):
+        for box in (self.features, self.outliers):
             box.toggled.connect(lambda _: self._draw())
         self.lines.currentIndexChanged.connect(lambda _: self._draw())
         self._hint = ElidedLabel()
         self._hint.setText(
-            tr("Wheel: zoom. Drag: move. Double click on a match: bring both ends near.")
+            tr("Wheel: zoom. Drag: pan. Double-click on a match: zoom to both ends.")
         )
         self._arrange()
 
@@ -84,7 +90,7 @@ class MatchPage(QWidget):
         right, rows = column_of()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
-        for widget in (self.lines, self.features, self.refused):
+        for widget in (self.lines, self.features, self.outliers):
             row.addWidget(widget)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
@@ -93,14 +99,15 @@ class MatchPage(QWidget):
 
     # --- choosing ----------------------------------------------------------------------------
     def fill(self) -> None:
+        """Show the pairs of the overview, and the one with the most inliers."""
         facts = self._data.overview
         self._names = [photo.name for photo in facts.photos]
         weak = facts.weak_below
         flagged = sum(0 < pair[3] < weak for pair in facts.pairs)
-        words = tr("Agreeing matches of every two photos, the brighter the more.")
+        words = tr("Inliers of each pair of photos; the brighter, the more.")
         if flagged:
             words += " " + tr(
-                "Orange: weak, with fewer than {weak} ({flagged} of {count} pairs).",
+                "Orange: weak pairs with fewer than {weak} inliers ({flagged} of {count}).",
                 weak=weak,
                 flagged=flagged,
                 count=len(facts.pairs),
@@ -112,20 +119,25 @@ class MatchPage(QWidget):
             share = kept / tried if tried else None
             note = ""
             if 0 < kept < weak:
-                note = tr("Weak: {kept} matches agree, {weak} are wanted", kept=kept, weak=weak)
+                note = tr(
+                    "Weak pair: {inliers} inliers, at least {least} are needed.",
+                    inliers=kept,
+                    least=weak,
+                )
             rows.append(((self._names[i], self._names[j], kept, tried, share), note))
         self.table.fill(rows)
         if rows:
             first = self.table.numbers.rows[0][0]
             self.table.choose(lambda values: values is first)
         else:
-            self.panes.say(tr("No two photos were compared."))
+            self.panes.say(tr("No photos were matched."))
 
     def _cell_chosen(self, i: int, j: int) -> None:
         a, b = self._names[i], self._names[j]
         self.table.choose(lambda values: values[:2] == (a, b))
 
     def show_pair(self, a: str, b: str) -> None:
+        """Show two photos by their names."""
         self._wanted = (a, b)
         self._photos, self._arrays = {}, None
         self.matrix.show_pair(self._names.index(a), self._names.index(b))
@@ -156,23 +168,23 @@ class MatchPage(QWidget):
         arrays = self._arrays
         matches, refused = arrays["matches"], arrays["refused"]
         ends = (
-            left.places(arrays["left"][matches[:, 0]]),
-            right.places(arrays["right"][matches[:, 1]]),
+            left.upright_points(arrays["left"][matches[:, 0]]),
+            right.upright_points(arrays["right"][matches[:, 1]]),
         )
         shown = int(self.lines.currentData())
         step = max(1, -(-len(matches) // shown)) if shown else 0
         drawn = np.arange(0, len(matches), step) if step else np.zeros(0, np.int64)
         faint = None
-        if self.refused.isChecked():
+        if self.outliers.isChecked():
             faint = (
-                left.places(arrays["left"][refused[:, 0]]),
-                right.places(arrays["right"][refused[:, 1]]),
+                left.upright_points(arrays["left"][refused[:, 0]]),
+                right.upright_points(arrays["right"][refused[:, 1]]),
             )
         painters = []
         for photo, points, own in ((left, "left", ends[0]), (right, "right", ends[1])):
             marks = dots(own, _MATCH, 2.6)
             if self.features.isChecked():
-                marks = both(dots(photo.places(arrays[points]), _FEATURE, 2.4), marks)
+                marks = both(dots(photo.upright_points(arrays[points]), _FEATURE, 2.4), marks)
             painters.append(marks)
         self.panes.draw_over(painters)
         self.panes.show_links(Links(*ends, _by_place(ends[0], left), drawn, faint))
@@ -180,15 +192,15 @@ class MatchPage(QWidget):
             self.panes.say("")
             self.panes.show_pictures([left.picture, right.picture])
         count, tried = len(matches), len(matches) + len(refused)
-        share = f" ({count / tried:.1%})" if tried else ""
         self._said.setText(
             tr(
-                "{count:,} matches agree of {tried:,}{share}; {count_2:,} and {count_3:,} features",
-                count=count,
-                tried=tried,
-                share=share,
-                count_2=len(arrays["left"]),
-                count_3=len(arrays["right"]),
+                "{inliers:,} inliers of {matches:,} matches ({ratio:.1f} %); {left:,} and "
+                "{right:,} features",
+                inliers=count,
+                matches=tried,
+                ratio=100 * count / tried if tried else 0.0,
+                left=len(arrays["left"]),
+                right=len(arrays["right"]),
             )
         )
 

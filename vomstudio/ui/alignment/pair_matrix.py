@@ -1,4 +1,4 @@
-"""How many matches every two photos share, as a matrix of colours."""
+"""The number of inliers of each pair of photos as a matrix of colours."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ _WEAK = QColor("#d55e00")
 
 
 class PairMatrix(QWidget):
-    """chosen : rows (i, j) of two photos, i < j. Numbers of photos stand beside it where there is
-    room; weak pairs have a frame, those that were not compared are empty."""
+    """Rows and columns are numbered photos. Weak pairs have a frame, pairs that were not matched
+    are empty. chosen : rows (i, j) of two photos, i < j."""
 
     chosen = Signal(int, int)
 
@@ -50,7 +50,7 @@ class PairMatrix(QWidget):
         return QSize(180, self.sizeHint().height())
 
     def fill(self, names: Sequence[str], pairs: Sequence[Sequence[int]], weak_below: int) -> None:
-        """pairs: (i, j, matches, those that agree)"""
+        """pairs: (i, j, matches, inliers) with i < j; weak_below: fewer inliers are weak"""
         self._names = list(names)
         self._pairs = {(i, j): (tried, kept) for i, j, tried, kept in pairs}
         self._most = max((kept for _, kept in self._pairs.values()), default=1)
@@ -134,11 +134,11 @@ class PairMatrix(QWidget):
                 tried, kept = self._pairs[pair]
                 a, b = (self._names[k] for k in pair)
                 words = tr(
-                    "{a} and {b}\n{tried:,} matches, {kept:,} of them agree",
+                    "{a} and {b}\n{matches:,} matches, {inliers:,} inliers",
                     a=a,
                     b=b,
-                    tried=tried,
-                    kept=kept,
+                    matches=tried,
+                    inliers=kept,
                 )
             QToolTip.showText(event.globalPos(), words, self)
             return True

@@ -1,4 +1,4 @@
-"""How well each photo fits the adjusted model, and where on the photo it does not."""
+"""The page with the residuals of each photo after the bundle adjustment."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, ShownPh
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import vectors
 from vomstudio.ui.common.picture_panes import PicturePanes
+from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
 from vomstudio.words import tr
 
@@ -25,6 +26,8 @@ _COLOR = QColor(240, 228, 66)
 
 
 class ResidualPage(QWidget):
+    """A list of the photos with their errors, and one photo with its residuals as vectors."""
+
     def __init__(self, data: AlignmentData) -> None:
         super().__init__()
         self._data = data
@@ -41,13 +44,13 @@ class ResidualPage(QWidget):
                 Column(
                     tr("Median error"),
                     "{:.2f} px".format,
-                    tr("Half of the tie points miss their place in the photo by less"),
+                    tr("Median reprojection error of the tie points."),
                 ),
-                Column(tr("Largest"), "{:.1f} px".format),
+                Column(tr("Max. error"), "{:.1f} px".format, tr("Largest reprojection error.")),
                 Column(
                     tr("GPS residual"),
                     "{:.2f} m".format,
-                    tr("From where the photo says that it was taken to its camera"),
+                    tr("Distance between the GPS position of the photo and its camera."),
                 ),
             ),
             sort_by=2,
@@ -57,7 +60,7 @@ class ResidualPage(QWidget):
         self.table.chosen.connect(lambda values: self.show_photo(values[0]))
         self.factor = ComboBox()
         self.factor.setObjectName("factor")
-        self.factor.addItem(tr("automatic"), 0)
+        self.factor.addItem(tr("Automatic"), 0)
         for value in _FACTORS:
             self.factor.addItem(f"× {value:,}", value)
         self.factor.currentIndexChanged.connect(lambda _: self._draw())
@@ -79,14 +82,15 @@ class ResidualPage(QWidget):
         side_by_side(self, side, right, [520, 740])
 
     def fill(self) -> None:
+        """Show the photos of the overview, and the one with the largest median error."""
         facts = self._data.overview
         rows: list[tuple[tuple[Any, ...], str]] = []
         for photo in facts.photos:
             note = ""
             if photo.part is None:
-                note = tr("Not placed: it {value}", value=photo.reason or "–")
+                note = tr("Not aligned: {reason}", reason=photo.reason or "–")
             elif photo.part > 0:
-                note = tr("Placed in a part of its own that does not join the model")
+                note = tr("Aligned in a disconnected component, which is not part of the model.")
             values = (
                 photo.name,
                 photo.tie_points,
@@ -102,26 +106,32 @@ class ResidualPage(QWidget):
 
     def _words(self, facts: AlignmentOverview) -> str:
         error = facts.reprojection_error_px
-        words = tr(
-            "{tie_points:,} tie points, mean error {error} px.",
-            tie_points=facts.tie_points,
-            error="–" if error is None else f"{error:.2f}",
-        )
+        if error is None:
+            words = tr("{tie_points:,} tie points.", tie_points=facts.tie_points)
+        else:
+            words = tr(
+                "{tie_points:,} tie points, mean reprojection error {error:.2f} px.",
+                tie_points=facts.tie_points,
+                error=error,
+            )
         registered = facts.registration
         if "refused" in registered:
-            words += " " + tr("No GPS residuals: {refused}.", refused=registered["refused"])
+            words += " " + tr(
+                "There are no GPS residuals: {reason}", reason=as_sentence(registered["refused"])
+            )
         elif registered.get("rms_m") is not None:
             words += " " + tr(
-                "GPS positions are missed by {rms_m:.2f} m (rms).", rms_m=registered["rms_m"]
+                "RMS residual of the GPS positions: {rms:.2f} m.", rms=registered["rms_m"]
             )
         elif registered.get("rms_control_m") is not None:
             words += " " + tr(
-                "Control points are missed by {rms_control_m:.3f} m (rms).",
-                rms_control_m=registered["rms_control_m"],
+                "RMS residual of the control points: {rms:.3f} m.",
+                rms=registered["rms_control_m"],
             )
         return words
 
     def show_photo(self, name: str) -> None:
+        """Show the photo of this name and its residuals."""
         self._wanted, self._photo, self._arrays = name, None, None
         self._said.setText("")
         self.panes.say(tr("Reading…"))
@@ -146,7 +156,7 @@ class ResidualPage(QWidget):
             self.panes.say("")
             self.panes.show_pictures([photo.picture])
         if not len(arrays["pixels"]):
-            self._said.setText(tr("No tie points: this photo is not part of the model."))
+            self._said.setText(tr("This photo has no tie points and is not part of the model."))
             self.panes.draw_over([])
             return
         lengths = np.linalg.norm(arrays["vectors"], axis=1)
@@ -155,15 +165,17 @@ class ResidualPage(QWidget):
             factor = exaggeration(lengths, max(photo.width, photo.height))
         self._said.setText(
             tr(
-                "Residuals {factor:,} times too long; median {median:.2f} px, largest {max:.1f} px",
+                "Residuals exaggerated {factor:,} times; median {median:.2f} px, largest "
+                "{largest:.1f} px.",
                 factor=factor,
                 median=float(np.median(lengths)),
-                max=float(lengths.max()),
+                largest=float(lengths.max()),
             )
         )
         step = -(-len(lengths) // _MOST)
         if step > 1:
-            self._said.setText(self._said.text() + tr("; one in {step} is drawn", step=step))
-        places = photo.places(arrays["pixels"][::step])
-        ways = photo.ways(arrays["vectors"][::step])
-        self.panes.draw_over([vectors(places, ways, factor, _COLOR)])
+            said = tr("One in {step} is drawn.", step=step)
+            self._said.setText(f"{self._said.text()} {said}")
+        places = photo.upright_points(arrays["pixels"][::step])
+        offsets = photo.upright_vectors(arrays["vectors"][::step])
+        self.panes.draw_over([vectors(places, offsets, factor, _COLOR)])

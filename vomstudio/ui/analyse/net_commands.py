@@ -1,4 +1,4 @@
-"""Commands of the stereonet and of the field measurements."""
+"""Commands that export the stereonet and import field measurements."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vomstudio.geometry import transform
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from vomstudio.ui.analyse.readings_dialog import Place
@@ -31,37 +31,38 @@ def commands(
 
     def no_net() -> str | None:
         if net() is None:
-            return "the net is still being made"
-        return None if studio.session.features() else "there is nothing on the net yet"
+            return tr("The stereonet is still being loaded.")
+        return None if studio.session.features() else tr("There is nothing on the stereonet yet.")
 
     def export() -> None:
         if (panel := net()) is not None:
             choose_picture(parent, studio, panel)
 
     return [
-        Command("import_readings", "Import &field measurements…",
+        Command("import_readings", tr("Import &field measurements…"),
                 lambda: choose_readings(parent, studio),
-                "compass-outline", (), "Compass readings from a table, to compare with what is "
-                "picked on the model"),
-        Command("export_net", "Export stereo&net…", export, "export-variant", (),
-                "The net as a figure: SVG, PDF or PNG", no_net),
+                "compass-outline", (), tr("Import compass readings from a table and compare them "
+                                          "with the planes picked on the model.")),
+        Command("export_net", tr("Export stereo&net…"), export, "export-variant", (),
+                tr("The stereonet as a figure: SVG, PDF or PNG."), no_net),
     ]  # fmt: skip
 
 
 # --- field measurements ----------------------------------------------------------------------
 def choose_readings(parent: QWidget, studio: Studio) -> None:
+    """Ask for a table, and import its readings."""
     name, _ = QFileDialog.getOpenFileName(
         parent,
         tr("Import field measurements"),
         start_folder(studio),
-        "Tables (*.csv *.txt *.tsv *.dat);;All files (*)",
+        ";;".join((tr("Tables (*.csv *.txt *.tsv *.dat)"), tr("All files (*)"))),
     )
     if name:
         import_readings(parent, studio, Path(name))
 
 
 def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
-    """Ask what the columns are and add the readings."""
+    """Ask for the meaning of the columns, and add the readings as features."""
     from vomstudio.io.project.field_table import read_field_table
     from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
 
@@ -105,34 +106,34 @@ def place_of(studio: Studio) -> Place:
 
 
 # --- the net as a figure ---------------------------------------------------------------------
-_PATTERNS = {
-    "SVG drawing (*.svg)": "svg",
-    "PDF document (*.pdf)": "pdf",
-    "PNG picture, 300 dpi (*.png)": "png",
+_FORMATS = {
+    "svg": to_translate("SVG drawing (*.svg)"),
+    "pdf": to_translate("PDF document (*.pdf)"),
+    "png": to_translate("PNG picture, 300 dpi (*.png)"),
 }
-
-
 _LEGEND_ROW_MM = 4.8
 
 
 def choose_picture(parent: QWidget, studio: Studio, panel: StereonetPanel) -> None:
+    """Ask for a file, and write the stereonet to it."""
+    formats = {tr(pattern): suffix for suffix, pattern in _FORMATS.items()}
     project = studio.project
     stem = "stereonet" if project.untitled else f"{project.name}-stereonet"
     name, pattern = QFileDialog.getSaveFileName(
         parent,
         tr("Export stereonet"),
         str(Path(start_folder(studio)) / f"{stem}.svg"),
-        ";;".join(_PATTERNS),
+        ";;".join(formats),
     )
     if name:
         path = Path(name)
-        if path.suffix.lower().removeprefix(".") not in _PATTERNS.values():
-            path = Path(f"{name}.{_PATTERNS.get(pattern, 'svg')}")
+        if path.suffix.lower().removeprefix(".") not in _FORMATS:
+            path = Path(f"{name}.{formats.get(pattern, 'svg')}")
         export_net(studio, panel, path)
 
 
 def export_net(studio: Studio, panel: StereonetPanel, path: Path) -> None:
-    """Write what the net shows, on white, at the size of a figure."""
+    """Write what the stereonet shows, on white, at the size of a printed figure."""
     from vomstudio.files.atomic import atomic_write
     from vomstudio.products.net.figure import PRINT_SIZE_MM, write_stereonet
 
@@ -146,4 +147,4 @@ def export_net(studio: Studio, panel: StereonetPanel, path: Path) -> None:
     except VomError as error:
         studio.fail(error)
     else:
-        studio.info(f"Written: {path}")
+        studio.info(tr("Exported to {file}.", file=path))

@@ -8,6 +8,7 @@ from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.ui.scene.view_panel import ViewPanel
+from vomstudio.words import tr
 
 
 def commands(
@@ -22,8 +23,8 @@ def commands(
             OrthoDialog(parent, studio, view.viewport, directions).open()
 
     return [
-        Command("orthophoto", "&Orthophoto along this view…", ask,
+        Command("orthophoto", tr("&Orthophoto along this view…"), ask,
                 "camera-metering-matrix", "Ctrl+P",
-                "A scale-true picture of the model as it is looked at now, as GeoTIFF",
+                tr("A true-to-scale picture of the model along the present view, as GeoTIFF."),
                 view.why_not),
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""An orthophoto along the present view: asked for here, drawn in a worker process."""
+"""Dialog for an orthophoto along the present view; a worker process makes it."""
 
 from __future__ import annotations
 
@@ -38,16 +38,18 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, file_field
 from vomstudio.ui.scene.view_panel import ViewPanel
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
+
+_SUFFIX = ".tif"
 
 
 class OrthoDialog(QDialog):
-    """Accepting it starts the job; the window goes on meanwhile."""
+    """Accepting it starts the job; the window remains usable."""
 
     def __init__(
         self, parent: QWidget, studio: Studio, viewport: Viewport, directions: ViewPanel
     ) -> None:
-        """directions : knows what the view's direction was taken from"""
+        """directions : knows from which measurement the view direction was taken"""
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Orthophoto along this view"))
@@ -58,7 +60,7 @@ class OrthoDialog(QDialog):
         centre, width, height = viewport.moves.seen()
         x, y, z = (float(v) for v in centre)
         self._seen = planning.Region((x, y, z), width, height)
-        self._words, self._error_deg = directions.judged(self._direction)
+        self._words, self._error_deg = directions.origin_of(self._direction)
         form = self._make_form()
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self._start = self._buttons.addButton(
@@ -77,7 +79,7 @@ class OrthoDialog(QDialog):
         stem = f"ortho_{round(trend) % 360:03d}_{plunge:+03.0f}"
         self.target.setText(str(folder / f"{stem}.tif"))
         # The texture's resolution is looked for once the dialog is on the screen.
-        self._size.setText(tr("looking at the model…"))
+        self._size.setText(tr("Reading the resolution of the model…"))
         QTimer.singleShot(0, self._propose)
 
     # --- parts -------------------------------------------------------------------------------
@@ -93,23 +95,23 @@ class OrthoDialog(QDialog):
         direction.setWordWrap(True)
         self._cost = QLabel()
         self._cost.setWordWrap(True)
-        self.flip = QCheckBox(tr("from the other side (a mirror image)"))
+        self.flip = QCheckBox(tr("From the opposite side (mirror image)"))
         self.target, file = file_field("ortho_target", tr("Choose…"), self._browse)
         form = QFormLayout()
         form.setVerticalSpacing(8)
         form.addRow(tr("Model"), self.model)
-        form.addRow(tr("Looking"), direction)
+        form.addRow(tr("View direction"), direction)
         form.addRow("", self.flip)
-        form.addRow(tr("If it is off"), self._cost)
+        form.addRow(tr("Effect of its error"), self._cost)
         form.addRow(tr("Area"), self._make_area())
         form.addRow(tr("Pixel size"), self._make_pixel())
         form.addRow(tr("Sheet"), self._make_sheet())
-        form.addRow(tr("Write to"), file)
+        form.addRow(tr("File"), file)
         return form
 
     def _make_area(self) -> QHBoxLayout:
-        self.whole = QRadioButton(tr("the whole model"))
-        self.seen = QRadioButton(tr("what the view shows"))
+        self.whole = QRadioButton(tr("Whole model"))
+        self.seen = QRadioButton(tr("Visible area"))
         self.whole.setChecked(True)
         area = QHBoxLayout()
         area.addWidget(self.whole)
@@ -127,11 +129,12 @@ class OrthoDialog(QDialog):
         pixel.addWidget(self.gsd)
         self._unit = QLabel()
         pixel.addWidget(self._unit)
+        pixel.addSpacing(8)
         pixel.addWidget(self._size, 1)
         return pixel
 
     def _make_sheet(self) -> QHBoxLayout:
-        self.sheet = QCheckBox(tr("a sheet to look at beside it, with scale bar and labels"))
+        self.sheet = QCheckBox(tr("Also write a sheet with scale bar and labels"))
         self.sheet_format = ComboBox()
         for name in ("png", "pdf"):
             self.sheet_format.addItem(name.upper(), name)
@@ -177,7 +180,7 @@ class OrthoDialog(QDialog):
         box = self._box()
         deep = float(np.ptp(box[:, 2]))
         metric = model.frame.has_metres
-        self._unit.setText("m  " if metric else tr("units  "))
+        self._unit.setText("m" if metric else tr("units"))
         cost = view_directions.cost_of_direction(self._error_deg, deep, metric=metric)
         self._cost.setText(cost[:1].upper() + cost[1:])
         self._check()
@@ -190,45 +193,53 @@ class OrthoDialog(QDialog):
         width, height = self._extent()
         why = None
         if gsd is None or gsd <= 0:
-            why = "the pixel size is a length, such as 0.005"
+            why = tr("Enter the pixel size as a number, such as 0.005.")
         elif not (width and height):
-            why = "the view shows nothing of this model"
+            why = tr("The view does not show this model.")
         else:
             pixels = (width / gsd) * (height / gsd)
             size = [length(v, metric=self._model().frame.has_metres) for v in (width, height)]
             self._size.setText(
                 tr(
-                    "up to {width:,.0f} × {height:,.0f} pixels, {size}\nproposed: {why}",
+                    "At most {width:,.0f} × {height:,.0f} pixels, {size}\nProposed: {reason}",
                     width=width / gsd,
                     height=height / gsd,
                     size=" × ".join(size),
-                    why=self._why,
+                    reason=self._why,
                 )
             )
             if pixels > planning.MAX_PIXELS:
-                why = f"{pixels / 1e6:,.0f} million pixels are too many; make them larger"
+                why = tr(
+                    "{count:,.0f} million pixels are too many. Enter a larger pixel size.",
+                    count=pixels / 1e6,
+                )
         if why is None and not self.target.text().lower().endswith((".tif", ".tiff")):
-            why = "the file's name must end in .tif"
+            why = tr("The file name must end in .tif.")
         if why is not None and gsd is not None:
             self._size.setText(why)
         self._start.setEnabled(why is None)
-        self._start.setToolTip("" if why is None else tr("Not now: {why}", why=why))
+        self._start.setToolTip("" if why is None else tr("Not now: {reason}", reason=why))
 
     def _browse(self) -> None:
         name, _ = QFileDialog.getSaveFileName(
-            self, tr("Write the orthophoto to"), self.target.text(), "GeoTIFF (*.tif)"
+            self, tr("Orthophoto file"), self.target.text(), tr("GeoTIFF (*.tif)")
         )
         if name:
-            self.target.setText(
-                name if name.lower().endswith((".tif", ".tiff")) else tr("{name}.tif", name=name)
-            )
+            named = name.lower().endswith((".tif", ".tiff"))
+            self.target.setText(name if named else name + _SUFFIX)
 
     # --- the job ------------------------------------------------------------------------------
     def accept(self) -> None:
+        """Start the job, after asking before files are replaced."""
         model, studio = self._model(), self._studio
         path = studio.project.find_model(model)
         if path is None:
-            studio.warn(f"The file of {model.name} is not where it was; locate it first.")
+            studio.warn(
+                tr(
+                    "The file of {model} was not found. Choose it with Model > Locate file.",
+                    model=model.name,
+                )
+            )
             return
         out = Path(self.target.text()).expanduser()
         view = view_directions.View(
@@ -260,31 +271,44 @@ class OrthoDialog(QDialog):
                 out,
                 sheet,
             ),
-            title=tr("Orthophoto {out}", out=out.name),
-            on_done=lambda result: _say_done(studio, result),
-            on_failed=lambda event: _say_failed(studio, event),
+            title=tr("Orthophoto {file}", file=out.name),
+            on_done=lambda result: _show_result(studio, result),
+            on_failed=lambda event: _show_failure(studio, event),
         )
         super().accept()
 
     def _replace(self, names: list[str]) -> bool:
         answer = QMessageBox.question(
             self,
-            tr("Replace?"),
-            tr("There already: {names}. Replace?", names=", ".join(names)),
+            tr("Replace files?"),
+            tr_n(
+                "{files} already exists. Replace it?",
+                "{files} already exist. Replace them?",
+                len(names),
+                files=", ".join(names),
+            ),
         )
         return answer == QMessageBox.StandardButton.Yes
 
 
-def _say_done(studio: Studio, made: WrittenOrthophoto) -> None:
-    words = (
-        f"Written: {made.image}, {made.width} × {made.height} pixels of "
-        f"{made.gsd_m:g} {made.unit}, {made.coverage:.0%} covered by the model"
+def _show_result(studio: Studio, made: WrittenOrthophoto) -> None:
+    text = tr(
+        "The orthophoto was written to {file}: {width} × {height} pixels of {gsd:g} {unit}, "
+        "coverage {coverage:.0%}.",
+        file=made.image,
+        width=made.width,
+        height=made.height,
+        gsd=made.gsd_m,
+        unit=made.unit,
+        coverage=made.coverage,
     )
-    studio.info(words + (f"; sheet: {made.sheet}" if made.sheet else "") + ".")
+    if made.sheet:
+        text = f"{text} {tr('The sheet was written to {file}.', file=made.sheet)}"
+    studio.info(text)
     if made.warnings:
         studio.info("\n".join(made.warnings))
 
 
-def _say_failed(studio: Studio, event: Failed) -> None:
+def _show_failure(studio: Studio, event: Failed) -> None:
     if not event.cancelled:
         studio.warn(event.message, "error")

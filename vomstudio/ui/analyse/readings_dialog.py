@@ -1,4 +1,4 @@
-"""Import of field measurements: what the columns are, which north, and what will be done."""
+"""Dialog that imports field measurements: columns, notation, north, and a preview of the result."""
 
 from __future__ import annotations
 
@@ -39,51 +39,52 @@ from vomstudio.io.project.readings import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr, tr_n
 
 _PREVIEW_ROWS = 200
 _FAR_M = 10_000.0
 _UNREADABLE = "#d55e00"
 
 _NOTATIONS = (
-    ("Dip direction / dip", "dipdir/dip"),
-    ("Strike / dip, right-hand rule", "strike/dip"),
-    ("Strike / dip, left-hand rule", "strike/dip lhr"),
-    ("Strike / dip and the quadrant it dips to", "quadrant"),
-    ("Trend / plunge (lines)", "trend/plunge"),
+    (to_translate("Dip direction / dip"), "dipdir/dip"),
+    (to_translate("Strike / dip, right-hand rule"), "strike/dip"),
+    (to_translate("Strike / dip, left-hand rule"), "strike/dip lhr"),
+    (to_translate("Strike / dip and dip quadrant"), "quadrant"),
+    (to_translate("Trend / plunge (lines)"), "trend/plunge"),
 )
 _AZIMUTH = {
-    "dipdir/dip": "Dip direction",
-    "strike/dip": "Strike (right-hand)",
-    "strike/dip lhr": "Strike (left-hand)",
-    "quadrant": "Strike",
-    "trend/plunge": "Trend",
+    "dipdir/dip": to_translate("Dip direction"),
+    "strike/dip": to_translate("Strike (right-hand)"),
+    "strike/dip lhr": to_translate("Strike (left-hand)"),
+    "quadrant": to_translate("Strike"),
+    "trend/plunge": to_translate("Trend"),
 }
 _ROLES = (
-    ("not used", ""),
-    ("Name", "name"),
-    ("Azimuth", "azimuth"),
-    ("Dip", "inclination"),
-    ("Quadrant", "quadrant"),
-    ("Both angles", "text"),
-    ("Trend of a line", "trend"),
-    ("Plunge of a line", "plunge"),
-    ("Plane or line", "geometry"),
-    ("Type", "type"),
-    ("Set", "set"),
-    ("Overturned", "overturned"),
-    ("X (East)", "x"),
-    ("Y (North)", "y"),
-    ("Z (height)", "z"),
-    ("Longitude", "longitude"),
-    ("Latitude", "latitude"),
-    ("Notes", "notes"),
+    (to_translate("Not used"), ""),
+    (to_translate("Name"), "name"),
+    (to_translate("Azimuth"), "azimuth"),
+    (to_translate("Dip"), "inclination"),
+    (to_translate("Quadrant"), "quadrant"),
+    (to_translate("Both angles"), "text"),
+    (to_translate("Trend of a line"), "trend"),
+    (to_translate("Plunge of a line"), "plunge"),
+    (to_translate("Plane or line"), "geometry"),
+    (to_translate("Type"), "type"),
+    (to_translate("Set"), "set"),
+    (to_translate("Overturned"), "overturned"),
+    (to_translate("X (east)"), "x"),
+    (to_translate("Y (north)"), "y"),
+    (to_translate("Z (height)"), "z"),
+    (to_translate("Longitude"), "longitude"),
+    (to_translate("Latitude"), "latitude"),
+    (to_translate("Notes"), "notes"),
 )
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where the project is: its CRS, and a World position in it; None where not known."""
+    """Where the project is: its CRS, None where unknown, and a World position in it, where
+    `has_position`."""
 
     crs: str | None = None
     x: float = 0.0
@@ -141,18 +142,18 @@ class ReadingsDialog(QDialog):
     def _make_angles(self) -> QHBoxLayout:
         self._notation = ComboBox()
         self._notation.setObjectName("readings_notation")
-        self._notation.addItem(tr("choose…"), None)
+        self._notation.addItem(tr("Choose…"), None)
         for text, value in _NOTATIONS:
-            self._notation.addItem(text, value)
+            self._notation.addItem(tr(text), value)
         self._notation.setCurrentIndex(max(0, self._notation.findData(self._guess.notation)))
         self._notation.activated.connect(lambda _: self._read())
         row = QHBoxLayout()
-        label = QLabel(tr("The angles are"))
+        label = QLabel(tr("Notation"))
         label.setBuddy(self._notation)
         row.addWidget(label)
         row.addWidget(self._notation)
         row.addStretch()
-        row.addWidget(QLabel(tr("{count:,} rows", count=len(self._table.rows))))
+        row.addWidget(QLabel(tr_n("{count:,} row", "{count:,} rows", len(self._table.rows))))
         return row
 
     def _make_preview(self) -> QTableWidget:
@@ -169,9 +170,9 @@ class ReadingsDialog(QDialog):
         for column in range(table.width):
             combo = ComboBox()
             combo.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-            combo.setAccessibleName(tr("What {label} is", label=table.label(column)))
+            combo.setAccessibleName(tr("Meaning of column {column}", column=table.label(column)))
             for text, role in _ROLES:
-                combo.addItem(text, role)
+                combo.addItem(tr(text), role)
             combo.setCurrentIndex(max(0, combo.findData(role_of.get(column, ""))))
             combo.activated.connect(lambda _, c=column: self._assigned(c))
             self._column_roles.append(combo)
@@ -203,21 +204,21 @@ class ReadingsDialog(QDialog):
         self._north = ComboBox()
         self._north.setObjectName("readings_north")
         for text, value in (
-            (tr("choose…"), None),
-            (tr("magnetic north, as a compass reads"), "magnetic"),
-            (tr("true north (declination was set on the compass)"), "true"),
-            (tr("grid north of the project"), "grid"),
+            (tr("Choose…"), None),
+            (tr("Magnetic north, as a compass reads"), "magnetic"),
+            (tr("True north (declination was set on the compass)"), "true"),
+            (tr("Grid north of the project"), "grid"),
         ):
             self._north.addItem(text, value)
         self._north.activated.connect(lambda _: self._say())
         self._declination = QLineEdit(declination)
         self._declination.setObjectName("readings_declination")
-        self._declination.setPlaceholderText(tr("degrees east, such as 2.6; west is negative"))
+        self._declination.setPlaceholderText(tr("Degrees east, such as 2.6; west is negative"))
         self._declination.textChanged.connect(lambda _: self._say())
         self._convergence = QLabel()
         self._convergence.setWordWrap(True)
         right = QFormLayout()
-        right.addRow(tr("Azimuths from"), self._north)
+        right.addRow(tr("Azimuths refer to"), self._north)
         right.addRow(tr("Declination"), self._declination)
         right.addRow(tr("Convergence"), self._convergence)
         row = QHBoxLayout()
@@ -226,7 +227,7 @@ class ReadingsDialog(QDialog):
         row.addLayout(right, 3)
         return row
 
-    # --- understanding -----------------------------------------------------------------------
+    # --- reading the table -----------------------------------------------------------------------
     def _assigned(self, column: int) -> None:
         """A role belongs to one column: the one that was chosen last."""
         role = self._column_roles[column].currentData()
@@ -236,6 +237,7 @@ class ReadingsDialog(QDialog):
         self._read()
 
     def columns(self) -> dict[str, int]:
+        """The column of each role that has been assigned."""
         return {
             str(combo.currentData()): column
             for column, combo in enumerate(self._column_roles)
@@ -245,9 +247,10 @@ class ReadingsDialog(QDialog):
     def _read(self) -> None:
         notation = self._notation.currentData()
         for combo in self._column_roles:
-            combo.setItemText(combo.findData("azimuth"), _AZIMUTH.get(notation, "Azimuth"))
-            steep = "Plunge" if notation == "trend/plunge" else "Dip"
-            combo.setItemText(combo.findData("inclination"), steep)
+            azimuth = tr(_AZIMUTH[notation]) if notation in _AZIMUTH else tr("Azimuth")
+            combo.setItemText(combo.findData("azimuth"), azimuth)
+            inclination = tr("Plunge") if notation == "trend/plunge" else tr("Dip")
+            combo.setItemText(combo.findData("inclination"), inclination)
         self._missing = what_is_missing(self.columns(), notation)
         self._understood = (
             FieldReadings((), (), ())
@@ -270,7 +273,7 @@ class ReadingsDialog(QDialog):
         self._unknown = {}
         for name in wanted[:8]:
             combo = ComboBox()
-            combo.addItem(tr("is a new type"), None)
+            combo.addItem(tr("New feature type"), None)
             for kind in self._kinds:
                 combo.addItem(theme.swatch(kind.color), kind.name, kind.id)
             combo.activated.connect(lambda _: self._say())
@@ -278,7 +281,13 @@ class ReadingsDialog(QDialog):
             self._left.addRow(f"“{name}”", combo)
         if len(wanted) > 8:
             self._left.addRow(
-                QLabel(tr("and {count} more become new types", count=len(wanted) - 8))
+                QLabel(
+                    tr_n(
+                        "{count} further name becomes a new feature type.",
+                        "{count} further names become new feature types.",
+                        len(wanted) - 8,
+                    )
+                )
             )
 
     def _show_bad(self) -> None:
@@ -286,11 +295,12 @@ class ReadingsDialog(QDialog):
         self._bad.setPlainText("\n".join(str(row) for row in bad))
         self._bad.setVisible(bool(bad))
         self._bad_title.setVisible(bool(bad))
-        n = len(bad)
         self._bad_title.setText(
-            tr("1 row cannot be read and is left out:")
-            if n == 1
-            else tr("{n} rows cannot be read and are left out:", n=n)
+            tr_n(
+                "{count} row cannot be read and is left out:",
+                "{count} rows cannot be read and are left out:",
+                len(bad),
+            )
         )
         reasons = {row.line: row.reason for row in bad}
         red = QColor(_UNREADABLE)
@@ -309,7 +319,7 @@ class ReadingsDialog(QDialog):
         self._at: float | None = None
         place = self._place
         if place.crs is None:
-            self._convergence.setText(tr("not known: the project has no CRS"))
+            self._convergence.setText(tr("Unknown: the project has no CRS."))
             return
         places = [row.position for row in self._understood.rows if row.position is not None]
         if places:
@@ -318,28 +328,26 @@ class ReadingsDialog(QDialog):
         elif place.has_position:
             x, y = place.x, place.y
         else:
-            self._convergence.setText(tr("not known: nothing has a position yet"))
+            self._convergence.setText(tr("Unknown: neither model nor readings have a position."))
             return
         self._at = convergence_deg(place.crs, x, y)
-        where = tr("the readings") if places else tr("the model")
         if self._at is None:
             self._convergence.setText(
-                tr("not known: {where} lie outside {crs}", where=where, crs=place.crs)
+                tr("Unknown: the readings are outside {crs}.", crs=place.crs)
+                if places
+                else tr("Unknown: the model is outside {crs}.", crs=place.crs)
             )
         else:
             sign = "−" if self._at < 0 else "+"
+            angle, crs = f"{sign}{abs(self._at):.2f}°", crs_name(place.crs)
             self._convergence.setText(
-                tr(
-                    "{sign}{at:.2f}° at {where} ({crs_name})",
-                    sign=sign,
-                    at=abs(self._at),
-                    where=where,
-                    crs_name=crs_name(place.crs),
-                )
+                tr("{angle} at the readings ({crs})", angle=angle, crs=crs)
+                if places
+                else tr("{angle} at the model ({crs})", angle=angle, crs=crs)
             )
 
     def turn(self) -> Turn | None:
-        """None until it is said."""
+        """The rotation from the chosen north to grid north; None until it is known."""
         north = self._north.currentData()
         if north is None:
             return None
@@ -355,7 +363,7 @@ class ReadingsDialog(QDialog):
         self._declination.setEnabled(self._north.currentData() == "magnetic")
         turn, n = self.turn(), len(self._understood.rows)
         ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
-        ok.setText(tr("Add 1 reading") if n == 1 else tr("Add {n} readings", n=n))
+        ok.setText(tr_n("Add {count} reading", "Add {count} readings", n))
         ok.setEnabled(turn is not None and n > 0)
         lines: list[str] = []
         if self._missing:
@@ -363,11 +371,12 @@ class ReadingsDialog(QDialog):
         elif turn is not None:
             lines.append(f"<b>{turn.sentence()}</b>")
         elif self._north.currentData() is None:
-            lines.append(f"<b>{tr('Say from which north the azimuths were read.')}</b>")
+            lines.append(f"<b>{tr('Choose the north to which the azimuths refer.')}</b>")
         else:
             asked = tr(
-                "Type the declination of the place and date in degrees, east positive (0 if it "
-                "was set on the compass); it is on the map's margin or at a national survey."
+                "Enter the declination at the place and date in degrees, east positive (0 if it "
+                "was set on the compass). It is printed on the map's margin or published by the "
+                "national survey."
             )
             lines.append(f"<b>{asked}</b>")
         lines += [*self._guess.remarks, *self._understood.remarks, *self._far()]
@@ -383,10 +392,16 @@ class ReadingsDialog(QDialog):
         ]
         if not away or min(away) < _FAR_M:
             return ()
-        return (f"The positions lie {length(min(away))} from the model: are they in its CRS?",)
+        return (
+            tr(
+                "The positions are {distance} away from the model. Check that they are in its CRS.",
+                distance=length(min(away)),
+            ),
+        )
 
     # --- the answer --------------------------------------------------------------------------
     def accept(self) -> None:
+        """Make `readings` and `types` of the table."""
         turn = self.turn()
         if turn is None:
             return

@@ -1,4 +1,4 @@
-"""The stereonet dock: what is in the document, linked with table, tree and 3-D."""
+"""The stereonet dock: orientations of the project, linked with table, tree and 3-D view."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ _SOON_MS, _QUICK_MS, _LATEST_MS = 30, 60, 500
 
 
 class NetCanvas(FigureCanvasQTAgg):
-    """The net is drawn once; what is selected is put over it, and the lasso over both."""
+    """The net is drawn once; the selection is drawn over it, and the lasso over both."""
 
     painted = Signal()
 
@@ -114,6 +114,8 @@ class NetCanvas(FigureCanvasQTAgg):
 
 
 class StereonetPanel(QWidget):
+    """The net with its buttons. A click or a lasso selects features."""
+
     def __init__(self, studio: Studio, export: QAction) -> None:
         super().__init__()
         self._studio = studio
@@ -125,21 +127,23 @@ class StereonetPanel(QWidget):
         self.canvas.mpl_connect("button_press_event", self._pressed)
         self.canvas.mpl_connect("motion_notify_event", self._moved)
         self.canvas.mpl_connect("button_release_event", self._released)
-        self.canvas.mpl_connect("figure_leave_event", lambda _: self._say())
+        self.canvas.mpl_connect("figure_leave_event", lambda _: self._show_selected())
         self.canvas.painted.connect(self._painted)
         self._stale = True
         self._path: list[tuple[float, float]] = []
         self._projection = ComboBox()
-        self._projection.addItem(tr("Equal area"), tr("area"))
-        self._projection.addItem(tr("Equal angle"), tr("angle"))
+        self._projection.addItem(tr("Equal area"), "area")
+        self._projection.addItem(tr("Equal angle"), "angle")
         self._projection.setCurrentIndex(self._projection.findData(studio.settings.projection))
         self._projection.activated.connect(self._chosen)
         self._circles = self._toggle(
-            "circle-outline", tr("Great circles (while there are few)"), True
+            "circle-outline", tr("Great circles (hidden where there are many)"), True
         )
         self._poles = self._toggle("circle-medium", tr("Poles"), True)
-        self._means = self._toggle("sigma", tr("Mean of each type and set"), False)
-        self._beta = self._toggle("axis-arrow", tr("Beta and pi-plane of the bedding"), True)
+        self._means = self._toggle("sigma", tr("Mean orientation of each type and set"), False)
+        self._beta = self._toggle(
+            "axis-arrow", tr("Fold axis (beta) and pi-plane of the bedding"), True
+        )
         self._export = QToolButton()
         self._export.setDefaultAction(export)
         self._under = QLabel()
@@ -200,8 +204,8 @@ class StereonetPanel(QWidget):
 
     # --- drawing -----------------------------------------------------------------------------
     def contents(self) -> NetContents:
-        """The visible planes and lines: a set for each feature type and each set in it, for their
-        lines, and for their compass readings."""
+        """The visible planes and lines: one group for each feature type and set, and within it for
+        planes, lines and compass readings."""
         studio = self._studio
         features = [
             f
@@ -244,7 +248,7 @@ class StereonetPanel(QWidget):
         )
 
     def for_print(self) -> NetContents:
-        """The same as a figure: named, and with nothing selected."""
+        """The contents for a printed figure: with a title, and without selection."""
         project, frame = self._studio.project, self._studio.frame_name()
         return replace(
             self.contents().with_selection(()),
@@ -274,6 +278,7 @@ class StereonetPanel(QWidget):
         )
 
     def redraw(self) -> None:
+        """Draw the net anew, unless it is hidden; it is then drawn when it is painted next."""
         # Behind another tab nobody sees it (Qt calls it visible): it is drawn when it is painted.
         self._stale = self.canvas.visibleRegion().isEmpty()
         if self._stale or self.canvas.width() < 50 or self.canvas.height() < 50:
@@ -288,7 +293,7 @@ class StereonetPanel(QWidget):
         took = 1000.0 * (perf_counter() - start) + self.canvas.draw_ms
         slow = took > _QUICK_MS
         self._timer.setInterval(min(_LATEST_MS, int(5 * took)) if slow else _SOON_MS)
-        self._say()
+        self._show_selected()
 
     def _animate(self) -> None:
         """Emphasis is left out of the net that is kept."""
@@ -300,7 +305,7 @@ class StereonetPanel(QWidget):
             self.artists.select(ids, self._ellipses())
             self._animate()
             self.canvas.show_emphasis()
-        self._say()
+        self._show_selected()
 
     # --- pointing ----------------------------------------------------------------------------
     def _pressed(self, event: MouseEvent) -> None:
@@ -317,7 +322,7 @@ class StereonetPanel(QWidget):
             return
         line = self.artists.line_at(event.x, event.y) if self.artists else None
         if line is None:
-            self._say()
+            self._show_selected()
         else:
             self._under.setText(format_line(line, 0))
 
@@ -350,8 +355,8 @@ class StereonetPanel(QWidget):
         elif not adding:
             selection.set([] if at is None else [at])
 
-    def _say(self) -> None:
-        """What is emphasised, in the corner where the direction under the cursor stands."""
+    def _show_selected(self) -> None:
+        """Name what is selected, in the corner where the direction under the cursor is shown."""
         ids = self._studio.selection.ids
         shown = self.artists.contents if self.artists else None
         known = {i for s in shown.sets for i in s.ids} if shown and ids else set()
@@ -360,7 +365,11 @@ class StereonetPanel(QWidget):
         if len(here) > 1:
             text = tr("{count:,} selected", count=len(here))
         elif isinstance(record, Typed):
-            text = f"{record.name} ± 95 %" if shown and shown.ellipses else record.name
+            text = (
+                tr("{feature} ± 95 %", feature=record.name)
+                if shown and shown.ellipses
+                else record.name
+            )
         else:
             text = ""
         self._under.setText(text)
@@ -381,7 +390,7 @@ def _alike(features: Sequence[Typed]) -> list[tuple[NetLook, Evidence, list[Type
 
 
 def _fold(beds: Sequence[NetSet]) -> FoldAxis | None:
-    """Of picked bedding only: kinds are never pooled silently."""
+    """Fold axis of picked bedding only: feature types are never pooled silently."""
     azimuth = np.concatenate([np.zeros(0), *(s.azimuth_deg for s in beds)])
     angle = np.concatenate([np.zeros(0), *(s.angle_deg for s in beds)])
     if len(azimuth) < 3:

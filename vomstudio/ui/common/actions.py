@@ -11,15 +11,22 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.sentences import as_sentence
+from vomstudio.words import tr
 
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class Command:
-    """why_not: None where the action can run now, else the reason, which its tooltip shows.
+    """Something the user can do, under a name that menus, keys and tests know. All texts are given
+    in the user's language.
+
+    text: as in a menu, with `&` before the letter of its key. tip: a line for its tooltip.
+    why_not: None where it can run now, else the reason as a sentence, which the tooltip shows.
     in_viewport: the shortcut is a plain key that acts only while the viewport has the focus.
-    what: to what it would be done now, for its tooltip."""
+    checked: whether it is switched on, for a command that is a switch. what: to what it would be
+    done now, for the tooltip."""
 
     name: str
     text: str
@@ -34,6 +41,8 @@ class Command:
 
 
 class Actions(QObject):
+    """The commands of a window with the QAction of each, under its name."""
+
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
         self._window = window
@@ -41,6 +50,7 @@ class Actions(QObject):
         self.all: dict[str, QAction] = {}
 
     def add(self, command: Command) -> None:
+        """Make the QAction of a command, with its icon and keys."""
         action = QAction(command.text, self._window)
         action.setObjectName(command.name)
         if command.icon:
@@ -72,6 +82,7 @@ class Actions(QObject):
         self.refresh()
 
     def refresh(self) -> None:
+        """Enable what can run now, check what is switched on, and renew all tooltips."""
         for name, command in self._commands.items():
             action, why_not = self.all[name], command.why_not()
             action.setEnabled(why_not is None)
@@ -82,7 +93,7 @@ class Actions(QObject):
             lines = [f"{text} ({keys})" if keys else text]
             lines += [line for line in (command.tip, command.what()) if line]
             if why_not is not None:
-                lines.append(f"Not now: {why_not}")
+                lines.append(tr("Not now: {reason}", reason=as_sentence(why_not)))
             action.setToolTip("\n".join(lines))
             if command.checked is not None:
                 action.setChecked(command.checked())

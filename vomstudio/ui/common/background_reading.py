@@ -1,4 +1,4 @@
-"""Short pieces of reading that would make the window stutter, done in a thread."""
+"""Short work, such as reading a file, done in a thread so that the window stays responsive."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Then = Callable[[object], None]
 
 
 class Background(QObject):
-    """Runs work in a thread and hands what it returns to the GUI's thread, unless its owner is gone
-    by then. Work must not raise: what can go wrong it returns. Where it does, the mistake is told
-    of and nothing is handed over."""
+    """Runs work in a thread and passes what it returns to a function in the GUI's thread, unless
+    the owner is gone by then. Work must not raise; expected errors are returned. An exception is
+    reported as a fault of the program, and nothing is passed on."""
 
     _done = Signal(object, object)
 
@@ -26,10 +26,11 @@ class Background(QObject):
         self._done.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
     def run(self, work: Work, then: Then) -> None:
-        QThreadPool.globalInstance().start(_Piece(self, work, then))
+        """Do `work` in a thread, then call `then` with its result in the GUI's thread."""
+        QThreadPool.globalInstance().start(_Task(self, work, then))
 
     def close(self) -> None:
-        """Nothing is handed over any more."""
+        """No result is passed on any more."""
         self._closed = True
 
     def _deliver(self, then: Then, made: object) -> None:
@@ -37,7 +38,7 @@ class Background(QObject):
             then(made)
 
 
-class _Piece(QRunnable):
+class _Task(QRunnable):
     def __init__(self, owner: Background, work: Work, then: Then) -> None:
         super().__init__()
         self._owner, self._work, self._then = owner, work, then
@@ -46,7 +47,7 @@ class _Piece(QRunnable):
         try:
             made = self._work()
         except Exception as error:  # noqa: BLE001 - a thread of Qt's has nobody above it
-            exception_hooks.tell(error)
+            exception_hooks.report_as_uncaught(error)
             return
         # The window may be gone, and Qt's side of the owner with it.
         with contextlib.suppress(RuntimeError):

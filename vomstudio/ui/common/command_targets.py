@@ -6,19 +6,22 @@ from pathlib import Path
 
 from vomstudio.document.records import Model, OnAModel, get_feature
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
 
 
 def chosen_features(studio: Studio) -> list[str]:
+    """The ids of the selected features; models and other records are left out."""
     return [i for i in studio.selection.ids if get_feature(studio.records, i) is not None]
 
 
 def why_none_chosen(studio: Studio) -> str | None:
-    return None if chosen_features(studio) else "select a feature first"
+    """None where a feature is selected, else the sentence that says so."""
+    return None if chosen_features(studio) else tr("Select a feature first.")
 
 
 def why_no_model(studio: Studio) -> str | None:
-    """Why nothing can be done on an open model."""
-    return None if studio.models else "open a model first"
+    """None where a model is open, else the sentence that says so."""
+    return None if studio.models else tr("Open a model first.")
 
 
 def current_model(studio: Studio) -> Model | None:

@@ -13,12 +13,12 @@ from vomstudio.document.kinds import kind_named
 from vomstudio.document.measurement import Measurement
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import orientation_text
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 
 @dataclass(frozen=True)
 class _Line:
-    """Two figures side by side under a title of their own."""
+    """Two figures side by side. title, tip: noted for translation, not yet translated."""
 
     title: str
     tip: str
@@ -28,43 +28,51 @@ class _Line:
 
 
 _CONFIDENCE = _Line(
-    "95 % conf.",
-    "Half-angles of the joint 95 % confidence region of the plane, largest × smallest",
+    to_translate("95 % conf."),
+    to_translate(
+        "Half-angles of the joint 95 % confidence region of the plane, largest × smallest."
+    ),
     catalogue.MAX_CONFIDENCE,
     catalogue.MIN_CONFIDENCE,
     " × ",
 )
 _SIZE = _Line(
-    "Extent / RMS",
-    "Longest axis of the trace, and the root mean square distance of its points from the plane",
+    to_translate("Extent / RMS"),
+    to_translate(
+        "Longest axis of the trace, and root mean square distance of its points to the plane."
+    ),
     catalogue.EXTENT,
     catalogue.RMS,
 )
 _LINES = (
     _CONFIDENCE,
     _Line(
-        "± dip / dir.",
-        "The same confidence along and across the dip; the dip direction is undefined near "
-        "horizontal",
+        to_translate("± dip / dir."),
+        to_translate(
+            "95 % confidence of dip and of dip direction; the dip direction is undefined for a "
+            "nearly horizontal plane."
+        ),
         catalogue.DIP_ERROR,
         catalogue.DIP_DIRECTION_ERROR,
     ),
     _Line(
-        "Ang. error",
-        "Hyperbolic angular error of the scatter (Quinn and Ehlmann 2019), largest × smallest",
+        to_translate("Ang. error"),
+        to_translate(
+            "Hyperbolic angular error of the scatter (Quinn and Ehlmann 2019), largest × smallest."
+        ),
         catalogue.MAX_ANGULAR_ERROR,
         catalogue.MIN_ANGULAR_ERROR,
         " × ",
     ),
     _Line(
-        "M / K",
-        "M = ln(l1/l3), good over 4; K = ln(l1/l2)/ln(l2/l3), good under 0.8",
+        to_translate("M / K"),
+        to_translate("M = ln(l1/l3), good above 4; K = ln(l1/l2) / ln(l2/l3), good below 0.8."),
         catalogue.M,
         catalogue.K,
     ),
     _Line(
-        "Copl. / coll.",
-        "Coplanarity 1/l3 and collinearity l1/l2 (textbook eq. 20, 21)",
+        to_translate("Copl. / coll."),
+        to_translate("Coplanarity 1/l3 and collinearity l1/l2 (textbook, eq. 20 and 21)."),
         catalogue.COPLANARITY,
         catalogue.COLLINEARITY,
     ),
@@ -73,7 +81,10 @@ _LINES = (
 
 
 class FitView(QWidget):
-    """`reasons_shown`: the others wait in the tooltip, where the panel has little room."""
+    """The orientation, errors, indices and verdict of one measurement.
+
+    reasons_shown: how many reasons of the verdict are shown; the tooltip has all of them.
+    """
 
     def __init__(self, reasons_shown: int | None = None) -> None:
         super().__init__()
@@ -98,9 +109,9 @@ class FitView(QWidget):
         self._values: list[QLabel] = []
         self._titles: list[QLabel] = []
         for row, line in enumerate(_LINES):
-            label, value = QLabel(line.title), QLabel("–")
-            label.setToolTip(line.tip)
-            value.setToolTip(line.tip)
+            label, value = QLabel(tr(line.title)), QLabel("–")
+            label.setToolTip(tr(line.tip))
+            value.setToolTip(tr(line.tip))
             value.setAlignment(Qt.AlignmentFlag.AlignRight)
             value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
             grid.addWidget(label, row, 0)
@@ -122,10 +133,15 @@ class FitView(QWidget):
         layout.addWidget(self._reasons)
 
     def show_measurement(self, measured: Measurement | None, notation: str, *, local: bool) -> None:
+        """None shows dashes. notation: of the house; local: the model has no known frame."""
         fit = measured.fit if measured else None
         verdict = measured.verdict if measured else None
         self._plane.setText(orientation_text(measured, notation, None) if measured else "–")
-        self._plane.setToolTip(tr("Local frame: the model is not registered") if local else "")
+        self._plane.setToolTip(
+            tr("Local frame: the model is not registered, so north and scale are unknown.")
+            if local
+            else ""
+        )
         quality = verdict.quality if verdict else None
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
         self._word.setText(quality or "")

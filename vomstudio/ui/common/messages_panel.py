@@ -32,6 +32,8 @@ _HINT_MS = 6000
 
 
 class MessagesPanel(QListWidget):
+    """All notices since the start, each with its time."""
+
     def __init__(self) -> None:
         super().__init__()
         self.setWordWrap(True)
@@ -39,6 +41,7 @@ class MessagesPanel(QListWidget):
         self.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
 
     def add(self, notice: Notice) -> None:
+        """Add a notice below the others, and scroll to it."""
         item = QListWidgetItem(
             theme.icon(_ICONS[notice.level]), f"{datetime.now():%H:%M:%S}  {notice.text}"
         )
@@ -73,7 +76,7 @@ class MessageBar(QFrame):
         close = QToolButton()
         close.setIcon(theme.icon("close"))
         close.setAutoRaise(True)
-        close.setToolTip(tr("Close this message"))
+        close.setToolTip(tr("Close this message."))
         close.clicked.connect(self.hide)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 3, 4, 3)
@@ -88,7 +91,7 @@ class MessageBar(QFrame):
         return self._text.text()
 
     def say(self, notice: Notice, *buttons: tuple[str, object]) -> None:
-        """`buttons` are (text, callable); a press also closes the bar."""
+        """Show a notice. buttons: (text, callable) each; a press also closes the bar."""
         if notice.level == "hint":
             if self.isVisible() and not self._hint_timer.isActive():
                 # What needs the user stays; the hint is among the messages.

@@ -13,6 +13,7 @@ from vomstudio.document.kinds.lineation import SENSES
 from vomstudio.document.measurement import Measurement
 from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geometry.units import area_text, length_text
+from vomstudio.words import tr
 from vomstudio.workspace.plane_summary import plane_text
 
 area, length = area_text, length_text
@@ -33,8 +34,10 @@ __all__ = [
 
 
 def orientation_text(measured: Measurement, notation: str, decimals: int | None = 0) -> str:
-    """A feature's plane or line in the notation of the house, or what its kind says
-    instead."""
+    """A feature's plane or line in the chosen notation, or what its kind says instead.
+
+    decimals: of the angles; None for as many as its errors justify.
+    """
     if measured.fit is not None:
         return plane_text(measured.fit, notation, decimals=decimals)
     if measured.plane is not None:
@@ -49,8 +52,8 @@ def orientation_text(measured: Measurement, notation: str, decimals: int | None 
 
 
 def slip_names() -> dict[str, str]:
-    """Senses of slip as they are offered."""
-    return dict(SENSES)
+    """Code and translated name of each sense of slip, as lists offer them."""
+    return {code: tr(name) for code, name in dict(SENSES).items()}
 
 
 def drawn_points(measured: Measurement) -> npt.NDArray[np.float64]:
@@ -63,13 +66,13 @@ def drawn_points(measured: Measurement) -> npt.NDArray[np.float64]:
 
 
 def gigabytes(size: float) -> str:
-    """Of bytes, with two digits that mean something."""
+    """A number of bytes in gigabytes, with two significant digits."""
     value = size / 1e9
     return f"{value:.1f} GB" if value < 9.95 else f"{value:.0f} GB"
 
 
 def natural(name: str) -> tuple[tuple[int, int, str], ...]:
-    """For sorting: B2 before B10."""
+    """A key that sorts names by the numbers in them: B2 before B10."""
     return tuple(
         (0, int(part), "") if part.isdecimal() else (1, 0, part.casefold())
         for part in re.split(r"(\d+)", name)

@@ -17,7 +17,8 @@ _Index = QModelIndex | QPersistentModelIndex
 
 @dataclass(frozen=True)
 class Column:
-    """text : of a value as it is shown; None values are dashes. number : to the right"""
+    """title, tip : translated. text : how a value is written; None is written as a dash.
+    number : the column is aligned to the right"""
 
     title: str
     text: Callable[[Any], str] = str
@@ -69,6 +70,7 @@ class NumberModel(QAbstractTableModel):
         return None
 
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
+        """By the values of a column; rows without a value come last in both orders."""
         self.layoutAboutToBeChanged.emit()
         held = self.persistentIndexList()
         rows = [self.rows[index.row()] for index in held]

@@ -13,7 +13,7 @@ D = TypeVar("D", bound=QWidget)
 
 
 class OpenDialogs:
-    """Keeps no dialog alive: one that is closed goes with all that it has read."""
+    """The dialogs that are open. It keeps none alive: a closed dialog is freed with its data."""
 
     def __init__(self) -> None:
         self._made: dict[tuple[type[QWidget], Hashable], weakref.ref[QWidget]] = {}

@@ -76,14 +76,14 @@ def both(*painters: Painter) -> Painter:
     return paint
 
 
-def vectors(places: Array, ways: Array, factor: float, color: QColor) -> Painter:
-    """Lines from places (n, 2) along `ways` (n, 2) times `factor`, with a dot where they begin, and
-    the length of a pixel at the bottom left."""
+def vectors(places: Array, offsets: Array, factor: float, color: QColor) -> Painter:
+    """Lines from places (n, 2) along `offsets` (n, 2) times `factor`, each with a dot at its begin,
+    and the length of a pixel at the bottom left."""
 
     def paint(
         painter: QPainter, box: QRectF, on_screen: Callable[[Array], Array], zoom: float
     ) -> None:
-        ends = np.hstack([on_screen(places), on_screen(places + factor * ways)])
+        ends = np.hstack([on_screen(places), on_screen(places + factor * offsets)])
         lines = [QLineF(*row) for row in ends.tolist()]
         for tint, wide in ((QColor(0, 0, 0, 130), 2.8), (color, 1.4)):
             painter.setPen(QPen(tint, wide))

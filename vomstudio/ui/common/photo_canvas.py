@@ -130,6 +130,7 @@ class PhotoCanvas(QWidget):
         self.fit()
 
     def set_picture(self, picture: Picture | None) -> None:
+        """Draw this picture of the photo that was set."""
         before = self._upright
         self._picture = picture
         if picture is not None:
@@ -223,6 +224,7 @@ class PhotoCanvas(QWidget):
         )
 
     def zoom(self, factor: float, about: QPointF | None = None) -> None:
+        """Enlarge by a factor about a point of the widget, by default its middle."""
         about = about or QPointF(self.width() / 2, self.height() / 2)
         least = 0.5 * min(
             self.width() / self._upright.width(), self.height() / self._upright.height()

@@ -50,7 +50,7 @@ class Picture:
 
 
 @dataclass(eq=False)
-class _Sight:
+class _PaneView:
     """What a pane shows: the middle in pixels of its picture, and screen pixels for one of them;
     None for all of it."""
 
@@ -82,9 +82,9 @@ class PicturePanes(QWidget):
         pictures leave free at first."""
         super().__init__()
         self._pictures: list[Picture | None] = [None] * count
-        self._sights = [_Sight() for _ in range(count)]
+        self._views = [_PaneView() for _ in range(count)]
         if together:
-            self._sights = [self._sights[0]] * count
+            self._views = [self._views[0]] * count
         self._together, self._reserve = together, reserve
         self._over: list[Painter] = []
         self._links = Links()
@@ -102,11 +102,12 @@ class PicturePanes(QWidget):
 
     # --- content -----------------------------------------------------------------------------
     def show_pictures(self, pictures: Sequence[Picture | None], *, keep_view: bool = False) -> None:
+        """One picture for each pane; with `keep_view` the zoom stays where sizes are the same."""
         before = [None if p is None else p.size for p in self._pictures]
         self._pictures = list(pictures)
         if not keep_view or before != [None if p is None else p.size for p in pictures]:
-            for sight in self._sights:
-                sight.centre = None
+            for view in self._views:
+                view.centre = None
         self._renew()
 
     def say(self, words: str) -> None:
@@ -141,48 +142,50 @@ class PicturePanes(QWidget):
         zoom = min(across / max(wide, 1.0), max(box.height() - 2 * title, 20) / max(high, 1.0))
         return np.array([wide / 2, high / 2]), zoom
 
-    def _sight(self, pane: int) -> tuple[Array, float]:
-        sight = self._sights[pane]
-        return self._fit(pane) if sight.centre is None else (sight.centre, sight.zoom)
+    def _view(self, pane: int) -> tuple[Array, float]:
+        view = self._views[pane]
+        return self._fit(pane) if view.centre is None else (view.centre, view.zoom)
 
     def to_screen(self, pane: int, places: npt.ArrayLike) -> Array:
         """(n, 2) of places (n, 2) in a picture."""
-        centre, zoom = self._sight(pane)
+        centre, zoom = self._view(pane)
         middle = self.middle(pane)
         points = np.asarray(places, np.float64).reshape(-1, 2)
         return (points - centre) * zoom + [middle.x(), middle.y()]
 
     def to_picture(self, pane: int, at: QPointF) -> Array:
-        centre, zoom = self._sight(pane)
+        centre, zoom = self._view(pane)
         middle = self.middle(pane)
         return centre + np.array([at.x() - middle.x(), at.y() - middle.y()]) / zoom
 
     def pane_at(self, at: QPointF) -> int | None:
+        """The pane at a point of the widget; None between panes or without a picture."""
         for pane, picture in enumerate(self._pictures):
             if picture is not None and self.box(pane).contains(at):
                 return pane
         return None
 
     def zoom(self, factor: float, at: QPointF) -> None:
+        """Enlarge by a factor about a point of the widget."""
         pane = self.pane_at(at)
         if pane is None:
             return
         about = self.to_picture(pane, at)
-        centre, zoom = self._sight(pane)
+        centre, zoom = self._view(pane)
         least = 0.5 * self._fit(pane)[1]
         now = min(max(zoom * factor, least), DEEPEST)
-        sight = self._sights[pane]
-        sight.centre, sight.zoom = about + (centre - about) * (zoom / now), now
+        view = self._views[pane]
+        view.centre, view.zoom = about + (centre - about) * (zoom / now), now
         self._renew()
 
     def look_at(self, pane: int, place: npt.ArrayLike, zoom: float) -> None:
-        sight = self._sights[pane]
-        sight.centre, sight.zoom = np.array(place, np.float64).reshape(2), zoom
+        view = self._views[pane]
+        view.centre, view.zoom = np.array(place, np.float64).reshape(2), zoom
         self._renew()
 
     def show_all(self) -> None:
-        for sight in self._sights:
-            sight.centre = None
+        for view in self._views:
+            view.centre = None
         self._renew()
 
     # --- painting ----------------------------------------------------------------------------
@@ -246,7 +249,7 @@ class PicturePanes(QWidget):
             painter.drawText(box.adjusted(20, 0, -20, 0), int(flags), picture.problem)
         if pane < len(self._over):
             self._over[pane](
-                painter, box, lambda places: self.to_screen(pane, places), self._sight(pane)[1]
+                painter, box, lambda places: self.to_screen(pane, places), self._view(pane)[1]
             )
         painter.restore()
 
@@ -327,10 +330,10 @@ class PicturePanes(QWidget):
         at = event.position()
         if self._held is not None:
             pane, before = self._held
-            centre, zoom = self._sight(pane)
+            centre, zoom = self._view(pane)
             moved = np.array([at.x() - before.x(), at.y() - before.y()]) / zoom
-            sight = self._sights[pane]
-            sight.centre, sight.zoom = centre - moved, zoom
+            view = self._views[pane]
+            view.centre, view.zoom = centre - moved, zoom
             self._held = (pane, at)
             self._renew()
             return

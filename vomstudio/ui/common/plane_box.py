@@ -14,9 +14,9 @@ SELECTED = "*"
 
 
 class PlaneBox(ComboBox):
-    """`none` is the text for no plane, None where there must be one. With "the selected plane" it
-    goes with the selection, and stays with the last plane where something else is selected: what
-    has just been made is."""
+    """none : the text of the entry for no plane, None where a plane must be chosen. follow : begin
+    with the entry "selected", which follows the selection; while something other than a plane is
+    selected, such as a feature that has just been made, it stays with the last plane."""
 
     chosen = Signal(str)  # id of a plane, empty for none
 
@@ -34,11 +34,6 @@ class PlaneBox(ComboBox):
         studio.project_opened.connect(self._opened)
         studio.settings_changed.connect(lambda: self.show_plane(self._shown))
         self.show_plane("")
-
-    @property
-    def follows(self) -> bool:
-        """It goes with the selection."""
-        return self._follows
 
     def show_plane(self, plane_id: str) -> None:
         """What is chosen now, whoever chose it."""
@@ -61,7 +56,7 @@ class PlaneBox(ComboBox):
             if self._none is not None:
                 self.addItem(self._none, "")
             last = self._text(self._last) if self._last else tr("none yet")
-            self.addItem(tr("selected: ") + last, SELECTED)
+            self.addItem(tr("selected: {plane}", plane=last), SELECTED)
             for id_ in ids:
                 self.addItem(self._text(id_), id_)
             if self._follows and (not self._shown or self._shown == self._last):
@@ -73,7 +68,7 @@ class PlaneBox(ComboBox):
     def _text(self, id_: str) -> str:
         record = self._studio.records.get(id_)
         if not has_plane(record) or record is None:
-            return tr("a plane that is gone")
+            return tr("a deleted plane")
         measured = self._studio.measured([id_])[id_]
         return f"{record.name}  {orientation_text(measured, self._studio.settings.notation)}"
 

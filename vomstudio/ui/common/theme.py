@@ -19,6 +19,8 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication
 
+from vomstudio.words import to_translate
+
 
 def icon(name: str) -> QIcon:
     """A Material Design icon in the palette's text colour."""
@@ -116,14 +118,14 @@ SYMBOLS: tuple[str, ...] = ("circle", *_CORNERS)
 
 # Okabe-Ito (2008) and its grey: colours that colour-blind readers can tell apart.
 COLORS: tuple[tuple[str, str], ...] = (
-    ("Blue", "#0072b2"),
-    ("Vermilion", "#d55e00"),
-    ("Green", "#009e73"),
-    ("Purple", "#cc79a7"),
-    ("Sky blue", "#56b4e9"),
-    ("Orange", "#e69f00"),
-    ("Yellow", "#f0e442"),
-    ("Grey", "#999999"),
+    (to_translate("Blue"), "#0072b2"),
+    (to_translate("Vermilion"), "#d55e00"),
+    (to_translate("Green"), "#009e73"),
+    (to_translate("Purple"), "#cc79a7"),
+    (to_translate("Sky blue"), "#56b4e9"),
+    (to_translate("Orange"), "#e69f00"),
+    (to_translate("Yellow"), "#f0e442"),
+    (to_translate("Grey"), "#999999"),
 )
 
 
@@ -145,6 +147,7 @@ def _painted(key: str, draw: Callable[[QPainter], None]) -> QIcon:
 
 
 def at_least_nine_points(application: QApplication) -> None:
+    """Enlarge the font of the program where it is smaller than 9 points."""
     font: QFont = application.font()
     if font.pointSizeF() < 9.0:
         font.setPointSizeF(9.0)

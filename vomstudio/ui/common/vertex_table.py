@@ -12,16 +12,18 @@ from vomstudio.document.records import Matrix, Model
 from vomstudio.geometry import transform
 from vomstudio.tools.polyline import PolylineTool
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
 
 
 class VertexTable(QTableWidget):
-    """World coordinates; hidden while nothing is picked. `refresh` follows the tool."""
+    """World coordinates of the vertices; hidden while nothing is picked. `refresh` shows what the
+    tool has now."""
 
     def __init__(self, studio: Studio, tool: PolylineTool[Any]) -> None:
         super().__init__(0, 3)
         self._studio = studio
         self._tool = tool
-        self.setHorizontalHeaderLabels(["E (m)", "N (m)", "Z (m)"])
+        self.setHorizontalHeaderLabels([tr("E (m)"), tr("N (m)"), tr("Z (m)")])
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.horizontalHeader().setMinimumSectionSize(40)
         self.verticalHeader().setFixedWidth(22)
@@ -38,6 +40,7 @@ class VertexTable(QTableWidget):
         return model.to_world if isinstance(model, Model) else None
 
     def refresh(self) -> None:
+        """Show the vertices of the tool as they are now."""
         tool = self._tool
         with QSignalBlocker(self):
             self.setRowCount(len(tool.vertices))
@@ -71,7 +74,7 @@ class VertexTable(QTableWidget):
         rows = self._to_world()
         value = parse_number(item.text())
         if value is None:
-            self._studio.warn(f"“{item.text()}” is not a number.")
+            self._studio.warn(tr("“{text}” is not a number.", text=item.text()))
             self.refresh()
             return
         index = item.row()

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 
 
 class ComboBox(QComboBox):
-    """The wheel scrolls the panel: it must not change what the cursor happens to pass over."""
+    """A list to choose from that ignores the wheel: scrolling a panel must not change a value."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -52,7 +52,8 @@ def action_buttons(actions: Sequence[QAction]) -> QGridLayout:
 
 
 class ElidedLabel(QLabel):
-    """A label of one line that gives way: what does not fit ends in dots, whole in the tooltip."""
+    """A label of one line that may be narrower than its text, which then ends in dots; the tooltip
+    has all of it."""
 
     def setText(self, text: str) -> None:  # noqa: N802
         super().setText(text)
@@ -80,9 +81,9 @@ def column_of() -> tuple[QWidget, QVBoxLayout]:
 
 
 def file_field(name: str, choose: str, browse: Callable[[], object]) -> tuple[QLineEdit, QWidget]:
-    """A field for a file's path, and the row that holds it with a button that looks for it.
+    """A field for a file's path, and the row that holds it with a button beside it.
 
-    name: of the field; choose: on the button
+    name: object name of the field; choose: text of the button; browse: called by the button
     """
     field = QLineEdit()
     field.setObjectName(name)

@@ -22,6 +22,7 @@ class WorkerThread:
         self.closed = False
 
     def wake(self) -> None:
+        """There is new work: start the thread, or have it look again."""
         with self._more:
             if self._thread is None and not self.closed:
                 self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
@@ -46,6 +47,6 @@ class WorkerThread:
             try:
                 work()
             except Exception as error:  # noqa: BLE001 - the next piece is wanted all the same
-                exception_hooks.tell(error)
+                exception_hooks.report_as_uncaught(error)
             # Nor may it hold what the piece had in hand while it waits.
             del work

@@ -1,4 +1,4 @@
-"""Commands on feature types, on how planes are drawn and on what is shown."""
+"""Commands on feature types, on how planes are drawn and on which features are shown."""
 
 from __future__ import annotations
 
@@ -11,19 +11,24 @@ from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from vomstudio.ui.interpret.types_dialog import TypesDialog
 
 PLANES_AS = (
-    ("planes_discs", "&Discs", "discs", "Each plane as a translucent disc of its feature's extent"),
-    ("planes_symbols", "&Strike and dip symbols", "symbols",
-     "Strike line, tick down the dip and dip; arrows down the plunge for lines"),
-    ("planes_neither", "&Neither", "neither", "Traces and outlines only"),
+    ("planes_discs", to_translate("&Discs"), "discs",
+     to_translate("Each plane as a translucent disc of its feature's extent.")),
+    ("planes_symbols", to_translate("&Strike and dip symbols"), "symbols",
+     to_translate("Strike line with a tick and the dip; arrows down the plunge for lines.")),
+    ("planes_neither", to_translate("&None"), "neither",
+     to_translate("Traces and outlines only.")),
 )  # fmt: skip
 
 
 def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
+    """open_types : opens the dialog of feature types"""
+
     def chosen() -> list[str]:
         return chosen_features(studio)
 
@@ -31,7 +36,7 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
         return why_none_chosen(studio)
 
     def nothing_hidden() -> str | None:
-        return None if studio.hidden else "nothing is hidden"
+        return None if studio.hidden else tr("Nothing is hidden.")
 
     def planes(value: str) -> Callable[[], None]:
         def choose() -> None:
@@ -44,21 +49,25 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
         return lambda: studio.settings.planes_as == value
 
     table = [
-        Command("feature_types", "Feature &types…", open_types, "shape-outline", (),
-                "Add, rename, colour and remove what is measured: bedding, fault, joint …"),
-        Command("show_chosen", "&Show", lambda: studio.set_visible(chosen(), True),
-                "eye-outline", (), "The selected features, in the outcrop and on the net",
+        Command("feature_types", tr("Feature &types…"), open_types, "shape-outline", (),
+                tr("Add, rename, colour and remove feature types: bedding, fault, joint …")),
+        Command("show_chosen", tr("&Show"), lambda: studio.set_visible(chosen(), True),
+                "eye-outline", (),
+                tr("Show the selected features, in the outcrop and on the stereonet."),
                 none_chosen),
-        Command("hide_chosen", "&Hide", lambda: studio.set_visible(chosen(), False),
-                "eye-off-outline", "Ctrl+H", "The selected features, in the outcrop and on the net",
+        Command("hide_chosen", tr("&Hide"), lambda: studio.set_visible(chosen(), False),
+                "eye-off-outline", "Ctrl+H",
+                tr("Hide the selected features, in the outcrop and on the stereonet."),
                 none_chosen),
-        Command("show_only", "Show &only these", lambda: studio.show_only(chosen()), None, (),
-                "Hide all features but the selected ones", none_chosen),
-        Command("show_all", "Show &everything", studio.show_all, None, "Ctrl+Shift+H",
-                "All features, types and models", nothing_hidden),
+        Command("show_only", tr("Show &only these"), lambda: studio.show_only(chosen()), None, (),
+                tr("Hide all features except the selected ones."), none_chosen),
+        Command("show_all", tr("Show &all"), studio.show_all, None, "Ctrl+Shift+H",
+                tr("Show all features, feature types and models."), nothing_hidden),
     ]  # fmt: skip
     for name, text, value, tip in PLANES_AS:
-        table.append(Command(name, text, planes(value), None, (), tip, checked=is_planes(value)))
+        table.append(
+            Command(name, tr(text), planes(value), None, (), tr(tip), checked=is_planes(value))
+        )
     return table
 
 

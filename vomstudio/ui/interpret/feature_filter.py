@@ -12,7 +12,7 @@ from vomstudio.document.kinds import FIGURES
 from vomstudio.errors import UsageError
 from vomstudio.ui.common.number_formatting import orientation_text
 from vomstudio.ui.interpret.feature_row import CLASS, Row
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 _WORDS = (of.NAME, of.KIND, of.SET, CLASS, of.QUALITY, of.REASONS, of.NOTES, of.OVERTURNED)
 _FIGURES = (
@@ -26,15 +26,20 @@ def _listed(figures: Iterable[Figure]) -> str:
     return " ".join(figure.words[0] for figure in figures)
 
 
-HELP = (
-    "Words of any column, and conditions; all of them must hold:\n"
+_HELP = to_translate(
+    "Words of any column, and conditions, all of which must be met:\n"
     "  dip>30   dip:20..45   dipdir:350..20   extent<50cm   95<=5\n"
     "  type:joint   type=joint|fault   set:limb   quality:good   overturned:yes\n"
-    '  -type:bedding or -word leaves out; quotes keep blanks: set:"west limb"\n'
-    f"Words: {_listed(_WORDS)} (: contains, = is)\n"
-    f"Figures: {_listed(_FIGURES[:12])}\n"
-    f"{_listed(_FIGURES[12:])}"
+    '  -type:bedding or -word excludes; quotes keep blanks: set:"west limb"\n'
+    "Text columns: {words} (: contains, = equals)\n"
+    "Numbers: {numbers}"
 )
+
+
+def help_text() -> str:
+    """How a filter is written, for a tool tip."""
+    numbers = f"{_listed(_FIGURES[:12])}\n{_listed(_FIGURES[12:])}"
+    return tr(_HELP, words=_listed(_WORDS), numbers=numbers)
 
 
 def _known() -> dict[str, tuple[Figure, ...]]:
@@ -62,8 +67,7 @@ Test = Callable[[Row], bool]
 
 
 def parse_filter(text: str) -> Test:
-    """The test that a row has to pass. Raises UsageError with a sentence about what cannot be
-    read."""
+    """The test that a row has to pass. Raises UsageError where the filter cannot be read."""
     tests = [_test(token) for token in _TOKEN.findall(text)]
     return lambda row: all(test(row) for test in tests)
 
@@ -80,15 +84,20 @@ def _test(token: str) -> Test:
     figures = _FIELDS.get(key)
     if figures is None:
         near = difflib.get_close_matches(key, _USUAL, 1, 0.4)
-        meant = f"did you mean {near[0]}? " if near else ""
-        raise UsageError(
-            tr(
-                "There is no “{key}” to filter by: {meant}The names are in the tip of this "
-                "line; words with : stand in quotes.",
-                key=condition["key"],
-                meant=meant,
+        if near:
+            message = tr(
+                "There is no column “{name}”. Did you mean {other}? The tool tip lists all names; "
+                "a word that contains : must be in quotes.",
+                name=condition["key"],
+                other=near[0],
             )
-        )
+        else:
+            message = tr(
+                "There is no column “{name}”. The tool tip lists all names; a word that contains "
+                ": must be in quotes.",
+                name=condition["key"],
+            )
+        raise UsageError(message)
     # In messages a figure has its usual word.
     if key not in _USUAL and figures[0].words:
         key = figures[0].words[0].casefold()
@@ -96,7 +105,11 @@ def _test(token: str) -> Test:
     form = figures[0].form
     if not value:
         raise UsageError(
-            tr("“{token}” is not finished: {wanted}.", token=token, wanted=_wanted(key, form))
+            tr(
+                "“{condition}” is incomplete. {example}",
+                condition=token,
+                example=_example(key, form),
+            )
         )
     if form == "text":
         return _text_test(token, figures, op, value)
@@ -105,12 +118,13 @@ def _test(token: str) -> Test:
     return _number_test(token, key, figures[0], op, value)
 
 
-def _wanted(key: str, form: Form) -> str:
+def _example(key: str, form: Form) -> str:
     if form == "text":
-        return f"a word is wanted, such as {key}:{'joint' if key == 'type' else 'word'}"
+        word = "joint" if key == "type" else "word"
+        return tr("Write a word, such as {name}:{word}.", name=key, word=word)
     if form == "flag":
-        return f"yes or no is wanted, such as {key}:yes"
-    return f"a number is wanted, such as {key}>30 or {key}:20..45"
+        return tr("Write yes or no, such as {name}:yes.", name=key)
+    return tr("Write a number, such as {name}>30 or {name}:20..45.", name=key)
 
 
 def _text_test(token: str, figures: tuple[Figure, ...], op: str, value: str) -> Test:
@@ -126,7 +140,10 @@ def _text_test(token: str, figures: tuple[Figure, ...], op: str, value: str) -> 
     if op == "!=":
         return lambda row: all(text not in wanted for text in said(row))
     raise UsageError(
-        tr("“{token}”: words have no order; write : (contains) or = (is).", token=token)
+        tr(
+            "“{condition}”: text cannot be compared by size. Write : (contains) or = (equals).",
+            condition=token,
+        )
     )
 
 
@@ -134,7 +151,9 @@ def _flag_test(token: str, figure: Figure, op: str, value: str) -> Test:
     answers = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
     word = figure.words[0] if figure.words else figure.name
     if value.casefold() not in answers or op not in (":", "=", "!="):
-        raise UsageError(tr("“{token}”: write {word}:yes or {word}:no.", token=token, word=word))
+        raise UsageError(
+            tr("“{condition}”: write {name}:yes or {name}:no.", condition=token, name=word)
+        )
     wanted = answers[value.casefold()] != (op == "!=")
     return lambda row: bool(row.value(figure)) == wanted
 
@@ -144,7 +163,7 @@ def _number_test(token: str, key: str, figure: Figure, op: str, value: str) -> T
     if dots:
         if op not in (":", "=", "!="):
             raise UsageError(
-                tr("“{token}”: a range is written {key}:20..45.", token=token, key=key)
+                tr("“{condition}”: a range is written {name}:20..45.", condition=token, name=key)
             )
         a, b = _number(token, key, figure, low), _number(token, key, figure, high)
 
@@ -172,7 +191,7 @@ def _number_test(token: str, key: str, figure: Figure, op: str, value: str) -> T
 
 
 def _defined(figure: Figure, compare: Callable[[float], bool]) -> Test:
-    """What is undefined fulfils no condition."""
+    """An undefined figure meets no condition."""
 
     def test(row: Row) -> bool:
         value = row.value(figure)
@@ -186,14 +205,18 @@ def _number(token: str, key: str, figure: Figure, text: str) -> float:
     units = {"m": _METRES, "m2": _SQUARE}.get(figure.unit, {"°": 1.0})
     if found is None or (found["unit"] and found["unit"].casefold() not in units):
         raise UsageError(
-            tr("“{token}” cannot be read: {wanted}.", token=token, wanted=_wanted(key, figure.form))
+            tr(
+                "“{condition}” cannot be read. {example}",
+                condition=token,
+                example=_example(key, figure.form),
+            )
         )
     scale = units[found["unit"].casefold()] if found["unit"] else 1.0
     return float(found["number"].replace(",", ".")) * scale
 
 
 def _everything(row: Row) -> str:
-    """All that a row says in words, for words of no particular column."""
+    """All texts of a row, for words that name no column."""
     return "\n".join(
         (
             row.feature.name,

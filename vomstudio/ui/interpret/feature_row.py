@@ -11,33 +11,40 @@ from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import to_translate
 
 CLASS = Figure(
-    "class", "Class", "What it is: trace, patch, lineation, reading, intersection; the kind of a "
-    "dimension", lambda s: kind_of(s.feature).called(s.feature), "text", words=("kind", "class"),
-)  # fmt: skip
-# What the window says of planes alone, though files have it of lines too.
+    "class",
+    to_translate("Class"),
+    to_translate("Trace, patch, lineation, reading, intersection, or the kind of a dimension"),
+    lambda s: kind_of(s.feature).called(s.feature),
+    "text",
+    words=("kind", "class"),
+)
+# Shown for planes only, although files have them for lines too.
 _OF_PLANES = (catalogue.N_POINTS, catalogue.EXTENT, catalogue.RMS)
 _OWN = {kind.name: {figure.name: figure for figure in kind.figures} for kind in KINDS}
 
 
 @dataclass(frozen=True, eq=False)
 class Row(Subject):
-    """notation : in which its orientation is written."""
+    """A feature with its measurement. notation : in which its orientation is written."""
 
     notation: str = ""
 
     @property
     def class_name(self) -> str:
+        """Name of the feature's kind, such as trace."""
         return kind_of(self.feature).called(self.feature)
 
     @property
     def set_name(self) -> str:
+        """Name of its set; empty where it has none."""
         return str(getattr(self.feature, "set_name", ""))
 
     @property
     def overturned(self) -> bool | None:
-        """None where it cannot be."""
+        """None where a feature of this kind cannot be overturned."""
         value = getattr(self.feature, "overturned", None)
         return None if value is None else bool(value)
 
@@ -50,10 +57,12 @@ class Row(Subject):
 
     @property
     def quality(self) -> str | None:
+        """The verdict: good, doubtful or poor; None where nothing is judged."""
         return self.measured.verdict.quality if self.measured.verdict else None
 
     @property
     def reasons(self) -> str:
+        """The reasons of the verdict."""
         return str(catalogue.REASONS.value(self) or "")
 
     def _own(self, figure: Figure) -> Figure | None:
@@ -64,15 +73,17 @@ class Row(Subject):
         return None if figure in _OF_PLANES and self.measured.fit is None else own
 
     def value(self, figure: Figure) -> Any:
+        """A figure as a value; None where the feature does not have it."""
         own = self._own(figure)
         return None if own is None else own.value(self)
 
     def text(self, figure: Figure) -> str:
-        """The figure in words; what the feature cannot have is not there."""
+        """A figure as text; empty where a feature of this kind cannot have it."""
         own = self._own(figure)
         return figure.words_for(None) if own is None else own.text(self)
 
 
 def row_of(studio: Studio, feature: Feature, measured: Measurement) -> Row:
+    """The row of a feature of the project."""
     subject = studio.subject(feature, measured)
     return Row(feature, measured, subject.records, subject.nearest, studio.settings.notation)

@@ -1,4 +1,4 @@
-"""A line edit that filters features and says what it cannot read."""
+"""A line edit that filters features and shows why a filter cannot be read."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QLabel, QLineEdit, QSizePolicy
 
 from vomstudio.errors import UsageError
-from vomstudio.ui.interpret.feature_filter import HELP, Test, parse_filter
+from vomstudio.ui.interpret.feature_filter import Test, help_text, parse_filter
 
 
 class FilterLine(QLineEdit):
-    """`test` is None while nothing is filtered. What cannot be read leaves the last test as it is;
-    `problem`, a label for its owner to place, says why."""
+    """`test` is None while nothing is filtered. A filter that cannot be read leaves the last test
+    unchanged; `problem`, a label for its owner to place, says why."""
 
     changed = Signal()
 
@@ -27,7 +27,7 @@ class FilterLine(QLineEdit):
         self.problem.hide()
         self.setPlaceholderText(placeholder)
         self.setClearButtonEnabled(True)
-        self.setToolTip(HELP)
+        self.setToolTip(help_text())
         self.textChanged.connect(self._read)
 
     def _read(self, text: str) -> None:

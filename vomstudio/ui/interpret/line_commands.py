@@ -8,6 +8,7 @@ from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret import plane_relations
 from vomstudio.ui.scene.view_panel import ViewPanel
+from vomstudio.words import tr
 
 
 def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Command]:
@@ -16,21 +17,23 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
     def too_few_groups() -> str | None:
         if len(plane_relations.groups_of(studio)) > 1:
             return None
-        return "pick planes of two feature types or sets first"
+        return tr("Pick planes of two feature types or sets first.")
 
     def ask_for_sets() -> None:
         plane_relations.IntersectionDialog(studio, parent).open()
 
     return [
-        Command("keep_intersection", "&Keep intersection", lambda: plane_relations.keep(studio),
+        Command("keep_intersection", tr("&Keep intersection"), lambda: plane_relations.keep(studio),
                 "vector-intersection", (),
-                "The line where the two selected planes meet, as a feature with its error",
+                tr("Keep the intersection line of the two selected planes as a feature, with its "
+                   "error."),
                 lambda: plane_relations.why_not_keep(studio)),
-        Command("intersection_of_sets", "&Intersection of sets…", ask_for_sets,
+        Command("intersection_of_sets", tr("&Intersection of sets…"), ask_for_sets,
                 "vector-intersection", (),
-                "Where the mean planes of two types or sets meet, such as bedding and fault",
+                tr("Intersection line of the mean planes of two types or sets, such as bedding and "
+                   "fault."),
                 too_few_groups),
-        Command("along_line", "Look along the &line", directions.along_line, None, "I",
-                "Orthographic view down the selected lineation or intersection",
+        Command("along_line", tr("Look along the &line"), directions.along_line, None, "I",
+                tr("Orthographic view along the selected lineation or intersection."),
                 directions.why_no_line, in_viewport=True),
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""How planes lie to each other: the angle between two of them, and the line where they meet."""
+"""Angle between two planes, and their intersection line."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import degrees, natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr, tr_n
 
-NOT_TWO = "select two planes first"
+_NOT_TWO = to_translate("Select two planes first.")
 
 
 def line_type(studio: Studio) -> str:
@@ -36,7 +36,7 @@ def line_type(studio: Studio) -> str:
 
 
 def of_selected(studio: Studio) -> Intersection | None:
-    """Of exactly two selected planes; not in the document."""
+    """The intersection of exactly two selected planes, not in the document; else None."""
     ids = studio.selection.ids
     if len(ids) != 2 or not all(has_plane(studio.records.get(i)) for i in ids):
         return None
@@ -44,12 +44,14 @@ def of_selected(studio: Studio) -> Intersection | None:
 
 
 def between(studio: Studio, first: Group, second: Group) -> Intersection:
+    """The intersection of two groups of planes, not in the document."""
     return Intersection(edits.new_id("intersection"), "", line_type(studio), first, second)
 
 
 def why_not_keep(studio: Studio) -> str | None:
+    """Why the intersection of the selected planes cannot be kept; None where it can."""
     relation = of_selected(studio)
-    return NOT_TWO if relation is None else studio.measure(relation).problem
+    return tr(_NOT_TWO) if relation is None else studio.measure(relation).problem
 
 
 def keep(studio: Studio) -> None:
@@ -59,20 +61,25 @@ def keep(studio: Studio) -> None:
         studio.selection.set([relation.id])
 
 
-def words(measured: Measurement) -> list[str]:
-    """Angle, line and error, a line each."""
+def relation_lines(measured: Measurement) -> list[str]:
+    """Angle, intersection line, error and reasons as lines of rich text."""
     if measured.line is None:
         return [measured.problem or "–"]
     error = measured.max_confidence95_deg
     decimals = 1 if error is not None and error < 1.0 else 0
+    line = format_line(measured.line, decimals)
+    if error is None:
+        intersection = tr("Intersection: <b>{line}</b>, joint 95 % error unknown", line=line)
+    else:
+        intersection = tr(
+            "Intersection: <b>{line}</b>, joint 95 %: {largest} × {smallest}",
+            line=line,
+            largest=degrees(error),
+            smallest=degrees(measured.min_confidence95_deg),
+        )
     return [
-        f"Angle between them {degrees(measured.angle_deg)}",
-        f"Meet in <b>{format_line(measured.line, decimals)}</b>, joint 95 %: "
-        + (
-            "unknown"
-            if error is None
-            else f"{degrees(error)} × {degrees(measured.min_confidence95_deg)}"
-        ),
+        tr("Angle between the planes: {angle}", angle=degrees(measured.angle_deg)),
+        intersection,
         *(f"• {reason}" for reason in (measured.verdict.reasons if measured.verdict else ())),
     ]
 
@@ -91,7 +98,7 @@ class IntersectionDialog(QDialog):
         self.result_text.setMinimumWidth(380)
         self.result_text.setTextFormat(Qt.TextFormat.RichText)
         self.name = QLineEdit()
-        self.name.setPlaceholderText(tr("next free name"))
+        self.name.setPlaceholderText(tr("Next free name"))
         buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
         )
@@ -112,8 +119,8 @@ class IntersectionDialog(QDialog):
         self.second.setCurrentIndex(self._find(groups, "fault", min(1, len(groups) - 1)))
         form = QFormLayout()
         form.addRow(tr("Planes of"), self.first)
-        form.addRow(tr("meet planes of"), self.second)
-        form.addRow(tr("Kept as"), self.type_box)
+        form.addRow(tr("and planes of"), self.second)
+        form.addRow(tr("Feature type"), self.type_box)
         form.addRow(tr("Name"), self.name)
         layout = QVBoxLayout(self)
         layout.addLayout(form)
@@ -130,6 +137,7 @@ class IntersectionDialog(QDialog):
         return instead
 
     def relation(self) -> Intersection | None:
+        """The intersection that is chosen; None where both groups are the same."""
         first, second = self.first.currentData(), self.second.currentData()
         if first is None or second is None or first == second:
             return None
@@ -145,7 +153,7 @@ class IntersectionDialog(QDialog):
             self.keep_button.setEnabled(False)
             return
         measured = self._studio.measure(relation)
-        self.result_text.setText("<br>".join(words(measured)))
+        self.result_text.setText("<br>".join(relation_lines(measured)))
         self.keep_button.setEnabled(measured.line is not None)
 
     def _keep(self) -> None:
@@ -169,7 +177,7 @@ def groups_of(studio: Studio) -> list[tuple[str, str, Group]]:
         for name in names:
             count = counts[kind.id, name]
             title = f"{kind.name}, {name}" if name else kind.name
-            planes = f"{count} plane{'s' if count != 1 else ''}"
+            text = tr_n("{group} ({count} plane)", "{group} ({count} planes)", count, group=title)
             group = Group(type_id=kind.id, set_name=name)
-            found.append((f"{title} ({planes})", kind.color, group))
+            found.append((text, kind.color, group))
     return found

@@ -53,8 +53,8 @@ _OVERTURNED = "\N{CLOCKWISE TOP SEMICIRCLE ARROW}"
 
 
 class ProjectTree(QWidget):
-    """`menu_actions` gives the actions of the menu under the right button for a record,
-    `edit_type` opens the dialog of feature types at one of them ("" for the present one)."""
+    """`menu_actions` gives the actions of the context menu for a record, `edit_type` opens the
+    dialog of feature types at one of them ("" for the present one)."""
 
     def __init__(
         self,
@@ -80,8 +80,8 @@ class ProjectTree(QWidget):
         self.empty_types.setIcon(theme.icon("shape-plus-outline"))
         self.empty_types.setToolTip(
             tr(
-                "Show the feature types that have no features yet: to drop features onto them, or "
-                "to choose one for what is made next"
+                "Show feature types without features, to drop features onto them or to choose one "
+                "for the next feature."
             )
         )
         self.empty_types.setAccessibleName(tr("Show empty feature types"))
@@ -120,6 +120,7 @@ class ProjectTree(QWidget):
 
     # --- what is shown -----------------------------------------------------------------------
     def rebuild(self) -> None:
+        """Fill the tree anew from the project."""
         with QSignalBlocker(self.tree):
             self.tree.clear()
             self._items.clear()
@@ -215,7 +216,7 @@ class ProjectTree(QWidget):
         item.setToolTip(NAME, "\n".join(about))
 
     def _finish(self) -> None:
-        """What follows from the features there are: counts, what is empty, what the filter says."""
+        """Show counts, hide empty types, and apply the filter."""
         studio = self._studio
         test = self.filter.test
         features = studio.session.features()
@@ -235,7 +236,11 @@ class ProjectTree(QWidget):
                 record = studio.records.get(id_)
                 if isinstance(record, FeatureType):
                     count, seen = total.get(id_, 0), shown.get(id_, 0)
-                    many = str(count) if seen == count else f"{seen} of {count}"
+                    many = (
+                        str(count)
+                        if seen == count
+                        else tr("{shown} of {total}", shown=seen, total=count)
+                    )
                     item.setText(NAME, f"{record.name} ({many})" if count else record.name)
                     item.setHidden(seen == 0 and not self.empty_types.isChecked())
                     font = item.font(NAME)
@@ -243,7 +248,7 @@ class ProjectTree(QWidget):
                     item.setFont(NAME, font)
                     item.setToolTip(
                         NAME,
-                        tr("What is made next is of this type")
+                        tr("The next feature is of this type.")
                         if id_ == studio.next_type_id
                         else "",
                     )
@@ -375,7 +380,7 @@ class ProjectTree(QWidget):
         if ids:
             self._studio.attempt(edits.set_attributes, ids, type_id=type_id)
 
-    # --- the menu under the right button -----------------------------------------------------
+    # --- context menu -----------------------------------------------------
     def _menu(self, at: QPoint) -> None:
         item = self.tree.itemAt(at)
         menu = self.menu_for("" if item is None else str(item.data(NAME, ID)))
@@ -383,7 +388,7 @@ class ProjectTree(QWidget):
             menu.exec(self.tree.viewport().mapToGlobal(at))
 
     def menu_for(self, id_: str) -> QMenu:
-        """What can be done with a record or group; with none, with the tree."""
+        """The context menu of a record or group; of the tree where `id_` is empty."""
         return self._menus.menu_for(id_)
 
 

@@ -1,4 +1,4 @@
-"""What is selected: what can be changed, and the figures and reasons to be read."""
+"""The selected feature or model: its attributes to edit, its figures and reasons to read."""
 
 from __future__ import annotations
 
@@ -32,15 +32,17 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.interpret import plane_relations
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 
 class PropertiesPanel(QWidget):
+    """Follows the selection; every change is an edit of its own."""
+
     def __init__(self, studio: Studio, declare: QAction, keep: QAction) -> None:
         super().__init__()
         self._studio = studio
         self._shown: list[str] = []
-        self._nothing = QLabel(tr("Select a plane in the outcrop, table, tree or net."))
+        self._nothing = QLabel(tr("Select a feature in the outcrop, table, tree or stereonet."))
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._nothing.setWordWrap(True)
         self._nothing.setForegroundRole(QPalette.ColorRole.PlaceholderText)
@@ -104,7 +106,7 @@ class PropertiesPanel(QWidget):
             return box
         if attribute.form == "plane":
             planes = PlaneBox(self._studio, tr("none"), follow=False)
-            planes.chosen.connect(lambda id_: self._lay_on(name, id_))
+            planes.chosen.connect(lambda id_: self._set_plane(name, id_))
             return planes
         line = QLineEdit()
         line.editingFinished.connect(self._typed)
@@ -129,7 +131,7 @@ class PropertiesPanel(QWidget):
         return [i for i in self._studio.selection.ids if get_feature(records, i) is not None]
 
     def _typed(self) -> None:
-        """Keep what has been typed, for the planes that were shown while it was typed."""
+        """Apply what has been typed to the features that were shown while it was typed."""
         for name, field in self.fields.items():
             if isinstance(field, QLineEdit) and field.isModified():
                 field.setModified(False)
@@ -147,6 +149,7 @@ class PropertiesPanel(QWidget):
             self.refresh()
 
     def refresh(self, *_: object) -> None:
+        """Show the selected feature or model as it is now."""
         if self._shown != self._chosen():
             # The selection may move before the field loses the keyboard.
             self._typed()
@@ -163,7 +166,7 @@ class PropertiesPanel(QWidget):
         else:
             self._stack.setCurrentIndex(0)
 
-    def _lay_on(self, field: str, plane_id: str) -> None:
+    def _set_plane(self, field: str, plane_id: str) -> None:
         """Lines without a plane have no sense of slip."""
         records = self._studio.records
         slips = any(hasattr(records.get(id_), "slip") for id_ in self._shown)
@@ -176,10 +179,11 @@ class PropertiesPanel(QWidget):
         self._keep.setVisible(relation is not None)
         if relation is None:
             return
-        names = " and ".join(self._studio.records[i].name for i in self._studio.selection.ids)
+        first, second = (self._studio.records[i].name for i in self._studio.selection.ids)
+        names = tr("{first} and {second}", first=first, second=second)
         measured = self._studio.measure(relation)
         self._relation.setText(
-            "<br>".join([f"<b>{escape(names)}</b>", *plane_relations.words(measured)])
+            "<br>".join([f"<b>{escape(names)}</b>", *plane_relations.relation_lines(measured)])
         )
         self._keep.setEnabled(measured.line is not None)
 
@@ -207,21 +211,29 @@ class PropertiesPanel(QWidget):
         lines = [f"<b>{model.name}</b>", model.path]
         opened = self._studio.models.get(model.id)
         if opened is None:
-            lines.append("The file is not open.")
+            lines.append(tr("The file is not open."))
         elif isinstance(opened.data, Mesh):
             textures = sum(m.texture is not None for m in opened.data.materials)
             lines.append(
-                f"Mesh: {len(opened.data.faces):,} triangles, {len(opened.data.vertices):,} "
-                f"vertices, {textures} texture{'s' if textures != 1 else ''}"
+                tr_n(
+                    "Mesh: {triangles:,} triangles, {vertices:,} vertices, {count} texture",
+                    "Mesh: {triangles:,} triangles, {vertices:,} vertices, {count} textures",
+                    textures,
+                    triangles=len(opened.data.faces),
+                    vertices=len(opened.data.vertices),
+                )
             )
         else:
-            lines.append(f"Point cloud: {opened.data.count:,} points")
+            lines.append(tr("Point cloud: {count:,} points", count=opened.data.count))
             if isinstance(opened.data, StreamedCloud):
-                lines.append("Read as it is looked at: measured on what is loaded for the view.")
+                lines.append(
+                    tr("Streamed: measurements use the points that are loaded for the view.")
+                )
         if opened is not None and opened.resolution:
             spacing = opened.resolution * model.frame.unit_m
-            lines.append(f"Resolution: {length(spacing, metric=model.frame.has_metres)}")
-        lines.append(f"Frame: {model.frame.name()}")
+            resolution = length(spacing, metric=model.frame.has_metres)
+            lines.append(tr("Resolution: {length}", length=resolution))
+        lines.append(tr("Frame: {frame}", frame=model.frame.name()))
         if opened is not None:
             lines += list(opened.warnings)
         self._model.setText("<br>".join(lines))

@@ -1,4 +1,4 @@
-"""The orientation table as Qt's views see it: figures of the catalogue in the window's order."""
+"""Qt model of the orientation table: figures of the catalogue in the window's order."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.feature_filter import Test
 from vomstudio.ui.interpret.feature_row import Row, row_of
+from vomstudio.words import to_translate, tr
 
 _Index = QModelIndex | QPersistentModelIndex
 _SORT = Qt.ItemDataRole.UserRole
@@ -34,7 +35,8 @@ _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 
 @dataclass(frozen=True)
 class Column:
-    """text: what is shown; value: what is sorted by; field: the attribute that can be typed."""
+    """title, tip: noted for translation, title also names it in the settings; text: what is shown;
+    value: what is sorted by; field: the attribute that can be edited."""
 
     title: str
     tip: str
@@ -59,8 +61,8 @@ def _of(figure: Figure, value: Callable[[Row], Any] | None = None) -> Column:
 
 
 ORIENTATION = Column(
-    "Orientation",
-    "Plane in the notation chosen under View > Notation; trend/plunge of a line",
+    to_translate("Orientation"),
+    to_translate("Plane in the notation chosen under View > Notation; trend/plunge of a line"),
     lambda row: orientation_text(row.measured, row.notation),
     lambda row: row.azimuth,
 )
@@ -84,6 +86,8 @@ def _listed(feature: Feature) -> bool:
 
 
 class OrientationModel(QAbstractTableModel):
+    """A row for each feature that is a plane or a line, a column for each of COLUMNS."""
+
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
@@ -91,6 +95,7 @@ class OrientationModel(QAbstractTableModel):
         self._places: dict[str, int] = {}
 
     def reset(self) -> None:
+        """Read all rows anew."""
         self.beginResetModel()
         features = [f for f in self._studio.session.features() if _listed(f)]
         measured = self._studio.measured(feature.id for feature in features)
@@ -99,7 +104,7 @@ class OrientationModel(QAbstractTableModel):
         self.endResetModel()
 
     def update(self, ids: list[str]) -> None:
-        """Some features are new, other, or gone."""
+        """Features were added, changed or deleted."""
         if len(ids) > _AT_ONCE or any(self._studio.records.get(i) is None for i in ids):
             self.reset()
             return
@@ -121,19 +126,22 @@ class OrientationModel(QAbstractTableModel):
                 self.dataChanged.emit(self.index(place, 0), self.index(place, len(COLUMNS) - 1))
 
     def row(self, place: int) -> Row:
+        """The row at a place, unsorted."""
         return self._rows[place]
 
-    def compare_again(self) -> None:
-        """Readings are compared with other rows, which have changed."""
+    def update_comparisons(self) -> None:
+        """Other rows have changed, with which readings are compared."""
         if any(kind_of(row.feature).evidence == "read" for row in self._rows):
             self.dataChanged.emit(
                 self.index(0, _TO_PICK), self.index(len(self._rows) - 1, _TO_PICK)
             )
 
     def id_at(self, row: int) -> str:
+        """Id of the feature at a place, unsorted."""
         return str(self._rows[row].feature.id)
 
     def place(self, id_: str) -> int | None:
+        """Place of a feature, unsorted; None where it is not listed."""
         return self._places.get(id_)
 
     # --- Qt's names ---------------------------------------------------------------------------
@@ -148,9 +156,9 @@ class OrientationModel(QAbstractTableModel):
     ) -> Any:
         if orientation == Qt.Orientation.Horizontal:
             if role == Qt.ItemDataRole.DisplayRole:
-                return COLUMNS[section].title
+                return tr(COLUMNS[section].title)
             if role == Qt.ItemDataRole.ToolTipRole:
-                return COLUMNS[section].tip
+                return tr(COLUMNS[section].tip)
         return None
 
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
@@ -173,7 +181,7 @@ class OrientationModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole and not column.left:
             return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ToolTipRole:
-            return row.reasons or column.tip
+            return row.reasons or tr(column.tip)
         return None
 
     def flags(self, index: _Index) -> Qt.ItemFlag:
@@ -201,10 +209,12 @@ class OrientationModel(QAbstractTableModel):
 
 
 class SortedRows(QSortFilterProxyModel):
+    """Sorts the rows by their values and leaves out those that fail the filter's test."""
+
     test: Test | None = None
 
     def set_test(self, test: Test | None) -> None:
-        """Rows stay that pass the test; all of them without one."""
+        """Show the rows that pass the test; all rows where it is None."""
         self.test = test
         self.invalidate()
 

@@ -27,13 +27,15 @@ from vomstudio.document.edit import Edit
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.filter_line import FilterLine
 from vomstudio.ui.interpret.table_model import COLUMNS, OrientationModel, SortedRows
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 # Column widths are taken from so many rows: all of a thousand would hold the window up.
 _MEASURED_ROWS = 50
 
 
 class TablePanel(QWidget):
+    """Filter line, count and export button above the table; its selection is the studio's."""
+
     def __init__(self, studio: Studio, export: QAction) -> None:
         super().__init__()
         self._studio = studio
@@ -72,7 +74,7 @@ class TablePanel(QWidget):
         button.setDefaultAction(export)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self._empty = QLabel(
-            tr("Planes appear here. Choose Trace (T) and click along a bed on the outcrop.")
+            tr("No planes yet. Choose Trace (T) and click along a bed on the outcrop.")
         )
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
@@ -103,6 +105,7 @@ class TablePanel(QWidget):
             self.rebuild()
 
     def rebuild(self) -> None:
+        """Read rows and columns anew."""
         settings = self._studio.settings
         self._seen_settings = (settings.notation, settings.hidden_columns)
         self.model.reset()
@@ -112,12 +115,12 @@ class TablePanel(QWidget):
 
     # --- columns and copies ------------------------------------------------------------------
     def column_menu(self) -> QMenu:
-        """Which columns are shown."""
+        """Context menu of the header: which columns are shown."""
         menu = QMenu(self)
         hidden = self._studio.settings.hidden_columns
         for column in COLUMNS[1:]:
-            action = menu.addAction(column.title)
-            action.setToolTip(column.tip)
+            action = menu.addAction(tr(column.title))
+            action.setToolTip(tr(column.tip))
             action.setCheckable(True)
             action.setChecked(column.title not in hidden)
             action.toggled.connect(partial(self._show_column, column.title))
@@ -135,18 +138,19 @@ class TablePanel(QWidget):
         self._studio.keep_settings()
 
     def copy_rows(self) -> None:
-        """The selected rows as they are shown, under their titles, for a spreadsheet."""
+        """Copy the selected rows with the column titles to the clipboard, for a spreadsheet."""
         rows = sorted(self.view.selectionModel().selectedRows(), key=lambda i: i.row())
         if not rows:
             return
         columns = [i for i in range(len(COLUMNS)) if not self.view.isColumnHidden(i)]
-        lines = [[COLUMNS[i].title for i in columns]]
+        lines = [[tr(COLUMNS[i].title) for i in columns]]
         for index in rows:
             row = self.model.row(self._sorted.mapToSource(index).row())
             lines.append([" ".join(COLUMNS[i].text(row).split()) for i in columns])
         QGuiApplication.clipboard().setText("\n".join("\t".join(line) for line in lines) + "\n")
-        many = "s" if len(rows) != 1 else ""
-        self._studio.info(f"Copied {len(rows)} row{many} of the table.")
+        self._studio.info(
+            tr_n("Copied {count} row of the table.", "Copied {count} rows of the table.", len(rows))
+        )
 
     def _filtered(self) -> None:
         # A row that goes out of sight stays selected.
@@ -162,7 +166,7 @@ class TablePanel(QWidget):
             return
         first = self.model.rowCount() == 0
         self.model.update(ids)
-        self.model.compare_again()
+        self.model.update_comparisons()
         self._counted()
         if first:
             self._fit_columns()
@@ -170,7 +174,7 @@ class TablePanel(QWidget):
         self._show_selection(self._studio.selection.ids)
 
     def _widen(self, ids: list[str]) -> None:
-        """Nothing of these rows is cut off; what the user has made wider stays."""
+        """Make columns wide enough for these rows; none becomes narrower."""
         places = [p for id_ in ids[:_MEASURED_ROWS] if (p := self.model.place(id_)) is not None]
         for i in range(len(COLUMNS)):
             shown = [self._sorted.mapFromSource(self.model.index(place, i)) for place in places]
@@ -190,7 +194,7 @@ class TablePanel(QWidget):
     def _counted(self) -> None:
         total, shown = self.model.rowCount(), self._sorted.rowCount()
         self._count.setText(
-            tr("{total} feature{value}", total=total, value="s" if total != 1 else "")
+            tr_n("{count} feature", "{count} features", total)
             if shown == total
             else tr("{shown} of {total} features", shown=shown, total=total)
         )

@@ -1,4 +1,4 @@
-"""Taking up a tool, and what is done to the feature that is being picked."""
+"""Commands that choose a tool, and those on the open feature."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from vomstudio.ui.common.command_targets import why_no_model, why_none_chosen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.scene.view_panel import ViewPanel
+from vomstudio.words import to_translate, tr
 
-NOTHING_OPEN = "nothing is being picked"
+_NOTHING_OPEN = to_translate("No feature is open.")
 
 
-class _Picking:
-    """The feature that is being picked, or that can be taken up again."""
+class _OpenFeature:
+    """The open feature, or the selected one that can be continued."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
@@ -30,21 +31,21 @@ class _Picking:
         return tool if isinstance(tool, PolylineTool) else None
 
     def why_nothing(self) -> str | None:
-        return NOTHING_OPEN if self._studio.open_tool is None else None
+        return tr(_NOTHING_OPEN) if self._studio.open_tool is None else None
 
     def why_not_finish(self) -> str | None:
         unfinished = self._studio.open_tool or self._studio.tool
-        return NOTHING_OPEN if unfinished is None else unfinished.why_not_finish()
+        return tr(_NOTHING_OPEN) if unfinished is None else unfinished.why_not_finish()
 
     def why_not_cancel(self) -> str | None:
         unfinished = self._studio.open_tool or self._studio.tool
-        return NOTHING_OPEN if unfinished is None else unfinished.why_not_cancel()
+        return tr(_NOTHING_OPEN) if unfinished is None else unfinished.why_not_cancel()
 
     def why_no_vertex(self) -> str | None:
         if (tool := self.tool) is None:
-            return NOTHING_OPEN
+            return tr(_NOTHING_OPEN)
         if tool.current_vertex is None:
-            return f"click a vertex of the open {tool.what} first"
+            return tr("Click a vertex of the open feature first.")
         return None
 
     def why_not_delete(self) -> str | None:
@@ -52,8 +53,8 @@ class _Picking:
 
     def why_not_continue(self) -> str | None:
         if self._studio.open_tool is not None:
-            return "something is being picked: finish or cancel it first"
-        return None if self._to_continue() else "select a trace, line or measurement first"
+            return tr("Finish or cancel the open feature first.")
+        return None if self._to_continue() else tr("Select a trace, a line or a measurement first.")
 
     def _to_continue(self) -> tuple[str, str] | None:
         """Id and tool of the last selected feature that was picked vertex by vertex."""
@@ -67,6 +68,7 @@ class _Picking:
         return None
 
     def continue_feature(self) -> None:
+        """Choose the tool of the selected feature and continue it."""
         found = self._to_continue()
         if found is None:
             return
@@ -84,55 +86,58 @@ class _Picking:
             tool.delete_vertex()
 
     def delete(self) -> None:
+        """Delete the marked vertex of the open feature, else the selected features."""
         if self.tool is not None:
             self.delete_vertex()
         else:
             self._studio.delete_selected()
 
-    def take_back(self) -> None:
+    def undo_click(self) -> None:
         if (unfinished := self._studio.open_tool) is not None:
             unfinished.undo()
 
 
-def _taking_up(studio: Studio, entry: ToolEntry) -> Command:
+def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
     name = entry.name
     return Command(
-        name, entry.label, lambda: studio.activate(name), entry.icon, entry.key, entry.tip,
+        name, tr(entry.label), lambda: studio.activate(name), entry.icon, entry.key, tr(entry.tip),
         lambda: why_no_model(studio), in_viewport=True, checked=lambda: studio.tool_name == name,
     )  # fmt: skip
 
 
 def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Command]:
-    picking = _Picking(studio)
+    """directions : looks along fold axes and planes; docks : where the stereonet is shown"""
+    picking = _OpenFeature(studio)
 
     return [
-        Command("navigate", "&Navigate", lambda: studio.activate("navigate"), "cursor-move", "N",
-                "Turn, move and zoom; click a plane to select it", in_viewport=True,
+        Command("navigate", tr("&Navigate"), lambda: studio.activate("navigate"), "cursor-move",
+                "N", tr("Orbit, pan and zoom; click a feature to select it."), in_viewport=True,
                 checked=lambda: studio.tool_name == "navigate"),
-        *(_taking_up(studio, entry) for entry in TOOLS),
-        Command("finish", "Finish", studio.finish_tool, "check", ("Return", "Enter"),
-                "Keep what is being picked", picking.why_not_finish, in_viewport=True),
-        Command("cancel", "Cancel", studio.cancel_tool, "close", "Esc",
-                "Give up what is being picked; a continued one stays as it was",
-                picking.why_not_cancel, in_viewport=True),
-        Command("continue_trace", "Continue", picking.continue_feature, "vector-polyline-plus", (),
-                "Take the selected trace, line or measurement up again: add, move, insert or "
-                "delete vertices",
-                picking.why_not_continue),
-        Command("delete_vertex", "Delete vertex", picking.delete_vertex,
-                "vector-polyline-remove", (),
-                "The marked vertex of what is being picked (Del in the viewport)",
-                picking.why_no_vertex),
-        Command("delete_here", "Delete what is marked or selected", picking.delete, None, "Del",
-                "The marked vertex of what is being picked, else the selected features",
-                picking.why_not_delete, in_viewport=True),
-        Command("undo_click", "Take back the last click", picking.take_back, None, "Backspace", "",
-                picking.why_nothing, in_viewport=True),
-        Command("along_beta", "Look along &beta", directions.along_beta, None, "B",
-                "Orthographic view down the fold axis of the bedding", directions.why_no_beta,
+        *(_choose_tool(studio, entry) for entry in TOOLS),
+        Command("finish", tr("Finish"), studio.finish_tool, "check", ("Return", "Enter"),
+                tr("Finish the open feature and keep it."), picking.why_not_finish,
                 in_viewport=True),
-        Command("face_plane", "Face the &plane", directions.face, None, "Shift+P",
-                "Orthographic view at right angles to the selected plane",
+        Command("cancel", tr("Cancel"), studio.cancel_tool, "close", "Esc",
+                tr("Discard the open feature; a continued one stays as it was."),
+                picking.why_not_cancel, in_viewport=True),
+        Command("continue_trace", tr("Continue"), picking.continue_feature, "vector-polyline-plus",
+                (), tr("Continue the selected trace, line or measurement: add, move, insert or "
+                       "delete vertices."),
+                picking.why_not_continue),
+        Command("delete_vertex", tr("Delete vertex"), picking.delete_vertex,
+                "vector-polyline-remove", (),
+                tr("Delete the marked vertex of the open feature (Del in the viewport)."),
+                picking.why_no_vertex),
+        Command("delete_here", tr("Delete vertex or features"), picking.delete, None, "Del",
+                tr("Delete the marked vertex of the open feature, else the selected features."),
+                picking.why_not_delete, in_viewport=True),
+        Command("undo_click", tr("Undo last click"), picking.undo_click, None, "Backspace", "",
+                picking.why_nothing, in_viewport=True),
+        Command("along_beta", tr("Look along fold axis &beta"), directions.along_beta, None, "B",
+                tr("Orthographic view along the fold axis of the bedding."), directions.why_no_beta,
+                in_viewport=True),
+        Command("face_plane", tr("Face the &plane"), directions.face, None, "Shift+P",
+                tr("Orthographic view perpendicular to the selected plane."),
                 directions.why_no_plane, in_viewport=True),
-        Command("show_stereonet", "Show the &stereonet", lambda: docks.bring_forward("stereonet")),
+        Command("show_stereonet", tr("Show &stereonet"), lambda: docks.bring_forward("stereonet")),
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""The menus of the project tree: what can be done with a record, a feature type or a group."""
+"""Context menus of the project tree: of a record, a feature type or a group."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from vomstudio.document.kinds import GROUPS, group_of
 from vomstudio.document.records import FeatureType, Record, Typed
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.interpret.symbol_names import SYMBOL_NAMES
 from vomstudio.words import tr
 
 GROUP_IDS = ("models", *(group.id for group in GROUPS))
@@ -40,7 +41,7 @@ class TreeMenus(QObject):
         self._change_type = change_type
 
     def menu_for(self, id_: str) -> QMenu:
-        """What can be done with a record or group; with none, with the tree."""
+        """The context menu of a record or group; of the tree where `id_` is empty."""
         menu = QMenu(self._parent)
         menu.setToolTipsVisible(True)
         record = self._studio.records.get(id_)
@@ -78,7 +79,7 @@ class TreeMenus(QObject):
         studio = self._studio
         own = [f.id for f in studio.session.features() if group_of(f) == kind.id]
         chosen = menu.addAction(
-            tr("&Next features are of this type"),
+            tr("Use for &next features"),
             lambda: studio.set_next(kind.id, studio.next_set),
         )
         chosen.setCheckable(True)
@@ -93,7 +94,7 @@ class TreeMenus(QObject):
         menu.addAction(tr("&Rename…"), lambda: self._edit_type(kind.id))
         colors = menu.addMenu(tr("&Colour"))
         for name, color in theme.COLORS:
-            action = colors.addAction(theme.swatch(color), name)
+            action = colors.addAction(theme.swatch(color), tr(name))
             action.setCheckable(True)
             action.setChecked(color == kind.color)
             action.triggered.connect(partial(self._change_kind, kind, "color", color))
@@ -101,7 +102,9 @@ class TreeMenus(QObject):
         colors.addAction(tr("Other…"), lambda: self._edit_type(kind.id))
         symbols = menu.addMenu(tr("S&ymbol"))
         for symbol in theme.SYMBOLS:
-            action = symbols.addAction(theme.type_icon(kind.color, symbol), symbol)
+            action = symbols.addAction(
+                theme.type_icon(kind.color, symbol), tr(SYMBOL_NAMES[symbol])
+            )
             action.setCheckable(True)
             action.setChecked(symbol == kind.symbol)
             action.triggered.connect(partial(self._change_kind, kind, "symbol", symbol))

@@ -1,4 +1,4 @@
-"""A tree of groups whose features are dragged from one to another."""
+"""A tree whose features can be dragged from one group to another."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QLabel, QTreeWidget, QTreeWidgetItem
 
-from vomstudio.words import tr
+from vomstudio.words import tr_n
 
 ID = Qt.ItemDataRole.UserRole
 SORT = Qt.ItemDataRole.UserRole + 1
@@ -37,6 +37,8 @@ MANY = 20
 
 
 class TreeItem(QTreeWidgetItem):
+    """An item that is sorted by its SORT data."""
+
     def __lt__(self, other: QTreeWidgetItem) -> bool:
         return bool(self.data(NAME, SORT) < other.data(NAME, SORT))
 
@@ -97,7 +99,7 @@ class FeatureTree(QTreeWidget):
         label = QLabel(
             f" {chosen[0].text(NAME)} "
             if len(chosen) == 1
-            else tr(" {count} features ", count=len(chosen))
+            else " {} ".format(tr_n("{count} feature", "{count} features", len(chosen)))
         )
         label.setAutoFillBackground(True)
         label.setBackgroundRole(QPalette.ColorRole.Highlight)

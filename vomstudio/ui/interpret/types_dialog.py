@@ -1,5 +1,5 @@
-"""Feature types: what is measured, with name, colour and symbol. Every change is an edit of its
-own, so that Undo takes it back."""
+"""Dialog of the feature types with name, colour and symbol. Every change is an edit of its own and
+can be undone."""
 
 from __future__ import annotations
 
@@ -32,12 +32,15 @@ from vomstudio.errors import VomError
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.words import tr
+from vomstudio.ui.interpret.symbol_names import SYMBOL_NAMES
+from vomstudio.words import tr, tr_n
 
 _ID = Qt.ItemDataRole.UserRole
 
 
 class TypesDialog(QDialog):
+    """Opens at the type with `type_id`, or at that of the next feature."""
+
     def __init__(self, parent: QWidget, studio: Studio, type_id: str = "") -> None:
         super().__init__(parent)
         self._studio = studio
@@ -56,8 +59,8 @@ class TypesDialog(QDialog):
         self.symbol.activated.connect(lambda _: self._change(symbol=self.symbol.currentData()))
         self.nature = ComboBox()
         self.nature.setObjectName("type_nature")
-        self.nature.addItem(tr("planes (beds, faults, joints)"), tr("plane"))
-        self.nature.addItem(tr("lines (axes, striations)"), tr("line"))
+        self.nature.addItem(tr("Planes (beds, faults, joints)"), "plane")
+        self.nature.addItem(tr("Lines (axes, striations)"), "line")
         self.nature.activated.connect(lambda _: self._change(geometry=self.nature.currentData()))
         self.used = QLabel()
         self.used.setWordWrap(True)
@@ -85,8 +88,8 @@ class TypesDialog(QDialog):
         for name, color in theme.COLORS:
             button = QToolButton()
             button.setIcon(theme.swatch(color))
-            button.setToolTip(f"{name} ({color})")
-            button.setAccessibleName(name)
+            button.setToolTip(f"{tr(name)} ({color})")
+            button.setAccessibleName(tr(name))
             button.setCheckable(True)
             button.clicked.connect(partial(self._change_color, color))
             self.colors[color] = button
@@ -94,7 +97,7 @@ class TypesDialog(QDialog):
         self.other_color = QToolButton()
         self.other_color.setText(tr("Other…"))
         self.other_color.setToolTip(
-            tr("The eight colours beside can be told apart by colour-blind readers too")
+            tr("The eight colours beside can be distinguished by colour-blind readers.")
         )
         self.other_color.setCheckable(True)
         self.other_color.clicked.connect(self._choose_color)
@@ -104,7 +107,7 @@ class TypesDialog(QDialog):
         form.addRow(tr("Name"), self.name)
         form.addRow(tr("Colour"), colors)
         form.addRow(tr("Symbol"), self.symbol)
-        form.addRow(tr("Its features are"), self.nature)
+        form.addRow(tr("Features"), self.nature)
         form.addRow("", self.used)
         right = QVBoxLayout()
         right.addLayout(form)
@@ -129,10 +132,12 @@ class TypesDialog(QDialog):
     # --- what is shown -----------------------------------------------------------------------
     @property
     def type_id(self) -> str:
+        """Id of the type that is shown; empty where there is none."""
         item = self.list.currentItem()
         return str(item.data(_ID)) if item else ""
 
     def select(self, type_id: str) -> None:
+        """Show a type, ready to be renamed."""
         self._fill(type_id)
         self.name.setFocus()
         self.name.selectAll()
@@ -164,18 +169,18 @@ class TypesDialog(QDialog):
         self.other_color.setText(kind.color if own else tr("Other…"))
         self.symbol.clear()
         for symbol in theme.SYMBOLS:
-            self.symbol.addItem(theme.type_icon(kind.color, symbol), symbol, symbol)
+            self.symbol.addItem(
+                theme.type_icon(kind.color, symbol), tr(SYMBOL_NAMES[symbol]), symbol
+            )
         self.symbol.setCurrentIndex(max(0, self.symbol.findData(kind.symbol)))
         self.nature.setCurrentIndex(self.nature.findData(kind.geometry))
         count = sum(
             isinstance(f, Typed) and f.type_id == kind.id for f in self._studio.session.features()
         )
         self.used.setText(
-            tr("{count} features are of this type", count=count)
-            if count > 1
-            else tr("one feature is of this type")
+            tr_n("{count} feature is of this type.", "{count} features are of this type.", count)
             if count
-            else tr("not used yet")
+            else tr("No feature is of this type yet.")
         )
 
     def _edited(self, edit: Edit) -> None:
@@ -216,7 +221,7 @@ class TypesDialog(QDialog):
             self._show()
 
     def _add(self) -> None:
-        """One of the usual types that is not there, or one of the user's own."""
+        """Offer the default types that are missing, and a type of the user's own."""
         present = {kind.id for kind in self._studio.session.of(FeatureType)}
         missing = [kind for kind in DEFAULT_TYPES if kind.id not in present]
         if not missing:
@@ -227,7 +232,7 @@ class TypesDialog(QDialog):
             action = menu.addAction(theme.type_icon(kind.color, kind.symbol), kind.name)
             action.triggered.connect(partial(self._do, edits.add_type, kind))
         menu.addSeparator()
-        menu.addAction(tr("One of your own"), self._add_own)
+        menu.addAction(tr("Own type"), self._add_own)
         menu.exec(self.add_button.mapToGlobal(self.add_button.rect().bottomLeft()))
 
     def _add_own(self) -> None:
@@ -239,14 +244,13 @@ class TypesDialog(QDialog):
         self._do(edits.remove_type, self.type_id)
 
     def _do(self, make: object, *args: object) -> bool:
-        """Make an edit; the reason stands in the dialog where it cannot be made."""
+        """Make an edit; False, with the reason shown in the dialog, where it is refused."""
         assert callable(make)
         try:
             self._studio.session.apply(make(self._studio.records, *args))
         except VomError as error:
             self._show()
-            text = error.message[:1].upper() + error.message[1:]
-            self.says.setText(f"{text}.")
+            self.says.setText(error.message)
             return False
         return True
 

@@ -51,7 +51,8 @@ _ARROWS = {
 
 @dataclass(frozen=True)
 class ShownMark:
-    """pixel : of the photo as stored; expected : where cameras put it, and no mark."""
+    """A mark as it is drawn. pixel : of the photo as stored; expected : not a mark, but where the
+    aligned cameras predict one. worst : it has the largest residual of its point."""
 
     label: str
     role: str
@@ -63,8 +64,12 @@ class ShownMark:
 
 
 class MarkCanvas(PhotoCanvas):
-    """nudged: (x, y) in pixels of the stored photo by which the chosen mark is to move.
-    radius_asked: by what the brush is to be larger."""
+    """A photo with its mask in colour, its marks, and a magnifier at the cursor.
+
+    nudged: (x, y) in pixels of the stored photo by which the chosen mark is to move.
+    radius_asked: the factor by which the brush is to grow. hides: what is drawn is masked, else
+    unmasked.
+    """
 
     nudged = Signal(float, float)
     radius_asked = Signal(float)
@@ -82,12 +87,13 @@ class MarkCanvas(PhotoCanvas):
         self._version = 0
         self._marks: Sequence[ShownMark] = ()
         self._corners: list[Pixel] = []
-        self._course = np.zeros((0, 2))
+        self._epipolar_line = np.zeros((0, 2))
         self._grabbed: tuple[QPointF, Pixel] | None = None
         self._slow = False
 
     # --- what is shown -----------------------------------------------------------------------
     def set_tool(self, tool: str) -> None:
+        """LOOK, MARK, POLYGON or BRUSH."""
         self.tool = tool
         self.left_paints = tool == BRUSH
         shape = Qt.CursorShape.ArrowCursor if tool == LOOK else Qt.CursorShape.CrossCursor
@@ -100,6 +106,7 @@ class MarkCanvas(PhotoCanvas):
         self.mask_changed()
 
     def mask_changed(self) -> None:
+        """Draw the mask anew: its values have changed in place."""
         self._version += 1
         self.update()
 
@@ -115,9 +122,9 @@ class MarkCanvas(PhotoCanvas):
     def marks(self) -> Sequence[ShownMark]:
         return self._marks
 
-    def set_course(self, pixels: npt.NDArray[np.float64]) -> None:
-        """(k, 2) along which the chosen point must lie."""
-        self._course = pixels
+    def set_epipolar_line(self, pixels: npt.NDArray[np.float64]) -> None:
+        """(k, 2) pixels of the stored photo along which the chosen point must lie."""
+        self._epipolar_line = pixels
         self.update()
 
     def set_corners(self, corners: Sequence[Pixel]) -> None:
@@ -134,6 +141,7 @@ class MarkCanvas(PhotoCanvas):
         self._centre(there)
 
     def one_to_one(self) -> None:
+        """Zoom until a pixel of the photo is a pixel of the screen."""
         self.zoom(1.0 / (self._scale * self.devicePixelRatioF()), self._cursor)
 
     # --- handles -----------------------------------------------------------------------------
@@ -207,8 +215,10 @@ class MarkCanvas(PhotoCanvas):
         painter = QPainter(self)
         self._paint_mask(painter)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if len(self._course) > 1:
-            line = QPolygonF([QPointF(x, y) for x, y in self.screen_of(self._course).tolist()])
+        if len(self._epipolar_line) > 1:
+            line = QPolygonF(
+                [QPointF(x, y) for x, y in self.screen_of(self._epipolar_line).tolist()]
+            )
             for pen in (QPen(painting.DARK, 3.2), QPen(QColor("white"), 1.4, Qt.PenStyle.DashLine)):
                 painter.setPen(pen)
                 painter.drawPolyline(line)

@@ -1,4 +1,4 @@
-"""Points and their marks as they are shown, placed, moved and taken away in an opened photo."""
+"""Points and their marks as they are shown, placed, moved and removed in an opened photo."""
 
 from __future__ import annotations
 
@@ -14,11 +14,14 @@ from vomstudio.ui.photos.opened_photo import OpenedPhoto
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_tools import PhotoTools
 from vomstudio.ui.photos.points_box import PointsBox
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 
 class MarkEditing(QObject):
-    """said : a sentence and its level."""
+    """Edits the points and marks as the user clicks, drags and types.
+
+    said : a sentence for the user, and its level
+    """
 
     said = Signal(str, str)
 
@@ -42,22 +45,23 @@ class MarkEditing(QObject):
 
     # --- showing -----------------------------------------------------------------------------
     def show(self) -> None:
-        """The marks of this photo, where the others are expected, and the chosen one's course."""
+        """Draw the marks of this photo, the predicted positions of the other points, and the
+        epipolar line of the chosen one."""
         marking, chosen, photo = self._marks.marking, self._points.label, self._photo.name
         there = marking.within(photo)
         shown = []
         for label, pixel in there.items():
-            sight = self._marks.sight(label)
-            residual, worst = sight.residuals_px.get(photo), sight.worst
+            prediction = self._marks.prediction(label)
+            residual, worst = prediction.residuals_px.get(photo), prediction.worst
             bad = worst is not None and worst[0] == photo and worst[1] > BAD_PX
             role = marking.role(label)
             shown.append(ShownMark(label, role, pixel, label == chosen, False, residual, bad))
         for label in marking.labels:
-            if label not in there and (at := self._marks.sight(label).expected.get(photo)):
+            if label not in there and (at := self._marks.prediction(label).expected.get(photo)):
                 role = marking.role(label)
                 shown.append(ShownMark(label, role, at, label == chosen, True))
         self._canvas.set_marks(shown)
-        self._canvas.set_course(self._marks.course(chosen, photo))
+        self._canvas.set_epipolar_line(self._marks.epipolar_line(chosen, photo))
 
     def look_at_point(self, *, again: bool = False) -> None:
         """While points are marked, the photo is opened where the point is, or should be."""
@@ -67,7 +71,7 @@ class MarkEditing(QObject):
         if self._photo.looks_at(label) and not again:
             return
         place = self._marks.marking.of(label).get(photo)
-        place = place or self._marks.sight(label).expected.get(photo)
+        place = place or self._marks.prediction(label).expected.get(photo)
         if place is not None:
             self._photo.look_at(label, place)
 
@@ -76,15 +80,18 @@ class MarkEditing(QObject):
 
     # --- points ------------------------------------------------------------------------------
     def why_no_point(self) -> str | None:
-        return None if self._points.label else "choose a point first"
+        """None where a point is chosen, else the sentence that says so."""
+        return None if self._points.label else tr("Choose a point first.")
 
     def why_no_mark(self) -> str | None:
+        """None where the chosen point is marked in this photo, else the sentence that says so."""
         if (said := self.why_no_point()) is not None:
             return said
         there = self._photo.name in self._marks.marking.of(self._points.label)
-        return None if there else "the point is not marked in this photo"
+        return None if there else tr("The point is not marked in this photo.")
 
     def new_point(self) -> None:
+        """Add a point with a free label, choose it and take up the mark tool."""
         label = self._marks.marking.free_label()
         made = self._marks.marking.begun_with(label)
         self._marks.change(tr("New point"), made)
@@ -93,14 +100,15 @@ class MarkEditing(QObject):
         self._canvas.setFocus()
 
     def remove_point(self) -> None:
+        """Remove the chosen point with all its marks."""
         label = self._points.label
         made = self._marks.marking.removed(label)
         self._marks.change(tr("Remove {label}", label=label), made)
         self._points.choose("")
 
     def import_table(self, folder: Path, parent: QWidget, *, marks: bool) -> None:
-        """Control points, or marks, of a file that is asked for, first in the folder."""
-        title = tr("Marks in photos") if marks else tr("Control points")
+        """Ask for a file, beginning in `folder`, and import its control points or its marks."""
+        title = tr("Import image marks") if marks else tr("Import control points")
         kinds = tr("Tables (*.csv *.txt *.tsv);;All files (*)")
         name, _ = QFileDialog.getOpenFileName(parent, title, str(folder), kinds)
         if not name:
@@ -108,10 +116,11 @@ class MarkEditing(QObject):
         try:
             if marks:
                 count, said = self._marks.import_marks(Path(name))
-                words = tr("{count} marks read. {said}", count=count, said=said)
+                words = tr_n("{count} mark imported.", "{count} marks imported.", count)
+                words = f"{words} {said}".strip()
             else:
                 count = self._marks.import_points(Path(name))
-                words = tr("{count} points read.", count=count)
+                words = tr_n("{count} point imported.", "{count} points imported.", count)
         except VomError as error:
             self.said.emit(str(error), "error")
             return
@@ -124,7 +133,7 @@ class MarkEditing(QObject):
     def remove_mark(self) -> None:
         label, photo = self._points.label, self._photo.name
         made = self._marks.marking.unmarked(label, photo)
-        self._marks.change(tr("Remove the mark of {label}", label=label), made)
+        self._marks.change(tr("Remove mark of {label}", label=label), made)
 
     def _place(self, x: float, y: float, join: str | None = None) -> None:
         """Mark the chosen point here; without one, a new tie point."""

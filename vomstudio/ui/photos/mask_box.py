@@ -27,6 +27,8 @@ _LEAST, _MOST = 2.0, 600.0
 
 
 class MaskBox(QGroupBox):
+    """How much of the photo is masked, whether drawing masks or unmasks, and the brush's size."""
+
     def __init__(self, canvas: MarkCanvas) -> None:
         super().__init__(tr("Mask"))
         self._canvas = canvas
@@ -37,10 +39,10 @@ class MaskBox(QGroupBox):
         group = QButtonGroup(self)
         row = QHBoxLayout()
         for button, text, icon, tip in (
-            (self.hide_button, tr("Leave out"), "eye-off-outline",
-             tr("What is drawn is not used: sky, plants, people, one's own shadow (X)")),
-            (self.keep_button, tr("Keep"), "eraser",
-             tr("What is drawn is used again: an eraser of the mask (X)")),
+            (self.hide_button, tr("Mask"), "eye-off-outline",
+             tr("Drawing masks: sky, vegetation, people, your own shadow (X).")),
+            (self.keep_button, tr("Unmask"), "eraser",
+             tr("Drawing erases the mask (X).")),
         ):  # fmt: skip
             button.setText(text)
             button.setIcon(theme.icon(icon))
@@ -55,7 +57,9 @@ class MaskBox(QGroupBox):
         self.brush_size = QSlider(Qt.Orientation.Horizontal)
         self.brush_size.setObjectName("brush_size")
         self.brush_size.setRange(0, _STEPS)
-        self.brush_size.setToolTip(tr("Radius of the brush ([ and ], or Ctrl and the wheel)"))
+        self.brush_size.setToolTip(
+            tr("Radius of the brush in pixels of the photo ([ and ], or Ctrl and the wheel).")
+        )
         self.brush_size.valueChanged.connect(self._size_changed)
         self._size_words = QLabel()
         self._size_words.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000 px"))
@@ -103,7 +107,7 @@ class MaskBox(QGroupBox):
         self._canvas.update()
 
     def turn_over(self) -> None:
-        """From leaving out to keeping, and back."""
+        """Switch between masking and unmasking."""
         (self.keep_button if self._canvas.hides else self.hide_button).setChecked(True)
 
     def _hides_toggled(self, hides: bool) -> None:

@@ -15,7 +15,8 @@ from vomstudio.words import tr
 
 
 class OpenedPhoto(QObject):
-    """turned : only now it is known which way is up in the photo that was opened last."""
+    """Shows one photo at a time in a canvas. turned : the orientation of the photo that was opened
+    last has only now been read."""
 
     turned = Signal()
 
@@ -33,13 +34,14 @@ class OpenedPhoto(QObject):
         return self.rows.get(self.name)
 
     def show(self, name: str) -> None:
+        """Open the photo of this name, and read it if it is not at hand."""
         row = self.rows[name]
         self.name, self._looked_at = name, ""
         self._canvas.set_used(None)
         self._canvas.set_photo(row.width, row.height)
         picture = self._images.picture(Path(row.path))
         self._pictured_once = picture is not None
-        self._canvas.message = "" if picture else tr("Reading {name}…", name=name)
+        self._canvas.message = "" if picture else tr("Reading {photo}…", photo=name)
         if picture is not None:
             self._canvas.set_picture(picture)
 
@@ -56,7 +58,7 @@ class OpenedPhoto(QObject):
                 self.turned.emit()
         else:
             self._canvas.message = tr(
-                "{row} cannot be shown: {picture}", row=row.name, picture=picture
+                "{photo} cannot be shown: {reason}", photo=row.name, reason=picture
             )
             self._canvas.update()
 
@@ -66,6 +68,7 @@ class OpenedPhoto(QObject):
         return self._looked_at == label
 
     def look_at(self, label: str, place: Pixel) -> None:
+        """Go close to a pixel at which a point is marked or predicted."""
         self._looked_at = label
         self._canvas.look_closely(place)
 

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.ui.photos.photo_window import PhotoWindow
@@ -18,13 +19,14 @@ if TYPE_CHECKING:
 def commands(opening: PhotoOpening, chosen: Callable[[], str | None]) -> list[Command]:
     """chosen : the name of the photo that is selected in the list"""
     return [
-        Command("open_photo", "&Open the photo", lambda: opening.open(chosen()),
+        Command("open_photo", tr("&Open photo"), lambda: opening.open(chosen()),
                 "image-edit-outline", (),
-                "In a window of its own: draw what is to be left out, mark points",
+                tr("In a window of its own, to draw its mask and to mark points."),
                 opening.why_not),
-        Command("take_in_photos", "&Take in what lies beside the photos", opening.take_in,
+        Command("take_in_photos", tr("Re-&import points and masks"), opening.take_in,
                 "tray-arrow-down", (),
-                "Control points, marks and masks that another program has written there",
+                tr("Replace those of the project by the control points, marks and masks beside the "
+                   "photos."),
                 opening.why_not),
     ]  # fmt: skip
 
@@ -36,13 +38,15 @@ class PhotoOpening:
         self._parent, self._survey, self._dialogs = parent, survey, dialogs
 
     def why_not(self) -> str | None:
+        """None where a photo can be opened, else the reason as a sentence."""
         if self._survey.folder is None or not self._survey.rows:
-            return "choose a folder of photos first"
+            return tr("Choose a folder of photos first.")
         if not self._survey.document.taken_in:
-            return "the photos are being looked at"
+            return tr("The photos are being read.")
         return None
 
     def take_in(self) -> None:
+        """Import again what lies beside the photos."""
         self._survey.take_in_beside()
 
     @property

@@ -37,8 +37,11 @@ _OWN = (PhotoSet, MarkedPoint, ImageMark, Mask)
 
 
 class PhotoDocument(QObject):
-    """points_changed : points or marks of these photos; masks_changed : names of photos whose mask
-    is another one, or has come or gone."""
+    """The records of one folder of photos.
+
+    points_changed : points or marks of these photos; masks_changed : a frozenset of the names of
+    photos whose mask has changed
+    """
 
     points_changed = Signal()
     masks_changed = Signal(object)
@@ -52,6 +55,7 @@ class PhotoDocument(QObject):
         studio.edited.connect(self._edited)
 
     def look_at(self, folder: Path | None) -> None:
+        """From now on show the records of this folder; None for none."""
         self.folder = folder
         self._last = None
         self._masks = self.masks()
@@ -130,7 +134,7 @@ class PhotoDocument(QObject):
         return self._studio.project.folder
 
     def give_masks(self, rows: Sequence[PhotoRow]) -> None:
-        """Have each row name the file of its mask."""
+        """Enter into each row the file of its mask."""
         for row in rows:
             with contextlib.suppress(VomError):
                 path = self.mask_path(row.name)
@@ -183,11 +187,11 @@ class PhotoDocument(QObject):
 
     # --- one history -------------------------------------------------------------------------
     @property
-    def undo_words(self) -> str | None:
+    def undo_label(self) -> str | None:
         return self._studio.session.undo_label
 
     @property
-    def redo_words(self) -> str | None:
+    def redo_label(self) -> str | None:
         return self._studio.session.redo_label
 
     def undo(self) -> None:

@@ -28,8 +28,11 @@ _SOON_MS = 300
 
 
 class PhotoExports(QObject):
-    """said : a sentence for the user, and its level. tables_written : control.csv or marks.csv is
-    another one; mask_written : the name of a photo, and the file of its mask or None."""
+    """Keeps the files beside the photos as the records are.
+
+    said : a sentence for the user, and its level. tables_written : control.csv or marks.csv has
+    been written; mask_written : the name of a photo, and the file of its mask or None
+    """
 
     said = Signal(str, str)
     tables_written = Signal()
@@ -52,7 +55,7 @@ class PhotoExports(QObject):
         self._writing = False
         self._one_at_a_time = Lock()
         self.problem = ""
-        """Why files beside the photos are not as the project has it."""
+        """Why the files beside the photos are not up to date; "" where they are."""
         document.points_changed.connect(self._points_changed)
         document.masks_changed.connect(self._masks_changed)
         self._soon = QTimer(self)
@@ -165,9 +168,13 @@ class PhotoExports(QObject):
         except TargetError as error:
             self.problem = str(error)
             self.said.emit(
-                tr("The points are kept in the project, but their tables are not up to date: "
-"{error}", error=error), "warning",
-            )  # fmt: skip
+                tr(
+                    "The points are saved in the project, but the tables beside the photos are not "
+                    "up to date: {error}",
+                    error=error,
+                ),
+                "warning",
+            )
         self.tables_written.emit()
 
     def _write_one(self, name: str, now: Marking) -> None:
@@ -186,9 +193,10 @@ class PhotoExports(QObject):
                 raise error from None
             self.said.emit(
                 tr(
-                    "The photos' folder cannot be written: {name} is kept in the project, {spare}",
-                    name=name,
-                    spare=spare,
+                    "The folder of the photos cannot be written to. {table} is saved in the "
+                    "project instead: {folder}",
+                    table=name,
+                    folder=spare,
                 ),
                 "warning",
             )
@@ -208,16 +216,17 @@ class PhotoExports(QObject):
                 kept = write_marks(path, now.marks) or kept
         except OSError as error:
             raise TargetError(
-                tr("it cannot be written ({strerror}).", strerror=error.strerror), file=path
+                tr("The file cannot be written ({reason}).", reason=error.strerror), file=path
             ) from error
         self._known[path.name] = _sum(path)
         self._document.set_written(self._known)
         if kept is not None:
             self.said.emit(
                 tr(
-                    "{path} held more than is kept here; it was put aside as {kept}",
-                    path=path.name,
-                    kept=kept.name,
+                    "{table} contained values that the project does not hold. The former file is "
+                    "kept as {copy}.",
+                    table=path.name,
+                    copy=kept.name,
                 ),
                 "info",
             )
@@ -272,8 +281,8 @@ class PhotoExports(QObject):
             if str(made) != self.problem:
                 self.said.emit(
                     tr(
-                        "The masks are kept in the project, but not beside the photos: {problem}",
-                        problem=made,
+                        "The masks are saved in the project, but not beside the photos: {error}",
+                        error=made,
                     ),
                     "warning",
                 )
@@ -284,9 +293,7 @@ class PhotoExports(QObject):
         self._known[_key(str(self._places[name]))] = _sum(path)
         self._document.set_written(self._known)
         if kept is not None:
-            self.said.emit(
-                tr("The mask that was there was put aside as {kept}", kept=kept.name), "info"
-            )
+            self.said.emit(tr("The former mask is kept as {copy}.", copy=kept.name), "info")
         self.mask_written.emit(name, path)
 
     def finish(self) -> None:

@@ -1,4 +1,4 @@
-"""Photos that are new to a project are taken in: what lies beside them becomes records."""
+"""Import of the control points, marks and masks that lie beside photos: they become records."""
 
 from __future__ import annotations
 
@@ -13,20 +13,25 @@ from vomstudio.errors import VomError
 from vomstudio.io.control.control_files import marks_beside
 from vomstudio.io.project.sidecar_import import Beside, stored_path, tables_of
 from vomstudio.jobs.events import Failed
-from vomstudio.jobs.photo_tasks import TAKE_IN_PHOTOS, PhotosBeside
+from vomstudio.jobs.photo_tasks import IMPORT_SIDECARS, SidecarImport
+from vomstudio.ui.common.sentences import as_sentence, names_in_short
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_exports import PhotoExports
-from vomstudio.ui.photos.photo_marks import not_there
+from vomstudio.ui.photos.photo_marks import unknown_photos
 from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.words import to_translate, tr
 from vomstudio.workspace.running_jobs import RunningJob
 
-_TITLE = "Taking in points and masks"
+_TITLE = to_translate("Importing points and masks")
 
 
-class PhotoIntake:
-    """given_from : the control points that the settings named, from which those of the project were
-    begun; such a file is never written."""
+class PhotoImport:
+    """Imports what lies beside a folder of photos.
+
+    given_from : the control points that the settings named, from which those of the project were
+    begun; such a file is never written
+    """
 
     def __init__(self, studio: Studio, document: PhotoDocument, exports: PhotoExports) -> None:
         self._studio, self._document, self._exports = studio, document, exports
@@ -40,8 +45,9 @@ class PhotoIntake:
         *,
         again: bool = False,
     ) -> RunningJob | None:
-        """Take in the photos that are looked at, if that was not done, or once more, then call
-        `then`. given : control points and marks where none lie beside the photos."""
+        """Import what lies beside the photos, if that was not done before or `again` is True, then
+        call `then` with None or with the failure. given : files of control points and of marks,
+        for photos that have none beside them. The job, or None where there was nothing to do."""
         folder, project = self._document.folder, self._studio.project
         if folder is not None and (moved := self._document.moved_from()) is not None:
             path = stored_path(project.folder, folder)
@@ -55,7 +61,7 @@ class PhotoIntake:
         if control is None and marks is None:
             control, marks = _with_marks(given)
             named = control
-        order = PhotosBeside(
+        order = SidecarImport(
             project.folder,
             control,
             marks,
@@ -71,7 +77,7 @@ class PhotoIntake:
                 then(None)
 
         return self._studio.jobs.submit(
-            TAKE_IN_PHOTOS, order, title=_TITLE, on_done=done, on_failed=then
+            IMPORT_SIDECARS, order, title=tr(_TITLE), on_done=done, on_failed=then
         )
 
     def _keep(
@@ -79,10 +85,12 @@ class PhotoIntake:
     ) -> None:
         """As one edit."""
         for problem in beside.problems:
-            self._studio.warn(f"{problem} (it stays as it is)")
+            self._studio.warn(
+                tr("{error} The file was left unchanged.", error=as_sentence(problem))
+            )
         strangers = {photo for _, photo, _, _ in beside.marks} - {row.name for row in rows}
         if strangers:
-            self._studio.warn(not_there(sorted(strangers)))
+            self._studio.warn(unknown_photos(sorted(strangers)))
         known, marks = self._document.photo_set, beside.pixels
         points: Sequence[PointState] = beside.points
         if known is None:
@@ -100,10 +108,10 @@ class PhotoIntake:
         self._exports.begin(rows, given=self.given_from is not None, just_read=just_read)
         names = self._exports.foreign
         if self._document.taken_in and names:
-            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-            text = (
-                f"Another program has changed files beside the photos: {', '.join(names[:3])}{more}"
-                ". What the project holds is used until you take in what lies there."
+            text = tr(
+                "Another program has changed files beside the photos: {files}. The program uses "
+                "what the project holds until you import these files.",
+                files=names_in_short(names),
             )
             self._studio.notice.emit(Notice(text, "warning", "take_in_photos"))
 

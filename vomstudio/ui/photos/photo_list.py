@@ -1,4 +1,4 @@
-"""The photos of a set in a list, those first that are of use for the point that is marked."""
+"""The list of photos in the photo window, with those first that can show the chosen point."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.photo_images import THUMBNAIL
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_row import PhotoRow
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 
 class PhotoList(QListWidget):
-    """opened : the name of the photo that was chosen."""
+    """Each photo with its thumbnail and state. opened : the name of the photo that was chosen."""
 
     opened = Signal(str)
 
@@ -51,16 +51,17 @@ class PhotoList(QListWidget):
         return [self.item(i).data(Qt.ItemDataRole.UserRole) for i in range(self.count())]
 
     def set_label(self, label: str) -> None:
-        """The point that the photos are wanted for."""
+        """Choose the point for which the photos are sorted; "" for none."""
         self._label = label
         self.refresh()
 
     def refresh(self) -> None:
+        """Sort the photos and renew what is said of each."""
         marking, label = self._marks.marking, self._label
-        sight = self._marks.sight(label) if label else None
+        prediction = self._marks.prediction(label) if label else None
         own = marking.of(label) if label else {}
         first = [name for name in self._rows if name in own]
-        by_use = [] if sight is None else [n for n in sight.by_use if n in self._rows]
+        by_use = [] if prediction is None else [n for n in prediction.by_use if n in self._rows]
         cameras = self._marks.cameras
         rest = [name for name in self._rows if name not in own and name not in by_use]
         if cameras is not None and own:
@@ -92,33 +93,34 @@ class PhotoList(QListWidget):
         label, bad = self._label, False
         said = []
         if label:
-            sight = self._marks.sight(label)
-            residual = sight.residuals_px.get(name)
+            prediction = self._marks.prediction(label)
+            residual = prediction.residuals_px.get(name)
             if name in self._marks.marking.of(label):
                 said.append(tr("{label} marked", label=label))
                 if residual is not None:
                     said.append(f"{residual:.2f} px")
-                worst = sight.worst
+                worst = prediction.worst
                 bad = worst is not None and worst[0] == name and worst[1] > BAD_PX
-            elif name in sight.expected:
-                said.append(tr("{label} expected", label=label))
+            elif name in prediction.expected:
+                said.append(tr("{label} predicted", label=label))
         elif count:
-            said.append(tr("1 mark") if count == 1 else tr("{count} marks", count=count))
+            said.append(tr_n("{count} mark", "{count} marks", count))
         if self._rows[name].mask is not None:
             said.append(tr("mask"))
         cameras = self._marks.cameras
         if cameras is not None:
             part = cameras.part_of(name)
             if part is None:
-                said.append(tr("not placed"))
+                said.append(tr("not aligned"))
             elif part:
-                said.append(tr("part {part}", part=part + 1))
+                said.append(tr("component {number}", number=part + 1))
         return " · ".join(said), bad
 
     def open(self, name: str) -> None:
         self.setCurrentItem(self._items[name])
 
     def step(self, by: int) -> None:
+        """Open the photo so many rows further, from the last to the first."""
         if count := self.count():
             self.setCurrentRow((max(self.currentRow(), 0) + by) % count)
 

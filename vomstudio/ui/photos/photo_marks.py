@@ -12,12 +12,13 @@ from PySide6.QtCore import QObject, Signal
 from vomstudio.errors import InputError
 from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.photogrammetry.place.mark_prediction import (
-    NOTHING,
+    NO_PREDICTION,
     Marking,
+    MarkPrediction,
     PlacedPhotos,
-    Sight,
     missing,
 )
+from vomstudio.ui.common.sentences import names_in_short
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.words import tr
 
@@ -25,7 +26,10 @@ Array = npt.NDArray[np.float64]
 
 
 class PhotoMarks(QObject):
-    """changed : points, marks, or cameras. said : a sentence for the user, and its level."""
+    """Points, marks, and where aligned cameras predict them.
+
+    changed : points, marks, or cameras. said : a sentence for the user, and its level
+    """
 
     changed = Signal()
     said = Signal(str, str)
@@ -35,7 +39,7 @@ class PhotoMarks(QObject):
         self._document, self.photos = document, photos
         self.marking = document.marking()
         self._cameras: PlacedPhotos | None = None
-        self._sights: dict[str, tuple[object, Sight]] = {}
+        self._predictions: dict[str, tuple[object, MarkPrediction]] = {}
         self._missing: list[str] | None = None
         document.points_changed.connect(self._read)
 
@@ -48,7 +52,7 @@ class PhotoMarks(QObject):
 
     def set_cameras(self, cameras: PlacedPhotos | None) -> None:
         self._cameras = cameras
-        self._sights.clear()
+        self._predictions.clear()
         self._renew()
 
     def _renew(self) -> None:
@@ -66,26 +70,29 @@ class PhotoMarks(QObject):
         found = self._document.photo_set
         return found.crs or None if found is not None else None
 
-    def sight(self, label: str) -> Sight:
+    def prediction(self, label: str) -> MarkPrediction:
+        """Predicted positions and residuals of a point; NO_PREDICTION before the alignment."""
         if self._cameras is None:
-            return NOTHING
+            return NO_PREDICTION
         marking = self.marking
         own = tuple(marking.of(label).items())
         # What is not marked twice is found by the other points.
         rest = marking if marking.point(label) is not None else None
-        kept = self._sights.get(label)
+        kept = self._predictions.get(label)
         if kept is None or kept[0] != (own, rest):
-            kept = (own, rest), self._cameras.sight(marking, label)
-            self._sights[label] = kept
+            kept = (own, rest), self._cameras.predict(marking, label)
+            self._predictions[label] = kept
         return kept[1]
 
-    def course(self, label: str, photo: str) -> Array:
-        """(k, 2) where in a photo a point must lie that is marked in one other photo."""
+    def epipolar_line(self, label: str, photo: str) -> Array:
+        """(k, 2) pixels of a photo on which a point must lie that is marked in one other photo;
+        (0, 2) where it is marked in none or in several."""
         if self._cameras is None or not label:
             return np.zeros((0, 2))
-        return self._cameras.course(self.marking, label, photo)
+        return self._cameras.epipolar_line(self.marking, label, photo)
 
     def missing(self) -> list[str]:
+        """What is still needed before the points can place the model, each as a text."""
         if self._missing is None:
             self._missing = missing(self.marking, self._cameras)
         return self._missing
@@ -108,27 +115,31 @@ class PhotoMarks(QObject):
         if self.marking.control and None not in (crs, self.crs) and crs != self.crs:
             raise InputError(
                 tr(
-                    "is in {crs}, the points that are here are in {crs_2}: bring them into one CRS",
+                    "Its coordinates are in {crs}, but the points of the project are in "
+                    "{project_crs}. Convert them to one CRS.",
                     crs=crs,
-                    crs_2=self.crs,
+                    project_crs=self.crs,
                 ),
                 file=path,
             )
         made = self.marking
         for point in points:
             made = made.placed(point)
-        self._document.set_marking(tr("Import {path}", path=path.name), made, crs=crs)
+        self._document.set_marking(tr("Import {file}", file=path.name), made, crs=crs)
         return len(points)
 
     def import_marks(self, path: Path) -> tuple[int, str]:
-        """Take the marks of a table, in place of those of the same point and photo; how many, and
-        what is remarkable. Raises InputError."""
+        """Take the marks of a table, in place of those of the same point and photo. Their number,
+        and a warning or "". Raises InputError."""
         marks = read_marks(path)
         made, strangers = self.marking.with_marks(marks, self.photos)
-        self.change(tr("Import {path}", path=path.name), made)
-        return len(marks), not_there(strangers) if strangers else ""
+        self.change(tr("Import {file}", file=path.name), made)
+        return len(marks), unknown_photos(strangers) if strangers else ""
 
 
-def not_there(photos: Sequence[str]) -> str:
-    shown = ", ".join(photos[:3]) + (f" and {len(photos) - 3} more" if len(photos) > 3 else "")
-    return f"Marks in photos that are not here are kept: {shown}"
+def unknown_photos(photos: Sequence[str]) -> str:
+    """The notice about marks in photos of these names, which the folder does not contain."""
+    return tr(
+        "Marks in photos that are not in this folder are kept: {photos}.",
+        photos=names_in_short(photos),
+    )

@@ -17,7 +17,7 @@ from vomstudio.io.project.assets import keep_asset
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Flags = npt.NDArray[np.bool_]
 _KEPT = 3
@@ -31,6 +31,7 @@ class _States:
         self._packed: dict[str, tuple[npt.NDArray[np.uint8], tuple[int, int]]] = {}
 
     def keep(self, file: Asset, used: Flags) -> None:
+        """Remember the values (height, width) of a mask file."""
         self._packed.pop(file.path, None)
         self._packed[file.path] = np.packbits(used), (used.shape[0], used.shape[1])
         for path in list(self._packed)[:-_STATES]:
@@ -57,8 +58,11 @@ class Shape:
 
 
 class PhotoMasks(QObject):
-    """drawn : a photo whose mask is there, or has changed. said : a sentence, and its level.
-    busy_changed : many are drawn, or no longer."""
+    """Masks as arrays while they are edited. True in an array means that the pixel is used.
+
+    drawn : the name of a photo whose mask has been read or has changed. said : a sentence for the
+    user, and its level. busy_changed : drawing on many photos has begun, gone on or ended
+    """
 
     drawn = Signal(str)
     said = Signal(str, str)
@@ -141,6 +145,7 @@ class PhotoMasks(QObject):
         self.last = Shape((), hides, name)
 
     def draw(self, area: Area) -> None:
+        """Add an area to the shape that was begun."""
         shape = self.last
         assert shape is not None
         used = self._masks.get(shape.photo)
@@ -157,7 +162,7 @@ class PhotoMasks(QObject):
         self._going_on = False
         shape = self.last
         if shape is not None and changed:
-            words = tr("Leave out") if shape.hides else tr("Keep")
+            words = tr("Mask") if shape.hides else tr("Unmask")
             self._keep(words, shape.photo)
 
     def draw_once(self, name: str, area: Area, hides: bool) -> None:
@@ -166,10 +171,11 @@ class PhotoMasks(QObject):
         self.end()
 
     def invert(self, name: str) -> None:
+        """Swap what is masked and what is not in this photo."""
         used = self._masks.get(name)
         if used is not None:
             np.logical_not(used, out=used)
-            self._keep(tr("Invert the mask"), name)
+            self._keep(tr("Invert mask"), name)
 
     def _keep(self, words: str, name: str) -> None:
         """The mask as it is now becomes a record; where it cannot be written it is as before."""
@@ -201,13 +207,14 @@ class PhotoMasks(QObject):
 
     # --- the same in many photos -------------------------------------------------------------
     def why_not_repeat(self) -> str | None:
+        """None where the last shape can be drawn in other photos, else the reason."""
         shape = self.last
         if shape is None or not shape.areas:
-            return tr("draw what is to be the same in all photos first")
+            return tr("First draw the shape that all photos shall have in their mask.")
         if self.busy:
             return self.busy
         if not self._like(shape.photo):
-            return tr("no other photo has the size of this one")
+            return tr("No other photo has the size of this one.")
         return None
 
     def _like(self, name: str) -> list[str]:
@@ -251,7 +258,11 @@ class PhotoMasks(QObject):
                 return
             count = len(others) - len(waiting)
             self._set_busy(
-                tr("drawing: {count} of {count_2} photos", count=count, count_2=len(others))
+                tr(
+                    "The mask is being drawn: {done} of {total} photos are done.",
+                    done=count,
+                    total=len(others),
+                )
             )
             name = waiting.pop(0)
             drawn_on[name] = self._document.masks().get(name)
@@ -268,11 +279,19 @@ class PhotoMasks(QObject):
                 proceed()
                 return
             self._set_busy("")
-            if made and self._document.set_masks(tr("The same on all photos"), made):
+            if made and self._document.set_masks(tr("Mask all photos"), made):
                 self._forget()
-            said = tr("Drawn into {count} more photos", count=len(made))
+            said = tr_n(
+                "The shape was drawn in {count} more photo.",
+                "The shape was drawn in {count} more photos.",
+                len(made),
+            )
             if left:
-                said += tr("; {left} of another size are as they were", left=left)
+                said += " " + tr_n(
+                    "{count} photo of another size is unchanged.",
+                    "{count} photos of another size are unchanged.",
+                    left,
+                )
             self.said.emit(said, "info")
 
         proceed()

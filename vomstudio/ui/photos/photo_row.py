@@ -1,4 +1,4 @@
-"""A photo as the lists show it."""
+"""One photo as lists and plans show it."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from vomstudio.survey.check_results import SurveyReport
 
 @dataclass
 class PhotoRow:
-    """place: (x, y) metres in plan; looks: unit (dx, dy) or None. found_mask: the mask that lies
-    beside the photo; mask: the one that is used."""
+    """width, height: pixels as stored. place: (x, y) metres in plan; looks: unit vector (dx, dy)
+    of the horizontal viewing direction, None where unknown or vertical. gsd_m: metres of a pixel on
+    the rock; blur: edge width in pixels; views: mean number of photos that see the same rock.
+    found_mask: the mask that lies beside the photo; mask: the one that is used."""
 
     name: str
     path: str
@@ -33,8 +35,8 @@ class PhotoRow:
     found_sha256: str = ""
 
 
-def tell_rows(rows: Sequence[PhotoRow], report: SurveyReport) -> None:
-    """Give each row what a survey check has found of its photo."""
+def add_findings(rows: Sequence[PhotoRow], report: SurveyReport) -> None:
+    """Enter into each row what a survey check has found about its photo."""
     by_name = {row.name: row for row in rows}
     for row in rows:
         row.findings = []

@@ -1,4 +1,4 @@
-"""The photos of a model that is to be made: listed, checked and reconstructed by workers."""
+"""A folder of photos and its reconstruction: workers list, check and reconstruct the photos."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ from vomstudio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, Pho
 from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, Reconstruction
 from vomstudio.jobs.survey_tasks import FORESEE, ControlFacts, Forecast, ForecastOrder
 from vomstudio.survey.check_results import Finding, SurveyReport
+from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos import reconstruction_folders
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_exports import PhotoExports
-from vomstudio.ui.photos.photo_import import PhotoIntake
-from vomstudio.ui.photos.photo_row import PhotoRow, tell_rows
-from vomstudio.ui.photos.reconstruction_settings import MakeSettings
+from vomstudio.ui.photos.photo_findings import control_findings, finished_text
+from vomstudio.ui.photos.photo_import import PhotoImport
+from vomstudio.ui.photos.photo_row import PhotoRow, add_findings
+from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
 from vomstudio.words import tr
 from vomstudio.workspace.running_jobs import RunningJob
 
@@ -35,7 +37,10 @@ _TABLES_MS = 1000
 
 
 class PhotoSurvey(QObject):
-    """changed: anything that is shown; rows_changed: the photos themselves."""
+    """The folder of photos that the Photos panel shows.
+
+    changed: anything that is shown; rows_changed: the photos themselves
+    """
 
     changed = Signal()
     rows_changed = Signal()
@@ -61,12 +66,12 @@ class PhotoSurvey(QObject):
         self._reading: RunningJob | None = None
         self._making: RunningJob | None = None
         self._goes_on = False
-        self.settings = MakeSettings()
+        self.settings = ReconstructionSettings()
         self.forecast: Forecast | None = None
-        self._foreseeing: RunningJob | None = None
+        self._forecasting: RunningJob | None = None
         self.document = PhotoDocument(studio)
         self.exports = PhotoExports(self.document)
-        self.intake = PhotoIntake(studio, self.document, self.exports)
+        self.intake = PhotoImport(studio, self.document, self.exports)
         self.exports.tables_written.connect(self.marks_changed)
         self.document.masks_changed.connect(self._show_masks)
         studio.edited.connect(self.edited)
@@ -95,23 +100,25 @@ class PhotoSurvey(QObject):
         return self._making
 
     def why_not_make(self) -> str | None:
+        """None where a reconstruction can be started, else the reason as a sentence."""
         if self._making is not None:
-            return tr("a model is being made")
+            return tr("A reconstruction is running.")
         if self.folder is None:
-            return tr("choose a folder of photos first")
+            return tr("Choose a folder of photos first.")
         if self.reading:
-            return tr("the photos are being looked at")
+            return tr("The photos are being read.")
         if len(self.rows) < 2:
-            return tr("a model needs at least two photos that overlap")
+            return tr("A reconstruction needs at least two photos that overlap.")
         if self._tables_soon.isActive():
-            return tr("the control points are being looked at")
+            return tr("The control points are being checked.")
         if self.settings.control is not None:
-            if self._foreseeing is not None:
-                return tr("the control points are being looked at")
+            if self._forecasting is not None:
+                return tr("The control points are being checked.")
             facts = self.control_facts
             if facts is not None and (problem := facts.problem):
                 return tr(
-                    "{problem} (Settings of the model: other files, or none)", problem=problem
+                    "{problem} Choose other files, or none, in Reconstruction settings.",
+                    problem=as_sentence(problem),
                 )
         return None
 
@@ -124,21 +131,20 @@ class PhotoSurvey(QObject):
         """Where the model of these photos in this quality is made, or was begun."""
         if self.folder is None:
             return None
-        return reconstruction_folders.folder_for(
-            self._studio.project.folder, self.folder, self.quality
-        )
+        project = self._studio.project.folder
+        return reconstruction_folders.folder_for(project, self.folder, self.quality)
 
     def choose_quality(self, quality: str) -> None:
         self.choose(replace(self.settings, quality=quality))
 
-    def choose(self, settings: MakeSettings) -> None:
+    def choose(self, settings: ReconstructionSettings) -> None:
         """Make the next model like this."""
         before, self.settings = self.settings, settings
         if self.making is None and not self.reading and self.rows:
             if before.quality != settings.quality:
                 self._show_cameras()
                 self.rows_changed.emit()
-            self.foresee()
+            self.update_forecast()
         self.changed.emit()
 
     @property
@@ -148,7 +154,7 @@ class PhotoSurvey(QObject):
         return out is not None and reconstruction_folders.is_begun(out)
 
     # --- photos ------------------------------------------------------------------------------
-    def open(self, folder: Path, settings: MakeSettings | None = None) -> None:
+    def open(self, folder: Path, settings: ReconstructionSettings | None = None) -> None:
         """List the photos of a folder, then check them. settings: None for those of before, with
         the control that lies beside these photos."""
         self._stop_reading()
@@ -161,7 +167,7 @@ class PhotoSurvey(QObject):
         self.verdict, self.problem, self.result = "", "", None
         self.has_north = True
         self.rows_changed.emit()
-        self._read(LIST_PHOTOS, tr("Looking at photos"), self._listed)
+        self._read(LIST_PHOTOS, tr("Reading photos"), self._listed)
 
     def _read(
         self, job: jobs.Job[PhotosIn, Result], title: str, then: Callable[[Result], None]
@@ -197,7 +203,7 @@ class PhotoSurvey(QObject):
         self.rows = [PhotoRow(**vars(row), found_mask=row.mask) for row in listed.rows]
         self.left_out = list(listed.left_out)
         self.rows_changed.emit()
-        self.foresee()
+        self.update_forecast()
         self._take_in()
 
     def _checked(self, report: SurveyReport) -> None:
@@ -209,26 +215,26 @@ class PhotoSurvey(QObject):
         self.rows_changed.emit()
 
     @property
-    def foreseeing(self) -> bool:
-        return self._foreseeing is not None
+    def forecasting(self) -> bool:
+        return self._forecasting is not None
 
-    def foresee(self) -> None:
+    def update_forecast(self) -> None:
         """Ask a worker what the settings mean for these photos; `changed` tells when it has."""
         if self.folder is None:
             return
         settings = self.settings
 
         def done(found: Forecast) -> None:
-            if self._foreseeing is not job:
+            if self._forecasting is not job:
                 return
-            self._foreseeing = None
+            self._forecasting = None
             facts = found.control
             if settings.found and facts is not None and facts.problem:
                 # Nobody asked for these files: they are in the way of no model.
                 self.settings = settings.without_control()
                 self.control_note = tr(
-                    "{name} beside the photos is not used: {problem}",
-                    name=Path(str(settings.control)).name,
+                    "{file} beside the photos is not used: {problem}",
+                    file=Path(str(settings.control)).name,
                     problem=facts.problem,
                 )
                 found = replace(found, control=None)
@@ -237,8 +243,8 @@ class PhotoSurvey(QObject):
             self.changed.emit()
 
         def failed(event: Failed) -> None:
-            if self._foreseeing is job:
-                self._foreseeing = None
+            if self._forecasting is job:
+                self._forecasting = None
                 if not event.cancelled:
                     self._studio.warn(event.message)
                 self.changed.emit()
@@ -255,12 +261,12 @@ class PhotoSurvey(QObject):
                 settings.marks,
                 settings.threads,
             ),
-            title=tr("Looking at what the model needs"),
+            title=tr("Checking control points and memory"),
             on_done=done,
             on_failed=failed,
             quiet=True,
         )
-        self._foreseeing = job
+        self._forecasting = job
 
     def control_written(self) -> None:
         """Control points or marks beside the photos are new: they are taken unless other files were
@@ -270,31 +276,20 @@ class PhotoSurvey(QObject):
             return
         if self.settings.found or self.settings.control in (None, self.intake.given_from):
             self.settings = self._with_tables(self.settings)
-        self.foresee()
+        self.update_forecast()
         self.changed.emit()
 
     def control_findings(self) -> list[tuple[str, str]]:
-        """Severity and sentence of what the control points can do."""
-        facts = self.control_facts
-        if facts is None:
-            return [("warning", self.control_note)] if self.control_note else []
-        if facts.problem:
-            return [("error", facts.problem)]
-        frame = facts.crs or tr("a local frame")
-        words = tr(
-            "The model is placed by ground control in {frame}: {summary}.",
-            frame=frame,
-            summary=facts.summary,
-        )
-        return [("info", words), *(("warning", text) for text in facts.warnings)]
+        """Severity and text of what the control points allow."""
+        return control_findings(self.control_facts, self.control_note)
 
     def _take(self, report: SurveyReport) -> None:
         """The findings of a survey check, before or after the alignment."""
         self.findings, self.verdict = report.findings, report.verdict
-        tell_rows(self.rows, report)
+        add_findings(self.rows, report)
 
     def _stop_reading(self) -> None:
-        self._foreseeing = None
+        self._forecasting = None
         if self._reading is not None:
             self._studio.jobs.cancel(self._reading)
             self._reading = None
@@ -335,7 +330,7 @@ class PhotoSurvey(QObject):
         self.document.give_masks(self.rows)
         self.drawn_changed.emit()
 
-    def _with_tables(self, settings: MakeSettings) -> MakeSettings:
+    def _with_tables(self, settings: ReconstructionSettings) -> ReconstructionSettings:
         control, marks = self.tables()
         if control is None:
             return settings.without_control()
@@ -344,11 +339,9 @@ class PhotoSurvey(QObject):
     def aligned_folder(self) -> Path | None:
         """A reconstruction of these photos with cameras: in this quality, else the newest one."""
         out = self.out()
-        return (
-            None
-            if out is None or self.folder is None
-            else reconstruction_folders.aligned(out, self.folder)
-        )
+        if out is None or self.folder is None:
+            return None
+        return reconstruction_folders.aligned(out, self.folder)
 
     def check_again(self) -> None:
         """Masks have changed what the photos are worth."""
@@ -357,7 +350,7 @@ class PhotoSurvey(QObject):
 
     # --- the model ---------------------------------------------------------------------------
     def make(self) -> None:
-        """Reconstruct as the settings say, or go on where an earlier run stopped."""
+        """Reconstruct as the settings say, or continue an earlier run that was stopped."""
         out, folder = self.out(), self.folder
         if self.why_not_make() is not None or out is None or folder is None:
             return
@@ -374,15 +367,9 @@ class PhotoSurvey(QObject):
 
         def done(result: Reconstruction) -> None:
             self._making, self._goes_on = None, False
-            words = tr(
-                "The model of {name} is made: {registered} of {photos} photos, {faces:,} faces.",
-                name=name,
-                registered=result.registered,
-                photos=result.photos,
-                faces=result.faces,
-            )
+            words = finished_text(name, result)
             if self._studio.session is not session:
-                where = tr("It belongs to another project: {mesh}", mesh=result.mesh)
+                where = tr("The model belongs to another project: {file}", file=result.mesh)
                 self._studio.notice.emit(Notice(f"{words} {where}"))
                 self.changed.emit()
                 return
@@ -390,8 +377,8 @@ class PhotoSurvey(QObject):
             self._take(result.survey)
             self._show_cameras()
             self.rows_changed.emit()
-            said = "".join(f" {text}" for text in result.warnings[:2])
-            self._studio.notice.emit(Notice(words + said))
+            said = [as_sentence(text) for text in result.warnings[:2]]
+            self._studio.notice.emit(Notice(" ".join([words, *said])))
             # The project may have been saved under another name meanwhile.
             place = self._studio.project.folder / RECONSTRUCTIONS / out.name
             if (photo_set := self.document.photo_set) is not None:
@@ -410,7 +397,7 @@ class PhotoSurvey(QObject):
         self._making = self._studio.jobs.submit(
             RECONSTRUCT,
             order,
-            title=tr("Making a model of {name}", name=name),
+            title=tr("Reconstructing {name}", name=name),
             on_done=done,
             on_failed=failed,
         )
@@ -424,13 +411,13 @@ class PhotoSurvey(QObject):
             self._studio.jobs.finish(Lane.RECONSTRUCTION, _STOPPING_S)
 
     def pause(self) -> None:
-        """Stop the work; what is finished is kept, and `make` goes on behind it."""
+        """Stop the work; finished stages are kept, and `make` continues after them."""
         if self._making is not None:
             self._studio.jobs.cancel(self._making)
 
     def _show_cameras(self) -> None:
         out = self.out()
-        known = None if out is None else reconstruction_folders.show_cameras(out, self.rows)
+        known = None if out is None else reconstruction_folders.enter_cameras(out, self.rows)
         if known is not None:
             self.has_north = known
 

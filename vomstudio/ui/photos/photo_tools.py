@@ -1,4 +1,4 @@
-"""What a gesture in an opened photo means: a mark, a corner of a polygon, a stroke of the brush."""
+"""Gestures in an opened photo become marks, polygon vertices or brush strokes."""
 
 from __future__ import annotations
 
@@ -15,8 +15,11 @@ from vomstudio.ui.photos.photo_masks import PhotoMasks
 
 
 class PhotoTools(QObject):
-    """marked : where the chosen point is to be marked; moved : (label, x, y, whether the drag goes
-    on) of a mark; picked : the label of a mark that was clicked."""
+    """The tools of the photo window.
+
+    marked : (x, y) at which the chosen point is to be marked; moved : (label, x, y, whether the
+    drag goes on) of a mark; picked : the label of a mark that was clicked
+    """
 
     marked = Signal(float, float)
     moved = Signal(str, float, float, bool)
@@ -47,6 +50,7 @@ class PhotoTools(QObject):
         self.photo, self.size = name, (width, height)
 
     def take_up(self, tool: str) -> None:
+        """Switch to LOOK, MARK, POLYGON or BRUSH; an unfinished polygon is dropped."""
         self.drop()
         self._canvas.set_tool(tool)
         self.tool_changed.emit()
@@ -116,12 +120,14 @@ class PhotoTools(QObject):
             self._set_corners(corners)
 
     def close_polygon(self) -> None:
+        """Mask or unmask what lies within the polygon, if it has three vertices."""
         if len(self._corners) > 2 and self._masks.used(self.photo) is not None:
             area = polygon_area(self._corners, *self.size)
             self._masks.draw_once(self.photo, area, self.hides)
             self._set_corners([])
 
     def take_back_corner(self) -> None:
+        """Remove the last vertex of the polygon."""
         self._set_corners(self._corners[:-1])
 
     def _set_corners(self, corners: list[Pixel]) -> None:

@@ -1,4 +1,4 @@
-"""A photo in a window of its own: masks are drawn on it, points are marked in it."""
+"""The photo window, in which masks are drawn and points are marked."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ from vomstudio.words import tr
 
 
 class PhotoWindow(QWidget):
-    """Beside which the outcrop can be worked on. What is drawn and marked is at once a step of the
-    project's history."""
+    """A window beside the main one. Every mask and mark is at once a step of the project's history,
+    which both windows undo and redo."""
 
     def __init__(self, parent: QWidget, survey: PhotoSurvey) -> None:
         super().__init__(parent, Qt.WindowType.Window)
@@ -168,6 +168,7 @@ class PhotoWindow(QWidget):
         return self.shown.name
 
     def show_photo(self, name: str) -> None:
+        """Open the photo of this name."""
         if name == self.photo:
             self._editing.look_at_point()
             return
@@ -179,7 +180,7 @@ class PhotoWindow(QWidget):
             self.list.open(name)
         short = name.rpartition("/")[2]
         self._title.setText(short)
-        self.setWindowTitle(tr("{short} – {folder}", short=short, folder=self.folder.name))
+        self.setWindowTitle(tr("{photo} – {folder}", photo=short, folder=self.folder.name))
         self.points.show_photo(name, row.width, row.height)
         self._show_marks()
         self._editing.look_at_point()
@@ -248,11 +249,12 @@ class PhotoWindow(QWidget):
         self._write(self._hint())
 
     def undo(self, again: bool = False) -> None:
+        """Undo the last step, or the last vertex of a polygon; with `again` redo a step."""
         if self.tools.corners and not again:
             self.tools.take_back_corner()
             return
         self.tools.end_stroke()
-        words = self.document.redo_words if again else self.document.undo_words
+        words = self.document.redo_label if again else self.document.undo_label
         if words is None:
             return
         self._stepping = True
@@ -260,8 +262,8 @@ class PhotoWindow(QWidget):
             (self.document.redo if again else self.document.undo)()
         finally:
             self._stepping = False
-        said = tr("Done again: {0}") if again else tr("Taken back: {0}")
-        self.say(said.format(words), "info")
+        said = tr("Redone: {edit}", edit=words) if again else tr("Undone: {edit}", edit=words)
+        self.say(said, "info")
 
     def _edited(self, edit: Edit) -> None:
         """A step that was taken back in another photo is shown there."""
@@ -278,6 +280,7 @@ class PhotoWindow(QWidget):
             super().keyPressEvent(event)
 
     def say(self, text: str, level: str = "info") -> None:
+        """Information goes into the status line, the rest into the bar over the photo."""
         if level == "info":
             self._write(text)
         else:
@@ -294,13 +297,23 @@ class PhotoWindow(QWidget):
 
     def _hint(self) -> str:
         return {
-            "look": tr("Drag to move, wheel to zoom."),
-            "mark": tr("Click to mark {value}; drag a mark to move it (Shift: finely); arrow keys "
-"0.1 px.", value=self.points.label or tr('a new tie point')),
-            "polygon": tr("Click corners; Enter, double click or the first one closes."),
-            "brush": tr("Paint with the left button; right button moves; [ ] size; X turns "
-                             "over."),
-        }[self.canvas.tool]  # fmt: skip
+            "look": tr("Drag to pan, turn the wheel to zoom."),
+            "mark": tr(
+                "Click to mark {point}. Drag a mark to move it (slowly with Shift), or press an "
+                "arrow key for 0.1 px.",
+                point=self.points.label,
+            )
+            if self.points.label
+            else tr("Click to mark a new tie point."),
+            "polygon": tr(
+                "Click to add vertices. Press Enter, double-click or click the first vertex to "
+                "close the polygon."
+            ),
+            "brush": tr(
+                "Paint with the left button, pan with the right button. Brush size: [ and ]. Mask "
+                "or unmask: X."
+            ),
+        }[self.canvas.tool]
 
     def _refresh(self) -> None:
         self.actions_table.refresh()
@@ -308,23 +321,27 @@ class PhotoWindow(QWidget):
         if self.masks.busy:
             words = self.masks.busy
         elif self.survey.exports.problem:
-            words = tr("Kept in the project, not beside the photos")
+            words = tr("Saved in the project, but not beside the photos.")
         elif used is None:
             words = tr("Reading…") if self.photo else ""
         else:
             share = 100.0 * (1.0 - float(used[::4, ::4].mean()))
-            words = tr("Nothing is left out here") if used.all() else (
-                tr("{share:.0f} % of this photo is left out", share=max(share, 1.0))
-            )  # fmt: skip
+            words = (
+                tr("Nothing is masked.")
+                if used.all()
+                else tr("{share:.0f} % of this photo is masked.", share=max(share, 1.0))
+            )
         self.mask_box.words.setText(words)
 
     # --- end ---------------------------------------------------------------------------------
     def may_close(self) -> bool:
-        """Whether nothing is being drawn any more."""
+        """Whether all drawing is finished; if not, the user is told."""
         self.tools.drop()
         if self.masks.busy:
             self.raise_()
-            self.say(tr("Not closed yet: {busy}", busy=self.masks.busy), "warning")
+            self.say(
+                tr("The window cannot be closed yet. {reason}", reason=self.masks.busy), "warning"
+            )
             return False
         return True
 

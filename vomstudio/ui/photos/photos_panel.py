@@ -1,4 +1,4 @@
-"""The Photos panel: what a folder of photos is worth, and the button that makes a model of it."""
+"""The Photos panel: the photos of a folder, the survey check, and the reconstruction."""
 
 from __future__ import annotations
 
@@ -28,14 +28,29 @@ from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.plan_view import PlanView
 from vomstudio.ui.photos.reconstruction_settings import QUALITIES
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr, tr_n
 
 _THUMBNAIL = QSize(72, 48)
 _COLUMNS = (
-    *("Photo", "GSD", "Sharpness", "Mask", "Finding", "Camera", "Focal length", "Size", "GPS"),
+    (to_translate("Photo"), ""),
+    (to_translate("GSD"), to_translate("Ground sampling distance: size of a pixel on the rock.")),
+    (
+        to_translate("Blur"),
+        to_translate("Blur of the sharpest edges (one sigma) in pixels; the smaller, the sharper."),
+    ),
+    (
+        to_translate("Mask"),
+        to_translate("A part of the photo is masked. Open the photo to edit it."),
+    ),
+    (to_translate("Finding"), ""),
+    (to_translate("Camera"), ""),
+    (to_translate("Focal length"), ""),
+    (to_translate("Size"), to_translate("Width × height in pixels.")),
+    (to_translate("GPS"), to_translate("The photo states its position.")),
 )
-_FINDING, _MASK = _COLUMNS.index("Finding"), _COLUMNS.index("Mask")
-# What there is to look at once the photos are aligned.
+"""Title and tool tip."""
+_MASK, _FINDING = 3, 4
+# Results of the alignment.
 _AFTER = ("show_alignment", "show_tie_points", "open_report")
 _SEVERITIES = {
     "info": "information-outline",
@@ -45,8 +60,8 @@ _SEVERITIES = {
 
 
 class PhotosPanel(QWidget):
-    """`actions` holds the commands of `survey_commands`. chosen: a set with the names of the
-    selected photos."""
+    """actions: the commands of `survey_commands` by their names. chosen: the names of the selected
+    photos, a set."""
 
     chosen = Signal(object)
     opened = Signal(str)
@@ -70,7 +85,7 @@ class PhotosPanel(QWidget):
         self.results.setObjectName("results")
         self.results.setText(tr("Results"))
         self.results.setIcon(theme.icon("file-document-outline"))
-        self.results.setToolTip(tr("The alignment, its tie points, and the report"))
+        self.results.setToolTip(tr("Alignment, tie points and report of the reconstruction."))
         self.results.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.results.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         menu = QMenu(self.results)
@@ -81,7 +96,7 @@ class PhotosPanel(QWidget):
         self._bar = QProgressBar()
         self._bar.setMaximumWidth(180)
         self._bar.setTextVisible(False)
-        self._doing = ElidedLabel()
+        self._stage = ElidedLabel()
         self.table = self._make_table()
         self._findings = QListWidget()
         self._findings.setObjectName("findings")
@@ -107,12 +122,10 @@ class PhotosPanel(QWidget):
         self._fill()
 
     def _make_empty(self) -> QWidget:
-        """What would fill the panel."""
+        """The page that is shown while no folder is chosen."""
         page = QWidget()
         column = QVBoxLayout(page)
-        words = QLabel(
-            tr("A model is made of photos that overlap: choose their folder, or drop it here.")
-        )
+        words = QLabel(tr("Choose a folder of overlapping photos, or drop it here."))
         words.setAlignment(Qt.AlignmentFlag.AlignCenter)
         row = QHBoxLayout()
         row.addStretch(1)
@@ -150,14 +163,13 @@ class PhotosPanel(QWidget):
         header.addWidget(self.results)
         header.addSpacing(8)
         header.addWidget(self._bar)
-        header.addWidget(self._doing, 2)
+        header.addWidget(self._stage, 2)
         header.addWidget(self._verdict, 1)
         return header
 
     def _make_table(self) -> QTableWidget:
         table = QTableWidget(0, len(_COLUMNS))
         table.setObjectName("photo_table")
-        table.setHorizontalHeaderLabels([tr(title) for title in _COLUMNS])
         table.setIconSize(_THUMBNAIL)
         table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -170,16 +182,11 @@ class PhotosPanel(QWidget):
             key = QShortcut(QKeySequence(code), table)
             key.setContext(Qt.ShortcutContext.WidgetShortcut)
             key.activated.connect(self._open)
-        tips = {
-            "GSD": "Ground sampling distance: size of a pixel on the rock",
-            "Mask": "A part of the photo is left out; open the photo to draw it",
-            "Sharpness": "Width of the sharpest edges in pixels: 1 is as sharp as can be",
-        }
-        for column, title in enumerate(_COLUMNS):
-            if title in tips:
-                header = QTableWidgetItem(tr(title))
-                header.setToolTip(tr(tips[title]))
-                table.setHorizontalHeaderItem(column, header)
+        for column, (title, tip) in enumerate(_COLUMNS):
+            header = QTableWidgetItem(tr(title))
+            # No message is empty: the empty one is the catalogue's own head.
+            header.setToolTip(tr(tip) if tip else "")
+            table.setHorizontalHeaderItem(column, header)
         return table
 
     # --- filling -----------------------------------------------------------------------------
@@ -211,7 +218,7 @@ class PhotosPanel(QWidget):
             row.name.rpartition("/")[2],
             "–" if row.gsd_m is None else _gsd(row.gsd_m),
             "–" if row.blur is None else f"{row.blur:.1f} px",
-            _mask_words(row),
+            _mask_text(row),
             _cut(row.findings[0]) if row.findings else "",
             row.camera,
             row.focal,
@@ -232,7 +239,7 @@ class PhotosPanel(QWidget):
     def _show_masks(self) -> None:
         for number, row in enumerate(self._survey.rows):
             if (item := self.table.item(number, _MASK)) is not None:
-                item.setText(_mask_words(row))
+                item.setText(_mask_text(row))
 
     def _add_finding(self, severity: str, text: str, photos: list[str]) -> None:
         item = QListWidgetItem(theme.icon(_SEVERITIES[severity]), text)
@@ -247,21 +254,24 @@ class PhotosPanel(QWidget):
             self.quality.setCurrentIndex(self.quality.findData(survey.quality))
         self.quality.setEnabled(job is None)
         self._bar.setVisible(job is not None or survey.reading)
-        self._doing.setVisible(job is not None)
+        self._stage.setVisible(job is not None)
         self._pause.setVisible(job is not None)
         if job is not None:
             self._bar.setRange(0, job.total or 0)
             self._bar.setValue(job.done)
-            count = f" {job.done} / {job.total}" if job.total else ""
-            self._doing.setText(f"{job.stage}{count}" if job.stage else tr("Starting"))
+            if not job.stage:
+                self._stage.setText(tr("Starting"))
+            elif job.total:
+                self._stage.setText(f"{job.stage} {job.done} / {job.total}")
+            else:
+                self._stage.setText(job.stage)
         elif survey.reading:
             self._bar.setRange(0, 0)
         self._verdict.setText(self._words())
         make = self._actions["make_model"]
         make.setText(
-            tr("&Continue the model") if survey.begun and job is None
-            else tr("&Make the model")
-        )  # fmt: skip
+            tr("&Continue reconstruction") if survey.begun and job is None else tr("&Reconstruct")
+        )
 
     def _words(self) -> str:
         survey = self._survey
@@ -270,9 +280,14 @@ class PhotosPanel(QWidget):
         if survey.problem:
             return survey.problem
         if survey.reading:
-            return tr("Looking at the photos…")
-        graver = sum(finding.severity != "info" for finding in survey.findings)
-        return tr("{count} photos, {graver} warnings", count=len(survey.rows), graver=graver)
+            return tr("Reading the photos…")
+        warnings = sum(finding.severity != "info" for finding in survey.findings)
+        photos = tr_n("{count} photo", "{count} photos", len(survey.rows))
+        return tr(
+            "{photos}, {warnings}",
+            photos=photos,
+            warnings=tr_n("{count} warning", "{count} warnings", warnings),
+        )
 
     # --- choosing ----------------------------------------------------------------------------
     def _chosen_names(self) -> set[str]:
@@ -296,13 +311,14 @@ class PhotosPanel(QWidget):
         self.chosen.emit(names)
 
     def choose(self, name: str) -> None:
+        """Select the photo of this name and scroll to it."""
         for number, row in enumerate(self._survey.rows):
             if row.name == name:
                 self.table.selectRow(number)
                 self.table.scrollTo(self.table.model().index(number, 0))
 
     def _finding_chosen(self) -> None:
-        """The photos that a finding speaks of are selected."""
+        """Select the photos that the finding is about."""
         names: set[str] = set()
         for item in self._findings.selectedItems():
             names.update(item.data(Qt.ItemDataRole.UserRole) or ())
@@ -315,8 +331,8 @@ class PhotosPanel(QWidget):
         self.table.setSelectionMode(mode.ExtendedSelection)
 
 
-def _mask_words(row: PhotoRow) -> str:
-    return "–" if row.mask is None else "yes"
+def _mask_text(row: PhotoRow) -> str:
+    return "–" if row.mask is None else tr("yes")
 
 
 def _cut(text: str) -> str:

@@ -1,4 +1,4 @@
-"""Where the photos were taken, from above."""
+"""A plan of the camera positions."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _GOOD, _FLAGGED, _CHOSEN = "#0072b2", "#e69f00", "#d55e00"
 
 
 class PlanView(QWidget):
-    """Each photo at its place, with an arrow where it looks; flagged ones in another colour and
-    shape. `clicked` is called with a photo's name."""
+    """Each photo at its position with a line along its heading; those with findings in another
+    colour and shape. clicked : called with a photo's name."""
 
     def __init__(self, clicked: object = None) -> None:
         super().__init__()
@@ -65,7 +65,7 @@ class PlanView(QWidget):
             painter.drawText(
                 QRectF(self.rect()).adjusted(12, 8, -12, -8),
                 int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap),
-                tr("These photos carry no positions. The plan appears once they are aligned."),
+                tr("The photos have no GPS positions. The plan is drawn once they are aligned."),
             )
             return
         scale, cx, cy = self._scale()
@@ -73,13 +73,13 @@ class PlanView(QWidget):
             self._draw(painter, row, self._at(row, scale, cx, cy))
         painter.setPen(QPen(text, 1.5))
         if not self._has_north:
-            words = tr("local frame: no scale, no north")
+            words = tr("Local frame: scale and north unknown.")
             painter.drawText(QPointF(8, self.height() - 6), words)
             return
         length = round_length(70 / scale)
         y = self.height() - 9.0
         painter.drawLine(QPointF(8, y), QPointF(8 + length * scale, y))
-        painter.drawText(QPointF(12 + length * scale, y + 4), f"{length:g} m")
+        painter.drawText(QPointF(12 + length * scale, y + 4), tr("{length:g} m", length=length))
         painter.drawText(QPointF(self.width() - 18, 16), "N")
         painter.drawLine(QPointF(self.width() - 13, 36), QPointF(self.width() - 13, 20))
 

@@ -1,4 +1,4 @@
-"""The points that are marked: a list, the coordinates of one of them, and what is missing."""
+"""The list of points, the coordinates and mark of the chosen one, and what is still missing."""
 
 from __future__ import annotations
 
@@ -31,6 +31,7 @@ from vomstudio.io.text.rows import parse_number
 from vomstudio.photogrammetry.place.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.photos.mark_canvas import COLORS
 from vomstudio.ui.photos.photo_marks import PhotoMarks
@@ -38,8 +39,8 @@ from vomstudio.words import tr
 
 
 class PointsBox(QGroupBox):
-    """chosen : the label of the point that is worked on; "" for none. said : a sentence, level.
-    typed : (x, y) of the point's mark in the photo that is shown.
+    """chosen : the label of the chosen point; "" for none. said : a sentence for the user, and its
+    level. typed : (x, y) of the point's mark in the photo that is shown, in pixels as stored.
     """
 
     chosen = Signal(str)
@@ -76,13 +77,13 @@ class PointsBox(QGroupBox):
         self.refresh()
 
     def _make_table(self) -> QTableWidget:
-        titles = (tr("Point"), tr("Role"), tr("Photos"), tr("Worst"))
+        titles = (tr("Point"), tr("Role"), tr("Photos"), tr("Residual"))
         table = QTableWidget(0, len(titles))
         table.setObjectName("point_table")
         table.setHorizontalHeaderLabels(titles)
         worst = QTableWidgetItem(titles[3])
         worst.setToolTip(
-            tr("How far the mark that fits least is from where the others put it, in pixels")
+            tr("Largest distance in pixels between a mark and its predicted position.")
         )
         table.setHorizontalHeaderItem(3, worst)
         table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -108,9 +109,9 @@ class PointsBox(QGroupBox):
         self.role = ComboBox()
         self.role.setObjectName("point_role")
         for text, role, tip in (
-            (tr("control"), CONTROL, tr("It places the model")),
-            (tr("check"), CHECK, tr("It judges the model and does not place it")),
-            (tr("tie"), TIE, tr("It has no coordinates and only joins photos")),
+            (tr("control"), CONTROL, tr("Takes part in the registration of the model.")),
+            (tr("check"), CHECK, tr("Takes no part, and shows how good the registration is.")),
+            (tr("tie"), TIE, tr("Has no coordinates and only joins photos.")),
         ):
             self.role.addItem(theme.swatch(COLORS[role]), text, role)
             self.role.setItemData(self.role.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
@@ -120,17 +121,19 @@ class PointsBox(QGroupBox):
         row.addWidget(self.role)
         form.addRow(tr("Point"), row)
         self.numbers = [QLineEdit() for _ in range(4)]
-        titles = (tr("East"), tr("North"), tr("Height"), tr("Error"))
+        titles = (tr("East"), tr("North"), tr("Height"), tr("Accuracy"))
         grid = QGridLayout()
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(4)
         for number, (field, title) in enumerate(zip(self.numbers, titles, strict=True)):
             field.setObjectName(("point_x", "point_y", "point_z", "point_sigma")[number])
             field.setPlaceholderText(title)
-            field.setToolTip(tr("{title} in metres; empty where it is not known", title=title))
+            field.setToolTip(
+                tr("{coordinate} in metres; empty where it is not known.", coordinate=title)
+            )
             field.editingFinished.connect(self._numbers_typed)
             grid.addWidget(field, number // 2, number % 2)
-        form.addRow(tr("Place"), grid)
+        form.addRow(tr("Position"), grid)
         self.mark_x, self.mark_y = QDoubleSpinBox(), QDoubleSpinBox()
         pixel = QHBoxLayout()
         for spin, name in ((self.mark_x, "mark_x"), (self.mark_y, "mark_y")):
@@ -139,7 +142,7 @@ class PointsBox(QGroupBox):
             spin.setDecimals(2)
             spin.setSingleStep(0.1)
             spin.setKeyboardTracking(False)
-            spin.setToolTip(tr("Pixels of the photo as it is stored; arrow keys: 0.1"))
+            spin.setToolTip(tr("Pixels of the photo as stored; arrow keys change it by 0.1."))
             spin.valueChanged.connect(
                 lambda _: self.typed.emit(self.mark_x.value(), self.mark_y.value())
             )
@@ -157,6 +160,7 @@ class PointsBox(QGroupBox):
 
     # --- showing -----------------------------------------------------------------------------
     def refresh(self) -> None:
+        """Renew the list, the form, and what is missing."""
         marking = self._marks.marking
         labels = marking.labels
         with QSignalBlocker(self.table):
@@ -175,24 +179,22 @@ class PointsBox(QGroupBox):
         self._fill_form()
         said = self._marks.missing()
         if not labels:
-            said = [
-                tr(
-                    "Import control points, or click in the photo to mark a tie point that joins "
-                    "photos."
-                )
-            ]
+            said = [tr("Import control points, or click in the photo to mark a tie point.")]
         elif self._marks.cameras is None:
-            said = [*said, tr("Once the photos are aligned, two marks predict the others.")]
+            said = [
+                *said,
+                tr("Once the photos are aligned, two marks of a point predict the others."),
+            ]
         elif not said:
             said = [tr("Nothing is missing.")]
-        self.missing.setText("\n".join(text if text.endswith(".") else f"{text}." for text in said))
+        self.missing.setText("\n".join(map(as_sentence, said)))
         if gone:
             self.chosen.emit("")
 
     def _fill_row(self, row: int, label: str) -> None:
         marking = self._marks.marking
-        role, sight = marking.role(label), self._marks.sight(label)
-        worst = sight.worst
+        role, prediction = marking.role(label), self._marks.prediction(label)
+        worst = prediction.worst
         cells = (
             label,
             {CONTROL: tr("control"), CHECK: tr("check"), TIE: tr("tie")}[role],
@@ -213,9 +215,10 @@ class PointsBox(QGroupBox):
         bad = worst is not None and worst[1] > BAD_PX
         last.setIcon(theme.icon("alert-outline") if bad else theme.verdict_icon(None))
         last.setForeground(QColor(VERDICT_COLORS["poor"]) if bad else self.palette().text())
-        last.setToolTip("" if worst is None else tr("in {worst}", worst=worst[0]))
+        last.setToolTip("" if worst is None else tr("Largest residual in {photo}", photo=worst[0]))
 
     def show_photo(self, name: str, width: int, height: int) -> None:
+        """Show the mark in this photo, of so many pixels as stored."""
         self.photo = name
         with QSignalBlocker(self.mark_x), QSignalBlocker(self.mark_y):
             self.mark_x.setMaximum(width)
@@ -245,6 +248,7 @@ class PointsBox(QGroupBox):
 
     # --- choosing and typing -----------------------------------------------------------------
     def choose(self, label: str) -> None:
+        """Make this the point that is edited and marked; "" for none."""
         if label != self.label:
             self.label = label
             self.refresh()
@@ -276,7 +280,10 @@ class PointsBox(QGroupBox):
             return
         if point is None:
             self.said.emit(
-                tr("Type the coordinates of {label}: without them it is a tie point", label=label),
+                tr(
+                    "Enter the coordinates of {label}. Without coordinates it is a tie point.",
+                    label=label,
+                ),
                 "warning",
             )
             self._fill_form()
@@ -301,14 +308,14 @@ class PointsBox(QGroupBox):
             read = zip(texts, values, strict=True)
             bad = next((t for t, v in read if t and (v is None or not isfinite(v))), None)
             if bad is not None:
-                self.said.emit(tr("“{bad}” is not a number", bad=bad), "warning")
+                self.said.emit(tr("“{text}” is not a number.", text=bad), "warning")
                 return
             x, y, z, sigma = values
             if x is None or y is None or z is None:
                 # The others are still to be typed.
                 return
             if sigma is not None and not sigma > 0:
-                self.said.emit(tr("The error of a point must be positive"), "warning")
+                self.said.emit(tr("The accuracy of a point must be positive."), "warning")
                 return
             made = marking.placed(
                 ControlPoint(label, (x, y, z), sigma, point is not None and point.check)

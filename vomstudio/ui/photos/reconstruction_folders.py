@@ -16,7 +16,7 @@ from vomstudio.jobs import serialisation
 from vomstudio.survey.check_results import SurveyReport
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_row import PhotoRow
-from vomstudio.ui.photos.reconstruction_settings import MakeSettings, asked_for
+from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings, asked_for
 
 # A direction that is steeper has no arrow on a map.
 _LEAST_ARROW = 0.2
@@ -51,7 +51,7 @@ def aligned(out: Path, photos: Path) -> Path | None:
     return max(mine, key=lambda each: (each / FILE_NAME).stat().st_mtime, default=None)
 
 
-def newest(project: Path) -> tuple[Path, MakeSettings] | None:
+def newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
     """Photos and settings of the newest reconstruction, where the photos are to be found."""
     requests = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
     for request in sorted(requests, key=lambda path: -path.stat().st_mtime)[:1]:
@@ -65,7 +65,7 @@ def newest(project: Path) -> tuple[Path, MakeSettings] | None:
 
 
 def earlier_survey(out: Path) -> SurveyReport | None:
-    """What a finished reconstruction has told of its photos."""
+    """The survey report of a finished reconstruction; None where there is none."""
     try:
         found = json.loads((out / RESULT).read_text(encoding="utf-8"))
         return serialisation.decode(SurveyReport, found["survey"])
@@ -74,7 +74,7 @@ def earlier_survey(out: Path) -> SurveyReport | None:
 
 
 def record(studio: Studio, photo_set_id: str, folder: Path, name: str) -> None:
-    """What was made, and the registration that was found, become records."""
+    """Add a finished reconstruction and its registration to the records of the project."""
     try:
         made = read_reconstruction(folder, photo_set_id, name)
     except VomError as error:
@@ -83,9 +83,9 @@ def record(studio: Studio, photo_set_id: str, folder: Path, name: str) -> None:
     studio.attempt(add_reconstruction, *made)
 
 
-def show_cameras(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
-    """Give the rows places and directions as they were found; whether north is known. None where no
-    model has been made."""
+def enter_cameras(out: Path, rows: Sequence[PhotoRow]) -> bool | None:
+    """Enter into the rows the positions and headings of the aligned cameras. True where north is
+    known, False in a local frame, None where nothing has been aligned."""
     if not (out / FILE_NAME).exists():
         return None
     try:

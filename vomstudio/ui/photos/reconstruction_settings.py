@@ -1,4 +1,4 @@
-"""How a model of photos is to be made, as the window asks for it."""
+"""Settings of a reconstruction, as the window asks for them."""
 
 from __future__ import annotations
 
@@ -9,18 +9,20 @@ from pathlib import Path
 from vomstudio.io.control.control_files import find_control
 from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
 from vomstudio.photogrammetry.base import settings as steps
+from vomstudio.words import to_translate
 
 QUALITIES = (
-    ("Preview", "preview", "minutes; to see whether the photos suffice"),
-    ("Low", "low", "1000 pixels along the long side get a depth"),
-    ("Medium", "medium", "1600 pixels along the long side get a depth"),
-    ("High", "high", "3200 pixels along the long side get a depth; hours for many photos"),
+    (to_translate("Preview"), "preview", to_translate("takes minutes, to test the photos")),
+    (to_translate("Low"), "low", to_translate("depth maps of 1000 pixels")),
+    (to_translate("Medium"), "medium", to_translate("depth maps of 1600 pixels")),
+    (to_translate("High"), "high", to_translate("depth maps of 3200 pixels, takes hours")),
 )
-"""Title, name and what it means, for the lists to choose from."""
+"""Title, name and what it means; the first and last are to be translated where they are shown.
+Depth maps are measured along their long side."""
 
 
 @dataclass(frozen=True)
-class MakeSettings:
+class ReconstructionSettings:
     """control, marks : of ground control; None for the cameras' GPS, or a local frame; marks alone
         None where they are in the file of the control, or in `marks.csv` beside it
     found : these files were not named, they lay beside the photos
@@ -37,16 +39,17 @@ class MakeSettings:
     seed: int = 0
     scheduler: str | None = None
 
-    def for_photos(self, folder: Path) -> MakeSettings:
-        """With the control that lies beside these photos; what belongs to others is forgotten."""
+    def for_photos(self, folder: Path) -> ReconstructionSettings:
+        """The same with the ground control that lies beside these photos, and no CRS."""
         control, marks = find_control(folder) or (None, None)
         return replace(self, control=control, marks=marks, found=control is not None, crs=None)
 
-    def without_control(self) -> MakeSettings:
+    def without_control(self) -> ReconstructionSettings:
+        """The same without ground control."""
         return replace(self, control=None, marks=None, found=False)
 
     def order(self, photos: Path, out: Path) -> ReconstructionOrder:
-        """Of a model of these photos, below `out`."""
+        """The order for a worker: photos, folder of the results, and these settings."""
         return ReconstructionOrder(
             photos,
             out,
@@ -60,7 +63,7 @@ class MakeSettings:
         )
 
 
-def asked_for(request: Path) -> tuple[Path, MakeSettings] | None:
+def asked_for(request: Path) -> tuple[Path, ReconstructionSettings] | None:
     """Photos and settings that a reconstruction noted down; None where they cannot be read."""
     try:
         asked = json.loads(request.read_text(encoding="utf-8"))
@@ -71,7 +74,7 @@ def asked_for(request: Path) -> tuple[Path, MakeSettings] | None:
         ):
             return None
         control, marks = files if files[0] and files[0].is_file() else (None, None)
-        settings = MakeSettings(
+        settings = ReconstructionSettings(
             quality, control or None, marks or None, False, asked.get("crs"), threads, seed or 0
         )
         return Path(asked["photos"]), settings

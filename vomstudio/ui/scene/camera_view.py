@@ -1,4 +1,4 @@
-"""The photos of a reconstructed model at the places where they were taken."""
+"""The cameras of a reconstructed model's photos, shown at their poses."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Rows = tuple[tuple[float, ...], ...]
 
 
 class CameraView(QObject):
-    """chosen : a photo whose camera was clicked. found : cameras were read, or are gone."""
+    """chosen : name of a photo whose camera was clicked. found : cameras were read."""
 
     chosen = Signal(str)
     found = Signal()
@@ -48,20 +48,24 @@ class CameraView(QObject):
         studio.display.changed.connect(lambda what: self.refresh() if what == "cameras" else None)
 
     def watch(self, viewport: Viewport) -> None:
+        """Show cameras in this viewport from now on."""
         self._cameras = viewport.photos
         viewport.pointer.connect(self._pointer)
         for model_id in self._studio.models:
             self._model_loaded(model_id)
 
     def why_not(self) -> str | None:
+        """Why no cameras can be shown; None where they can."""
         if not self._studio.models:
-            return tr("open a model first")
+            return tr("Open a model first.")
         if not any(self._files.get(i) in self._frusta for i in self._studio.models):
-            return tr("no open model has the cameras of its photos beside it (cameras.json)")
+            return tr(
+                "No open model has a file with the cameras of its photos (cameras.json) beside it."
+            )
         return None
 
     def folder(self) -> Path | None:
-        """Of a loaded model that came with its cameras."""
+        """Folder of the cameras file of an open model; None where there is none."""
         for model_id in self._studio.models:
             path = self._files.get(model_id)
             if path in self._frusta:
@@ -87,9 +91,9 @@ class CameraView(QObject):
             if isinstance(made, VomError):
                 self._studio.warn(
                     tr(
-                        "The cameras of {record} are not shown: {made}",
-                        record=record.name,
-                        made=made,
+                        "The cameras of {model} cannot be shown. {error}",
+                        model=record.name,
+                        error=made,
                     )
                 )
             elif isinstance(made, tuple):
@@ -122,7 +126,7 @@ class CameraView(QObject):
             self._model_loaded(model_id)
 
     def shown(self) -> list[Frustum]:
-        """In World."""
+        """The cameras that are shown, in World."""
         made = []
         for path, to_world in self._wanted():
             own, origin = self._frusta[path]
@@ -131,6 +135,7 @@ class CameraView(QObject):
         return made
 
     def refresh(self) -> None:
+        """Draw the cameras that are to be shown now."""
         wanted = self._wanted()
         # Every edit comes by here, and new cameras draw the whole outcrop anew.
         if self._cameras is not None and wanted != self._shown:
@@ -154,7 +159,7 @@ class CameraView(QObject):
         name = self._cameras.at(event.x, event.y)
         if name is not None:
             self.choose({name})
-            self._studio.info(tr("Photo {name} was taken from here.", name=name))
+            self._studio.info(tr("This is the camera of photo {photo}.", photo=name))
             self.chosen.emit(name)
 
 

@@ -1,4 +1,4 @@
-"""View > Display and the clipping box."""
+"""Commands of the menu View > Display and of the clipping box."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.scene.camera_view import CameraView
 from vomstudio.ui.scene.outcrop_view import OutcropView
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 from vomstudio.workspace import display
 
 _DOCK = "display"
@@ -29,6 +29,7 @@ MODE_NAMES = {
 
 
 def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Docks) -> list[Command]:
+    """docks : where the display panel is shown"""
     shown = studio.display
 
     def models() -> list[display.Data]:
@@ -56,38 +57,40 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
         return lambda: shown.point_size == value
 
     table = [
-        Command(name, display.MODES[value], mode(value), None, (), "", cannot(value),
+        Command(name, tr(display.MODES[value]), mode(value), None, (), "", cannot(value),
                 checked=is_mode(value))
         for name, value in MODE_NAMES.items()
     ]  # fmt: skip
     table += [
-        Command("display_field", "Field in colours", lambda: choose_field(studio, docks), None, (),
-                "Intensity, classification, elevation or any other value, with a colour bar",
+        Command("display_field", tr("Scalar field"), lambda: choose_field(studio, docks), None, (),
+                tr("Colour the model by intensity, classification, elevation or another value, "
+                   "with a colour bar."),
                 view.why_not, checked=lambda: shown.mode == "field"),
-        Command("display_lit", "&Lit", light, None, (),
-                "A light at the viewer shades the surface; without it colours are true",
+        Command("display_lit", tr("&Lighting"), light, None, (),
+                tr("A light at the viewer shades the surface; without it colours are true."),
                 lambda: display.why_not_lit(models()), checked=lambda: shown.lit[now()]),
-        Command("display_eye_dome", "&Eye-dome lighting",
+        Command("display_eye_dome", tr("&Eye-dome lighting"),
                 lambda: shown.set_eye_dome(not shown.eye_dome), None, (),
-                "Shades a point cloud by its depth, once the view is at rest",
+                tr("Shades a point cloud by its depth while the view is at rest."),
                 lambda: display.why_not_eye_dome(models()), checked=lambda: shown.eye_dome),
-        Command("display_cameras", "&Cameras", lambda: shown.set_cameras(not shown.cameras),
+        Command("display_cameras", tr("&Cameras"), lambda: shown.set_cameras(not shown.cameras),
                 "camera-outline", (),
-                "Where the photos of the model were taken; hover over one for its name",
+                tr("Show where the photos of the model were taken."),
                 cameras.why_not, checked=lambda: shown.cameras),
-        Command("display_size_auto", "Points close the surface", size(None), None, (), "",
+        Command("display_size_auto", tr("Automatic (fill gaps)"), size(None), None, (), "",
                 view.why_not, checked=is_size(None)),
-        Command("clipping_box", "&Clipping box", lambda: toggle_clip(studio, view, docks),
+        Command("clipping_box", tr("&Clipping box"), lambda: toggle_clip(studio, view, docks),
                 "cube-scan", (),
-                "Show and pick only what is inside a box; drag its faces or type them",
+                tr("Show and pick only what is inside a box. Drag its faces or enter their "
+                   "coordinates."),
                 view.why_not, checked=lambda: shown.clipping),
-        Command("clipping_reset", "Clipping box around everything",
+        Command("clipping_reset", tr("Fit clipping box to models"),
                 lambda: fit_clip(studio, view), None, (), "",
-                lambda: None if shown.clipping else "the clipping box is off"),
-        Command("display_settings", "Display settings", lambda: docks.bring_forward(_DOCK)),
+                lambda: None if shown.clipping else tr("The clipping box is off.")),
+        Command("display_settings", tr("Display settings"), lambda: docks.bring_forward(_DOCK)),
     ]  # fmt: skip
     for pixels in display.POINT_SIZES:
-        text = f"Points of {pixels:g} pixel{'s' if pixels != 1 else ''}"
+        text = tr_n("{count} pixel", "{count} pixels", round(pixels))
         table.append(
             Command(f"display_size_{pixels:g}", text, size(pixels), None, (), "", view.why_not,
                     checked=is_size(pixels))
@@ -96,11 +99,11 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
 
 
 def fill_menu(menu: QMenu, actions: Mapping[str, QAction], studio: Studio) -> None:
-    """View > Display."""
+    """Fill the menu View > Display."""
     menu.setToolTipsVisible(True)
     for name in MODE_NAMES:
         menu.addAction(actions[name])
-    fields = menu.addMenu(tr("&Field"))
+    fields = menu.addMenu(tr("Scalar &field"))
     fields.aboutToShow.connect(lambda: fill_fields(fields, studio))
     menu.addSeparator()
     menu.addAction(actions["display_lit"])
@@ -114,18 +117,18 @@ def fill_menu(menu: QMenu, actions: Mapping[str, QAction], studio: Studio) -> No
 
 
 def fill_fields(menu: QMenu, studio: Studio) -> None:
-    """The fields of the current model."""
+    """Fill a menu with the scalar fields of the current model."""
     menu.clear()
     model = current_model(studio)
     opened = None if model is None else studio.models.get(model.id)
     if model is None or opened is None:
-        menu.addAction(tr("Open a model first")).setEnabled(False)
+        menu.addAction(tr("Open a model first.")).setEnabled(False)
         return
     shown = studio.display
     current = shown.styles.get(model.id)
     group = QActionGroup(menu)
     for name in field_names(opened.data):
-        text = "Elevation (Z)" if name == ELEVATION else title_of(name).replace("&", "&&")
+        text = tr("Elevation (Z)") if name == ELEVATION else title_of(name).replace("&", "&&")
         action = menu.addAction(text)
         action.setCheckable(True)
         action.setChecked(shown.mode == "field" and current is not None and current.name == name)
@@ -136,7 +139,7 @@ def fill_fields(menu: QMenu, studio: Studio) -> None:
 
 
 def choose_field(studio: Studio, docks: Docks) -> None:
-    """Show the fields that were chosen, or one that each model has; and where to choose."""
+    """Show each model's chosen or default field, and the panel in which it is chosen."""
     shown = studio.display
     for model_id, opened in studio.models.items():
         if model_id not in shown.styles:
@@ -147,6 +150,7 @@ def choose_field(studio: Studio, docks: Docks) -> None:
 
 
 def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
+    """Switch the clipping box on or off; one that holds nothing is fitted to the models."""
     shown = studio.display
     if shown.clipping:
         shown.set_clip(shown.box, False)
@@ -159,6 +163,7 @@ def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
 
 
 def fit_clip(studio: Studio, view: OutcropView) -> None:
+    """Put the clipping box around all visible models."""
     box = view.models_box()
     if box is not None:
         studio.display.set_clip(box, True)

@@ -1,4 +1,4 @@
-"""How the models are shown, in numbers: field and its range, points, light, clipping box."""
+"""The display panel: mode, point size, lighting, scalar field and its range, clipping box."""
 
 from __future__ import annotations
 
@@ -39,22 +39,22 @@ from vomstudio.rendering.view.scalars import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 from vomstudio.workspace import display
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.display import Display
     from vomstudio.rendering.qt.viewport import Viewport
 
-_KIND_WORDS = {
-    "diverging": "about zero",
-    "cyclic": "full circle",
-    "categories": "one colour for each code",
+_KIND_NAMES = {
+    "diverging": to_translate("Diverging about zero"),
+    "cyclic": to_translate("Cyclic"),
+    "categories": to_translate("One colour for each class"),
 }
 
 
 class DisplayPanel(QWidget):
-    """current : the model whose field is chosen here"""
+    """current : gives the model whose field is chosen here"""
 
     def __init__(
         self, studio: Studio, actions: dict[str, QAction], current: Callable[[], Model | None]
@@ -88,7 +88,7 @@ class DisplayPanel(QWidget):
         self.refresh()
 
     def watch(self, viewport: Viewport) -> None:
-        """From now on the ranges are those that this view shows."""
+        """Show the field ranges of this viewport from now on."""
         self._view_display = viewport.display
         viewport.field_shown.connect(self.refresh)
 
@@ -101,20 +101,20 @@ class DisplayPanel(QWidget):
         self.points = QDoubleSpinBox()
         self.points.setRange(0.0, 20.0)
         self.points.setDecimals(0)
-        self.points.setSpecialValueText(tr("closing the surface"))
+        self.points.setSpecialValueText(tr("Automatic (fill gaps)"))
         self.points.setSuffix(tr(" px"))
         self.points.valueChanged.connect(lambda v: self._display.set_point_size(v or None))
-        self.lit = QCheckBox(tr("lit"))
+        self.lit = QCheckBox(tr("Lit"))
         self.lit.clicked.connect(lambda on: self._display.set_lit(self._mode_now(), on))
-        self.eye_dome = QCheckBox(tr("eye-dome lighting"))
+        self.eye_dome = QCheckBox(tr("Eye-dome lighting"))
         self.eye_dome.clicked.connect(self._display.set_eye_dome)
         row = QHBoxLayout()
         row.addWidget(self.lit)
         row.addWidget(self.eye_dome, 1)
         form = _form()
-        form.addRow(tr("Shown as"), self.mode)
-        form.addRow(tr("Points"), self.points)
-        form.addRow(tr("Light"), row)
+        form.addRow(tr("Mode"), self.mode)
+        form.addRow(tr("Point size"), self.points)
+        form.addRow(tr("Lighting"), row)
         return form
 
     def _make_field(self) -> QGroupBox:
@@ -129,7 +129,7 @@ class DisplayPanel(QWidget):
         self.low, self.high = QLineEdit(), QLineEdit()
         for edit, name in ((self.low, "low"), (self.high, "high")):
             edit.setObjectName(f"field_{name}")
-            edit.setToolTip(tr("Leave empty to take the percentile"))
+            edit.setToolTip(tr("Leave empty to use the percentile."))
             edit.editingFinished.connect(lambda e=edit, n=name: self._typed(e, n))
         self.first, self.last = QDoubleSpinBox(), QDoubleSpinBox()
         for spin in (self.first, self.last):
@@ -140,13 +140,13 @@ class DisplayPanel(QWidget):
             spin.valueChanged.connect(self._percent_chosen)
         self.whole = QToolButton()
         self.whole.setIcon(theme.icon("restore"))
-        self.whole.setToolTip(tr("Back to the range between the percentiles 2 and 98"))
+        self.whole.setToolTip(tr("Reset the range to the percentiles 2 and 98."))
         self.whole.clicked.connect(
             lambda: self._restyle(low=None, high=None, percentiles=PERCENTILES)
         )
         form = _form()
         form.addRow(tr("Field"), self.field)
-        form.addRow(tr("Colours"), self.palette_box)
+        form.addRow(tr("Colour map"), self.palette_box)
         form.addRow(tr("Range"), _pair(self.low, self.high, tr("to")))
         percentiles = _pair(self.first, self.last, tr("to"), self.whole)
         form.addRow(tr("Percentiles"), percentiles)
@@ -177,9 +177,9 @@ class DisplayPanel(QWidget):
             grid.addWidget(spin, axis, 1 + side)
         for axis, label in enumerate(self._axes):
             grid.addWidget(label, axis, 0)
-        self.handles = QCheckBox(tr("handles in the view"))
+        self.handles = QCheckBox(tr("Handles in the view"))
         self.handles.clicked.connect(self._display.set_handles)
-        button = QPushButton(tr("Around everything"))
+        button = QPushButton(tr("Fit to models"))
         button.clicked.connect(reset.trigger)
         grid.addWidget(self.handles, 3, 0, 1, 2)
         grid.addWidget(button, 3, 2)
@@ -189,6 +189,7 @@ class DisplayPanel(QWidget):
         return self.clip
 
     def on_clip_toggled(self, toggle: Callable[[], None]) -> None:
+        """toggle : switches the clipping box on or off"""
         self._toggle_clip = toggle
 
     # --- what is done here -------------------------------------------------------------------
@@ -236,7 +237,7 @@ class DisplayPanel(QWidget):
         try:
             value = float(text) if text else None
         except ValueError:
-            self._studio.warn(f"{text} is not a number: the range stays as it was.")
+            self._studio.warn(tr("“{text}” is not a number. The range is unchanged.", text=text))
             self.refresh()
             return
         style = self._style_now()[1]
@@ -246,7 +247,9 @@ class DisplayPanel(QWidget):
         if scale is not None:
             ends = (scale.low if low is None else low, scale.high if high is None else high)
             if not ends[0] < ends[1]:
-                self._studio.warn("The range has to begin below its end; it stays as it was.")
+                self._studio.warn(
+                    tr("The lower limit must be below the upper one. The range is unchanged.")
+                )
                 self.refresh()
                 return
         self._restyle(**{name: value})
@@ -276,6 +279,7 @@ class DisplayPanel(QWidget):
         return self._view_display.scale_of(model.id)
 
     def refresh(self, *what: object) -> None:
+        """Show the settings as they are now. what : as in `Display.changed`."""
         if what == ("box",):
             self._show_clip()
             return
@@ -290,7 +294,7 @@ class DisplayPanel(QWidget):
             self.mode.model().item(k).setFlags(wanted)  # type: ignore[attr-defined]
             self.mode.setItemData(k, why or "", Qt.ItemDataRole.ToolTipRole)
             if why is not None and models:
-                reasons.append(f"{display.MODES[value]}: {why}")
+                reasons.append(f"{tr(display.MODES[value])}: {why}")
         self.mode.setEnabled(bool(models))
         self.mode.setCurrentIndex(self.mode.findData(mode))
         self.mode.setToolTip("\n".join(reasons))
@@ -301,7 +305,7 @@ class DisplayPanel(QWidget):
             (self.eye_dome, display.why_not_eye_dome(models), shown.eye_dome),
         ):
             box.setEnabled(why is None)
-            box.setToolTip("" if why is None else tr("Not now: {why}", why=why))
+            box.setToolTip("" if why is None else tr("Not now: {reason}", reason=why))
             box.setChecked(on)
         self._show_field()
         self._show_clip()
@@ -311,10 +315,10 @@ class DisplayPanel(QWidget):
         opened = None if model is None else self._studio.models.get(model.id)
         self.field_box.setEnabled(opened is not None)
         if model is None or opened is None:
-            self.field_box.setTitle(tr("Field"))
+            self.field_box.setTitle(tr("Scalar field"))
             self.field.clear()
             return
-        self.field_box.setTitle(tr("Field of {model}", model=model.name))
+        self.field_box.setTitle(tr("Scalar field of {model}", model=model.name))
         with QSignalBlocker(self.field):
             self.field.clear()
             for name in field_names(opened.data):
@@ -329,19 +333,19 @@ class DisplayPanel(QWidget):
             self.palette_box.clear()
             for name in PALETTES.get(kind, ()):
                 self.palette_box.addItem(name, name)
-            if kind in _KIND_WORDS and kind not in PALETTES:
-                self.palette_box.addItem(_KIND_WORDS[kind])
+            if kind in _KIND_NAMES and kind not in PALETTES:
+                self.palette_box.addItem(tr(_KIND_NAMES[kind]))
             place = self.palette_box.findData(style.palette)
             self.palette_box.setCurrentIndex(max(place, 0))
         ranged = kind in ("sequential", "diverging")
-        words = scale.end_words() if scale is not None and ranged else ("", "")
-        for edit, value, word in (
-            (self.low, style.low, words[0]),
-            (self.high, style.high, words[1]),
+        ends = scale.end_texts() if scale is not None and ranged else ("", "")
+        for edit, value, text in (
+            (self.low, style.low, ends[0]),
+            (self.high, style.high, ends[1]),
         ):
             if not edit.hasFocus() or not edit.isModified():
                 edit.setText("" if value is None else f"{value:.10g}")
-            edit.setPlaceholderText(word)
+            edit.setPlaceholderText(text)
         for spin, percent in zip((self.first, self.last), style.percentiles, strict=True):
             with QSignalBlocker(spin):
                 spin.setValue(percent)
@@ -353,7 +357,8 @@ class DisplayPanel(QWidget):
         self.clip.setChecked(self._display.clipping)
         self.clip.setEnabled(bool(self._studio.models))
         north = self._studio.north_known()
-        for label, text in zip(self._axes, ("E", "N", "Z") if north else "xyz", strict=True):
+        names = (tr("E"), tr("N"), tr("Z")) if north else ("x", "y", "z")
+        for label, text in zip(self._axes, names, strict=True):
             label.setText(text)
         self.handles.setChecked(self._display.handles)
         if box is None:

@@ -1,4 +1,4 @@
-"""From where a model is first looked at: its exposed side, not its edge."""
+"""The first view of a model: onto its exposed side, not its edge."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The view of the outcrop, as menus, panels and tools of the window work with it."""
+"""The view of the outcrop, as menus, panels and tools of the window use it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.camera_view import CameraView
 from vomstudio.ui.scene.scene_presenter import ScenePresenter
+from vomstudio.words import tr
 
 _KEEP_CAMERA_MS = 500
 
 
 class OutcropView(QObject):
-    """Joins the viewport to the studio. The window is there before its viewport: until `join`
-    nothing is looked at, and what is asked for does nothing."""
+    """Connects the viewport with the studio. The window exists before its viewport: until `join`
+    is called, all other methods do nothing."""
 
     turned = Signal(float, float, bool)
-    """Trend and plunge of the direction that is looked in, and whether it is orthographic."""
+    """Trend and plunge of the view direction, in degrees, and whether it is orthographic."""
 
     def __init__(self, studio: Studio, cameras: CameraView) -> None:
         super().__init__()
@@ -40,7 +41,7 @@ class OutcropView(QObject):
         self._cameras.watch(viewport)
 
     def follow_camera(self) -> None:
-        """From now on `turned` tells of the camera, which turns as the settings say."""
+        """Send `turned` at every move of the camera from now on, and apply the settings."""
         if self.viewport is not None:
             settings = self._studio.settings
             self.viewport.camera_changed.connect(self._camera_changed)
@@ -50,47 +51,53 @@ class OutcropView(QObject):
             self._camera_changed()
 
     def why_not(self) -> str | None:
-        """Why the view cannot be turned now."""
+        """Why the view cannot be changed now; None where it can."""
         if self.viewport is None or not self._studio.models:
-            return "open a model first"
+            return tr("Open a model first.")
         return None
 
     # --- directions --------------------------------------------------------------------------
     @property
     def orthographic(self) -> bool:
+        """Whether the view is orthographic."""
         return self.viewport is not None and self.viewport.moves.orthographic
 
     def toggle_orthographic(self) -> None:
+        """Switch between orthographic and perspective."""
         if self.viewport is not None:
             self.viewport.moves.set_orthographic(not self.viewport.moves.orthographic)
 
     def look(self, trend_deg: float, plunge_deg: float) -> None:
-        """Along a direction, orthographic."""
+        """Look along a direction, in degrees, orthographically."""
         if self.viewport is not None:
             self.viewport.moves.set_orthographic(True)
             self.viewport.moves.look_along(trend_deg, plunge_deg)
 
     def standard_view(self, name: str) -> None:
+        """Look in one of the standard directions, such as "north"."""
         if self.viewport is not None:
             self.viewport.moves.standard_view(name)
 
     def set_turntable(self, on: bool) -> None:
+        """Whether Z stays up when the view is rotated."""
         if self.viewport is not None:
             self.viewport.gestures.set_turntable(on)
 
     # --- what is in sight --------------------------------------------------------------------
     def see_all(self) -> None:
+        """Show all visible models and cameras."""
         if self._presenter is not None:
             self._presenter.see_all(self._cameras.corners())
 
     def frame_selection(self) -> None:
+        """Show the selected features."""
         measured = self._studio.measured(self._studio.selection.ids).values()
         points = [p for m in measured if len(p := drawn_points(m))]
         if self.viewport is not None and points:
             self.viewport.moves.frame(np.concatenate(points))
 
     def models_box(self) -> ClipBox | None:
-        """Around all visible models."""
+        """The box around all visible models; None where there are none."""
         return None if self._presenter is None else self._presenter.models_box()
 
     def clip_holds_something(self) -> bool:
@@ -100,7 +107,7 @@ class OutcropView(QObject):
 
     # --- tools -------------------------------------------------------------------------------
     def take_up(self, tool: str) -> None:
-        """Cursor and buttons of a tool."""
+        """Set cursor and mouse buttons for a tool."""
         if self.viewport is not None:
             found = self._studio.tools.get(tool)
             arrow, cross = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
@@ -118,12 +125,13 @@ class OutcropView(QObject):
             self._camera_timer.start()
 
     def keep_camera(self) -> None:
-        """With the project, so that it opens as it was left."""
+        """Keep the camera with the project, so that it opens as it was left."""
         # Before a model is there the camera looks at nothing: no better than the one that is kept.
         if self.viewport is not None and self._studio.models:
             self._studio.project.journal.set_view("camera", self.viewport.moves.camera_state())
 
     def close(self) -> None:
+        """Stop drawing: the window is being closed."""
         self._camera_timer.stop()
         if self.viewport is not None:
             self.viewport.close()

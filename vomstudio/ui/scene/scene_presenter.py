@@ -1,4 +1,4 @@
-"""Records as the viewport draws them, and the viewport's clicks as selection."""
+"""Shows the project's records in the viewport, and turns its clicks into selection."""
 
 from __future__ import annotations
 
@@ -36,11 +36,15 @@ from vomstudio.tools.polyline import rgb
 from vomstudio.ui.common.number_formatting import drawn_points, length, orientation_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.first_view import first_view
+from vomstudio.words import tr
 
-NOTHING_KNOWN_DEG = 45.0
+LARGEST_ERROR_DEG = 45.0
+"""95 % error from which the disc of a plane says nothing."""
 
 
 class ScenePresenter:
+    """Keeps models, features and previews of the viewport up to date with the studio."""
+
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         self._studio = studio
         self._viewport = viewport
@@ -67,6 +71,7 @@ class ScenePresenter:
         viewport.pointer.connect(self._pointer)
 
     def rebuild(self) -> None:
+        """Show another project: remove everything and draw its models and features."""
         for model_id in self._shown:
             self._models.remove(model_id)
         self._shown.clear()
@@ -148,7 +153,7 @@ class ScenePresenter:
             return None
         return ClipBox.around(np.concatenate([self._corners(i) for i in ids]))
 
-    # --- what stands for a cloud while it is read --------------------------------------------
+    # --- preview of a cloud while it is read -------------------------------------------------
     def _show_preview(self, key: str, cloud: PointCloud) -> None:
         record = self._studio.records.get(key)
         frame = record.to_world if isinstance(record, Model) else IDENTITY
@@ -207,7 +212,7 @@ class ScenePresenter:
         return transform.apply(model.to_world, np.array(list(product(*bounds.T))))
 
     def _find_far(self, model_id: str) -> None:
-        """A model that is opened far from the others would be looked for in vain."""
+        """Show a model that is opened far from the others, and warn."""
         others = [i for i in self._shown if i != model_id and i in self._studio.models]
         if model_id not in self._shown or not others:
             return
@@ -220,8 +225,12 @@ class ScenePresenter:
             self._face(model_id)
             self._moves.frame(own)
             self._studio.warn(
-                f"{self._studio.records[model_id].name} lies {length(gap)} from the other models: "
-                "is its frame right? Whole model (Home) shows all of them."
+                tr(
+                    "{model} is {distance} away from the other models. Check its frame. Whole "
+                    "model (Home) shows all of them.",
+                    model=self._studio.records[model_id].name,
+                    distance=length(gap),
+                )
             )
 
     def _model_visible(self, model_id: str) -> bool:
@@ -378,12 +387,12 @@ def _middle(area: Area) -> npt.NDArray[np.float64]:
 
 
 def known_well_enough(fit: PlaneFit) -> bool:
-    """Whether a disc says something: one that may as well stand across does not."""
-    return fit.max_confidence95_deg is None or fit.max_confidence95_deg < NOTHING_KNOWN_DEG
+    """Whether the plane's error is small enough for a disc to mean something."""
+    return fit.max_confidence95_deg is None or fit.max_confidence95_deg < LARGEST_ERROR_DEG
 
 
 def extent_of(measured: Measurement) -> float:
-    """m, how far a feature reaches: its longest axis or the size of its box; 0 for a point."""
+    """Extent of a feature, m: its longest axis or the diagonal of its box; 0 for a point."""
     if measured.fit is not None and measured.fit.extent is not None:
         return float(measured.fit.extent)
     if not len(measured.points):
@@ -392,8 +401,8 @@ def extent_of(measured: Measurement) -> float:
 
 
 def disc_of(measured: Measurement) -> tuple[npt.NDArray[np.float64] | None, Symbol | None]:
-    """(c, 3) the ring of a disc as wide as the feature, and what stands for it where it is small;
-    none for a plane of no extent, or one that may as well stand across."""
+    """(c, 3) ring of a disc as wide as the feature, and the symbol that replaces it where it is
+    small; None for a plane without extent, or with too large an error."""
     fit = measured.fit
     if fit is None or fit.extent is None or not known_well_enough(fit):
         return None, None

@@ -1,4 +1,4 @@
-"""Turning the view of the outcrop, and how orientations are written."""
+"""Commands that change the view of the outcrop, and the notation of orientations."""
 
 from __future__ import annotations
 
@@ -7,30 +7,31 @@ from collections.abc import Callable
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.outcrop_view import OutcropView
+from vomstudio.words import to_translate, tr
 
 # (name, text, key, what the viewer looks toward)
 _VIEWS = (
-    ("top", "From above", "7"),
-    ("north", "Looking North", "1"),
-    ("east", "Looking East", "2"),
-    ("south", "Looking South", "3"),
-    ("west", "Looking West", "4"),
-    ("bottom", "From below", "8"),
+    ("top", to_translate("From above"), "7"),
+    ("north", to_translate("Looking north"), "1"),
+    ("east", to_translate("Looking east"), "2"),
+    ("south", to_translate("Looking south"), "3"),
+    ("west", to_translate("Looking west"), "4"),
+    ("bottom", to_translate("From below"), "8"),
 )
 _NOTATIONS = (
-    ("notation_dipdir", "Dip direction/dip (132/41)", "dipdir/dip"),
-    ("notation_strike", "Strike/dip, right-hand rule (042/41)", "strike/dip"),
-    ("notation_quadrant", "Quadrant (N42E 41SE)", "quadrant"),
+    ("notation_dipdir", to_translate("Dip direction/dip (132/41)"), "dipdir/dip"),
+    ("notation_strike", to_translate("Strike/dip, right-hand rule (042/41)"), "strike/dip"),
+    ("notation_quadrant", to_translate("Quadrant (N42E 41SE)"), "quadrant"),
 )
 
 
 def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]) -> list[Command]:
-    """only_outcrop : hides the panels, or brings them back"""
+    """only_outcrop : hides the panels, or shows them again"""
 
     def none_chosen() -> str | None:
         if studio.measured(studio.selection.ids):
             return view.why_not()
-        return "select a feature first"
+        return tr("Select a feature first.")
 
     def look(name: str) -> Callable[[], None]:
         return lambda: view.standard_view(name)
@@ -51,26 +52,26 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
         studio.keep_settings()
 
     table = [
-        Command("home", "&Whole model", view.see_all, "home-outline", "Home", "",
+        Command("home", tr("&Whole model"), view.see_all, "home-outline", "Home", "",
                 view.why_not, in_viewport=True),
-        Command("frame_selection", "&Frame selection", view.frame_selection,
-                "image-filter-center-focus", "F", "Bring the selected features into view",
+        Command("frame_selection", tr("&Zoom to selection"), view.frame_selection,
+                "image-filter-center-focus", "F", tr("Show the selected features."),
                 none_chosen, in_viewport=True),
-        Command("orthographic", "&Orthographic", view.toggle_orthographic, "cube-outline", "O",
-                "Without perspective: lengths across the view are true", view.why_not,
-                in_viewport=True, checked=lambda: view.orthographic),
-        Command("trackball", "Turn about any &axis", trackball, None, (),
-                "Off: the turntable keeps Z up", view.why_not,
+        Command("orthographic", tr("&Orthographic"), view.toggle_orthographic, "cube-outline", "O",
+                tr("Without perspective: lengths perpendicular to the view are true."),
+                view.why_not, in_viewport=True, checked=lambda: view.orthographic),
+        Command("trackball", tr("Free rotation (&trackball)"), trackball, None, (),
+                tr("Rotate about any axis. Otherwise Z stays up (turntable)."), view.why_not,
                 checked=lambda: not studio.settings.turntable),
-        Command("only_outcrop", "Only the outcrop", only_outcrop, None, "F9",
-                "Hide the panels, or bring them back"),
+        Command("only_outcrop", tr("Hide all panels"), only_outcrop, None, "F9",
+                tr("Hide the panels, or show them again.")),
     ]  # fmt: skip
     table += [
-        Command(f"view_{name}", text, look(name), None, key, "", view.why_not, in_viewport=True)
+        Command(f"view_{name}", tr(text), look(name), None, key, "", view.why_not, in_viewport=True)
         for name, text, key in _VIEWS
     ]
     table += [
-        Command(name, text, notation(value), checked=is_notation(value))
+        Command(name, tr(text), notation(value), checked=is_notation(value))
         for name, text, value in _NOTATIONS
     ]
     return table

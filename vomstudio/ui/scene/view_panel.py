@@ -1,4 +1,5 @@
-"""The orthographic view direction: typed, along beta, along or facing a plane."""
+"""The panel of the view direction: typed, along the fold axis, along a line, along or facing a
+plane."""
 
 from __future__ import annotations
 
@@ -31,10 +32,10 @@ from vomstudio.geometry.vectors import wrap360
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.first_view import first_view
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 SAME_DEG = 0.5
-"""Directions nearer than this are the same for whoever looks along them."""
+"""Directions that differ by less are treated as the same."""
 
 _EDGE_ON = 0.05
 """Sine of the angle to the exposed face under which neither side is the better one."""
@@ -57,7 +58,7 @@ class ViewPanel(QWidget):
         self.now.setFont(font)
         self.typed = QLineEdit()
         self.typed.setObjectName("view_direction")
-        self.typed.setPlaceholderText(tr("such as 125/26"))
+        self.typed.setPlaceholderText(tr("For example 125/26"))
         self.typed.returnPressed.connect(self._typed)
         go = QPushButton(tr("Look"))
         go.clicked.connect(self._typed)
@@ -66,27 +67,27 @@ class ViewPanel(QWidget):
         row.addWidget(go)
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
-        form.addRow(tr("Looking"), self.now)
-        form.addRow(tr("Look to"), row)
+        form.addRow(tr("Current"), self.now)
+        form.addRow(tr("New"), row)
 
         self._buttons: dict[str, QPushButton] = {}
         grid = QGridLayout()
         grid.setSpacing(4)
         for i, (name, text, call) in enumerate(
             (
-                ("beta", tr("Along beta"), self.along_beta),
-                ("facing", tr("Facing the plane"), self.face),
+                ("beta", tr("Along fold axis"), self.along_beta),
+                ("facing", tr("Face the plane"), self.face),
                 ("strike", tr("Along strike"), self._along_strike),
                 ("dip", tr("Down dip"), self._down_dip),
                 ("line", tr("Along the line"), self.along_line),
-                ("flip", tr("From the other side"), self._flip),
+                ("flip", tr("Opposite side"), self._flip),
             )
         ):
             button = QPushButton(text)
             button.clicked.connect(call)
             self._buttons[name] = button
             grid.addWidget(button, i // 2, i % 2)
-        self.only_selected = QCheckBox(tr("beta of the selected bedding planes only"))
+        self.only_selected = QCheckBox(tr("Fold axis of selected bedding only"))
         self.only_selected.toggled.connect(self._forget_axis)
         self.only_selected.toggled.connect(self.refresh)
         self._verdict = QLabel()
@@ -105,9 +106,14 @@ class ViewPanel(QWidget):
         studio.selection_changed.connect(self._selected)
 
     def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
+        """Show the direction of the view, in degrees."""
         self._direction = Line(wrap360(trend_deg), plunge_deg)
-        mode = tr("orthographic") if orthographic else tr("perspective")
-        self.now.setText(f"{format_line(self._direction, 0)}  ({mode})")
+        line = format_line(self._direction, 0)
+        self.now.setText(
+            tr("{line} (orthographic)", line=line)
+            if orthographic
+            else tr("{line} (perspective)", line=line)
+        )
 
     # --- directions --------------------------------------------------------------------------
     def _typed(self) -> None:
@@ -119,11 +125,13 @@ class ViewPanel(QWidget):
         self._turn(line)
 
     def along_beta(self) -> None:
+        """Look along the fold axis of the bedding, where there is one."""
         axis = self._axis()
         if isinstance(axis, FoldAxis):
             self._turn_axis(axis.beta)
 
     def face(self) -> None:
+        """Look perpendicular to the selected plane."""
         plane = self._plane()
         if plane is not None:
             # Against the upward normal; a vertical plane is looked at toward its dip direction
@@ -131,7 +139,7 @@ class ViewPanel(QWidget):
             self._turn(Line(wrap360(plane.dip_direction_deg + 180.0), 90.0 - plane.dip_deg))
 
     def along_line(self) -> None:
-        """Along the selected lineation or intersection."""
+        """Look along the selected lineation or intersection."""
         line = self._line()
         if line is not None:
             self._turn_axis(line)
@@ -150,8 +158,8 @@ class ViewPanel(QWidget):
         self._turn(Line(wrap360(self._direction.trend_deg + 180.0), -self._direction.plunge_deg))
 
     def _turn_axis(self, axis: Line) -> None:
-        """Of the two views along an axis the one onto the exposed side; `From the other side` is
-        the other one, and where no side is known, or both are edge on, the view is down it."""
+        """Look along an axis: of its two views the one onto the exposed side; `Opposite side` gives
+        the other one. Where no side is known, or both are edge on, the view is down the axis."""
         side = self._exposed_view()
         if side is not None and axis.vector() @ side < -_EDGE_ON:
             axis = Line.from_vector(-axis.vector(), directed=True)
@@ -173,22 +181,31 @@ class ViewPanel(QWidget):
         self._look(line.trend_deg, line.plunge_deg)
 
     def why_no_beta(self) -> str | None:
+        """Why there is no fold axis; None where there is one."""
         axis = self._axis()
         return axis if isinstance(axis, str) else None
 
     def why_no_plane(self) -> str | None:
-        return None if self._plane() is not None else tr("select a plane first")
+        """Why no plane can be faced; None where one is selected."""
+        return None if self._plane() is not None else tr("Select a plane first.")
 
-    def judged(self, direction: Line) -> tuple[str, float | None]:
-        """What is known of a direction, in a sentence, and its 95 % error where it is known."""
+    def origin_of(self, direction: Line) -> tuple[str, float | None]:
+        """From which measurement a direction follows, as a sentence, and its 95 % error in degrees
+        where it is known."""
         axis = self._axis()
         if isinstance(axis, FoldAxis) and angle_between_lines(axis.beta, direction) < SAME_DEG:
-            words = (
-                f"Along beta {format_line(axis.beta, 0)} of {len(self.bedding())} bedding planes, "
-                f"95 %: {degrees(axis.max_confidence95_deg)}; verdict: {axis.verdict}, "
-                f"valid: {axis.valid}."
+            text = tr_n(
+                "Along the fold axis (beta) {line} of {count} bedding plane, 95 %: {error}; "
+                "verdict: {verdict}, valid: {valid}.",
+                "Along the fold axis (beta) {line} of {count} bedding planes, 95 %: {error}; "
+                "verdict: {verdict}, valid: {valid}.",
+                len(self.bedding()),
+                line=format_line(axis.beta, 0),
+                error=degrees(axis.max_confidence95_deg),
+                verdict=axis.verdict,
+                valid=axis.valid,
             )
-            return words, axis.max_confidence95_deg
+            return text, axis.max_confidence95_deg
         for id_ in reversed(self._studio.selection.ids):
             feature = get_feature(self._studio.records, id_)
             if feature is None:
@@ -196,19 +213,22 @@ class ViewPanel(QWidget):
             measured = self._studio.measured([id_])[id_]
             line = measured.line or (measured.plane.pole() if measured.plane else None)
             if line is not None and angle_between_lines(line, direction) < SAME_DEG:
-                how = "Along" if measured.line is not None else "At right angles to"
                 error = measured.max_confidence95_deg
-                return f"{how} {feature.name}, 95 %: {degrees(error)}.", error
-        return (
-            "A direction as it was turned or typed: it follows from no measurement, so nothing is "
-            "known of its error.",
-            None,
+                values = {"feature": feature.name, "error": degrees(error)}
+                if measured.line is not None:
+                    return tr("Along {feature}, 95 %: {error}.", **values), error
+                return tr("Perpendicular to {feature}, 95 %: {error}.", **values), error
+        text = tr(
+            "The direction was typed or set with the mouse. It follows from no measurement, so its "
+            "error is unknown."
         )
+        return text, None
 
     def why_no_line(self) -> str | None:
+        """Why no line can be looked along; None where one is selected."""
         if self._line() is not None:
             return None
-        return tr("select a lineation or an intersection first")
+        return tr("Select a lineation or an intersection first.")
 
     # --- what they are taken from ------------------------------------------------------------
     def _plane(self) -> Plane | None:
@@ -224,7 +244,7 @@ class ViewPanel(QWidget):
         return self._studio.measured([current])[current].line
 
     def bedding(self) -> list[str]:
-        """Bedding only: kinds are never pooled silently."""
+        """Ids of the bedding planes for the fold axis: feature types are never pooled silently."""
         chosen = set(self._studio.selection.ids)
         return [
             t.id
@@ -244,8 +264,14 @@ class ViewPanel(QWidget):
     def _find_axis(self) -> FoldAxis | str:
         fits = [m.fit for m in self._studio.measured(self.bedding()).values() if m.fit is not None]
         if len(fits) < 2:
-            which = "selected " if self.only_selected.isChecked() else ""
-            return f"beta needs 2 or more {which}bedding planes; there are {len(fits)}"
+            if self.only_selected.isChecked():
+                return tr(
+                    "A fold axis needs at least 2 selected bedding planes; there are {count}.",
+                    count=len(fits),
+                )
+            return tr(
+                "A fold axis needs at least 2 bedding planes; there are {count}.", count=len(fits)
+            )
         try:
             azimuths, dips, _ = normals_to_planes(np.array([fit.normal for fit in fits]))
             return fold_axis(azimuths, dips)
@@ -253,7 +279,7 @@ class ViewPanel(QWidget):
             return str(error)
 
     def _forget_axis(self, *_: object) -> None:
-        """The state of every action asks for the axis: it is worked out once for a state."""
+        """Every refresh of the commands asks for the axis: it is kept until something changes."""
         self._axis_kept = None
 
     def _selected(self, *_: object) -> None:
@@ -262,38 +288,48 @@ class ViewPanel(QWidget):
         self.refresh()
 
     def _poor_planes(self) -> tuple[str, ...]:
-        """The scatter of planes does not know how well each of them is known."""
+        """A warning where planes are poor: the scatter of planes ignores the error of each."""
         measured = self._studio.measured(self.bedding()).values()
         poor = sum(m.verdict is not None and m.verdict.quality == "poor" for m in measured)
         if not poor:
             return ()
         return (
-            f"{poor} of these planes {'is' if poor == 1 else 'are'} poor: beta's error comes from "
-            "their scatter alone and is too small",
+            tr_n(
+                "{count} of these planes is poor: the error of the fold axis is computed from "
+                "scatter alone and is too small.",
+                "{count} of these planes are poor: the error of the fold axis is computed from "
+                "scatter alone and is too small.",
+                poor,
+            ),
         )
 
     def refresh(self, *_: object) -> None:
+        """Show the fold axis with its verdict, and which directions there are now."""
         axis, plane = self._axis(), self._plane()
         _enable(self._buttons["beta"], None if isinstance(axis, FoldAxis) else axis)
-        why = None if plane is not None else tr("select a plane first")
+        why = None if plane is not None else tr("Select a plane first.")
         for name in ("facing", "strike", "dip"):
             _enable(self._buttons[name], why)
         _enable(self._buttons["line"], self.why_no_line())
         if isinstance(axis, FoldAxis):
-            count = len(self.bedding())
-            words = (
-                f"<b>beta {format_line(axis.beta, 0)}</b> of {count} bedding planes, 95 %: "
-                f"{degrees(axis.max_confidence95_deg)} × {degrees(axis.min_confidence95_deg)}<br>"
-                f"Verdict: {axis.verdict} (valid: {axis.valid})<br>"
+            text = tr_n(
+                "<b>Fold axis (beta) {line}</b> of {count} bedding plane, 95 %: {largest} × "
+                "{smallest}<br>Verdict: {verdict} (valid: {valid})",
+                "<b>Fold axis (beta) {line}</b> of {count} bedding planes, 95 %: {largest} × "
+                "{smallest}<br>Verdict: {verdict} (valid: {valid})",
+                len(self.bedding()),
+                line=format_line(axis.beta, 0),
+                largest=degrees(axis.max_confidence95_deg),
+                smallest=degrees(axis.min_confidence95_deg),
+                verdict=axis.verdict,
+                valid=axis.valid,
             )
-            self._verdict.setText(
-                words
-                + "<br>".join(f"• {reason}" for reason in (*axis.reasons, *self._poor_planes()))
-            )
+            reasons = (f"• {reason}" for reason in (*axis.reasons, *self._poor_planes()))
+            self._verdict.setText("<br>".join([text, *reasons]))
         else:
-            self._verdict.setText(axis[:1].upper() + axis[1:] + ".")
+            self._verdict.setText(axis)
 
 
 def _enable(button: QPushButton, why_not: str | None) -> None:
     button.setEnabled(why_not is None)
-    button.setToolTip("" if why_not is None else tr("Not now: {why_not}", why_not=why_not))
+    button.setToolTip("" if why_not is None else tr("Not now: {reason}", reason=why_not))

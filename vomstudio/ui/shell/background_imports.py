@@ -1,4 +1,4 @@
-"""Libraries that take long to import, brought in by a thread once the window is on the screen."""
+"""Libraries that take long to import: a thread imports them once the window is on the screen."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ import threading
 from PySide6.QtCore import QObject, Signal
 
 
-class LateImport(QObject):
-    """net_imported : what draws the net is there; all_imported : and all the rest. Both are sent by
-    the thread."""
+class BackgroundImports(QObject):
+    """Imports slow libraries in a thread.
 
-    net_imported = Signal()
+    stereonet_imported : the stereonet can be made; all_imported : everything has been imported.
+    Both signals are sent by the thread.
+    """
+
+    stereonet_imported = Signal()
     all_imported = Signal()
 
     def __init__(self) -> None:
@@ -19,7 +22,7 @@ class LateImport(QObject):
         self._thread: threading.Thread | None = None
 
     def begin(self) -> None:
-        """Asked for again, it goes on as it is."""
+        """Start the thread; a second call changes nothing."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._work, name="net import", daemon=True)
             self._thread.start()
@@ -27,7 +30,7 @@ class LateImport(QObject):
     def _work(self) -> None:
         import vomstudio.ui.analyse.stereonet_panel  # noqa: F401
 
-        self.net_imported.emit()
+        self.stereonet_imported.emit()
         # Wanted as soon as a model is there, when its picture is wanted as well.
         import scipy.sparse.csgraph
         import scipy.spatial  # noqa: F401

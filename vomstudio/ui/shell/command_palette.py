@@ -18,13 +18,15 @@ from vomstudio.words import tr
 
 
 class CommandPalette(QDialog):
+    """Lists the commands whose texts contain all typed words; `chosen` is the selected one."""
+
     def __init__(self, parent: QWidget, actions: Actions) -> None:
         super().__init__(parent)
-        self.setWindowTitle(tr("Find a command"))
+        self.setWindowTitle(tr("Find command"))
         self.resize(520, 420)
         self._actions = actions
         self._words = QLineEdit()
-        self._words.setPlaceholderText(tr("Type what you want to do"))
+        self._words.setPlaceholderText(tr("Type part of a command's name"))
         self._words.textChanged.connect(self._fill)
         self._words.installEventFilter(self)
         # Rows with and without an icon stand in one line.
@@ -46,6 +48,7 @@ class CommandPalette(QDialog):
 
     @property
     def chosen(self) -> str | None:
+        """Name of the selected command; None where none can run."""
         item = self._list.currentItem()
         return str(item.data(Qt.ItemDataRole.UserRole)) if item and item.flags() else None
 

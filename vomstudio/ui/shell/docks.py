@@ -22,7 +22,7 @@ _IN_FRONT = ("trace", "stereonet", "table")
 
 
 class WindowDocks(Mapping[str, QDockWidget]):
-    """The docks of a window by their names."""
+    """The docks of a window by their object names."""
 
     def __init__(self, window: QMainWindow) -> None:
         self._window = window
@@ -85,6 +85,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
             self[name].raise_()
 
     def default_sizes(self) -> None:
+        """Give the docks the sizes that they have in a first window."""
         resize, wide, high = (
             self._window.resizeDocks,
             Qt.Orientation.Horizontal,

@@ -10,6 +10,7 @@ from vomstudio.document import edits
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
 
 
 def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[Command]:
@@ -25,40 +26,40 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
     def nothing_to_undo() -> str | None:
         if can_undo() or studio.session.undo_label:
             return None
-        return "there is nothing to undo"
+        return tr("There is nothing to undo.")
 
     def to_undo() -> str | None:
         if can_undo():
-            return "The last step of what is being picked"
+            return tr("Last step of the open feature")
         return studio.session.undo_label
 
     def nothing_to_redo() -> str | None:
-        return None if studio.session.redo_label else "there is nothing to redo"
+        return None if studio.session.redo_label else tr("There is nothing to redo.")
 
     def rename() -> None:
         current = chosen_features(studio)[-1]
         before = studio.records[current].name
-        name, accepted = QInputDialog.getText(parent, "Rename", "Name", text=before)
+        name, accepted = QInputDialog.getText(parent, tr("Rename"), tr("Name"), text=before)
         if accepted and name.strip() != before:
             studio.attempt(edits.set_attributes, [current], name=name.strip())
 
     return [
-        Command("undo", "&Undo", studio.undo, "undo", "Ctrl+Z", "", nothing_to_undo,
+        Command("undo", tr("&Undo"), studio.undo, "undo", "Ctrl+Z", "", nothing_to_undo,
                 what=to_undo),
-        Command("redo", "&Redo", studio.redo, "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
+        Command("redo", tr("&Redo"), studio.redo, "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
                 nothing_to_redo, what=lambda: studio.session.redo_label),
-        Command("delete", "&Delete features", studio.delete_selected, "delete-outline", (), "",
-                none_chosen),
-        Command("rename", "&Rename…", rename, None, "F2", "", none_chosen),
-        Command("select_all", "Select &all features",
+        Command("delete", tr("&Delete features"), studio.delete_selected, "delete-outline", (),
+                "", none_chosen),
+        Command("rename", tr("&Rename…"), rename, None, "F2", "", none_chosen),
+        Command("select_all", tr("Select &all features"),
                 lambda: studio.selection.set(f.id for f in studio.session.features()),
                 None, "Ctrl+A"),
-        Command("find_command", "&Find a command…", find, "magnify", "Ctrl+K"),
+        Command("find_command", tr("&Find command…"), find, "magnify", "Ctrl+K"),
     ]  # fmt: skip
 
 
 def find_command(parent: QWidget, actions: Actions) -> None:
-    """Ask for a command by its words, and run it."""
+    """Let the user search for a command by its words, and run it."""
     from vomstudio.ui.shell.command_palette import CommandPalette
 
     dialog = CommandPalette(parent, actions)

@@ -1,4 +1,4 @@
-"""Mistakes of the program as its user meets them: a sentence above the viewport, and a report."""
+"""Program errors as the user sees them: a message above the viewport, and an error report."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from PySide6.QtCore import QCoreApplication, QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from vomstudio.errors import VomError
 from vomstudio.failures import crashes, report
-from vomstudio.failures.error_collector import DESK, Failure
+from vomstudio.failures.error_collector import ERRORS, Failure
 from vomstudio.files.atomic import write_bytes
 from vomstudio.words import tr
 from vomstudio.workspace.notices import Notice
@@ -29,7 +29,7 @@ _ACTION = "save_report"
 
 
 class Host(Protocol):
-    """The window in which mistakes are shown; its parts are there once it is filled."""
+    """The window in which program errors are shown; its parts are there once it is filled."""
 
     studio: Studio
     actions_table: Actions
@@ -41,7 +41,7 @@ class Host(Protocol):
 
 
 class FailureNotices(QObject):
-    """Hears the desk from any thread, and says in the window's own what there is to say."""
+    """Receives program errors from any thread and shows them in the window's thread."""
 
     _arrived = Signal(object)
 
@@ -50,10 +50,10 @@ class FailureNotices(QObject):
         self._host, self._parent = host, parent
         self._waiting: list[Failure] = []
         self._arrived.connect(self._take, Qt.ConnectionType.QueuedConnection)
-        DESK.listen(self._hand_over)
+        ERRORS.listen(self._hand_over)
 
     def begin(self) -> None:
-        """The window can say something now: what has gone wrong so far, and in the last run."""
+        """The window is filled: show what has gone wrong so far, and a crash of the last run."""
         if crashes.newly_found():
             self._say_crash()
         waiting, self._waiting = self._waiting, []
@@ -63,8 +63,8 @@ class FailureNotices(QObject):
     def _say_crash(self) -> None:
         notice = Notice(
             tr(
-                "The program was ended by a crash the last time: what was on the screen is in its "
-                "journal, and a report helps to mend it."
+                "The program crashed when it last ran. What was on the screen is in the journal. "
+                "Please save a report, so that the fault can be found."
             ),
             "error",
             _ACTION,
@@ -78,26 +78,26 @@ class FailureNotices(QObject):
             self._host.studio.notice.emit(notice)
 
     def close(self) -> None:
-        """Nobody is there to be told any more."""
-        DESK.listen(None)
+        """Stop showing errors: the window is gone."""
+        ERRORS.listen(None)
         self._arrived.disconnect(self._take)
 
-    def say_and_offer(self, error: BaseException) -> None:
-        """An error that keeps the window from being filled."""
-        DESK.listen(None)
-        DESK.report(error, "while the window was filled")
+    def show_fatal(self, error: BaseException) -> None:
+        """Show an error that keeps the window from being filled, and offer a report."""
+        ERRORS.listen(None)
+        ERRORS.report(error, "while the window was filled")
         box = QMessageBox(
             QMessageBox.Icon.Critical,
             "VOM Studio",
             tr(
-                "The program cannot begin because of a mistake of its own ({name__}: {error}).",
-                name__=type(error).__name__,
+                "The program cannot start because of an internal error ({kind}: {error}).",
+                kind=type(error).__name__,
                 error=error,
             ),
             QMessageBox.StandardButton.Close,
             self._parent,
         )
-        button = box.addButton(tr("Save a report…"), QMessageBox.ButtonRole.ActionRole)
+        button = box.addButton(tr("Save report…"), QMessageBox.ButtonRole.ActionRole)
         box.exec()
         if box.clickedButton() is button:
             save_report(self._host, self._parent)
@@ -116,17 +116,17 @@ class FailureNotices(QObject):
     def _say(self, sentence: str) -> None:
         try:
             self._host.studio.notice.emit(Notice(sentence, "error", _ACTION))
-        except Exception:  # noqa: BLE001 - not to the desk: it would be told of here again
-            _log.exception("a mistake could not be shown: %s", sentence)
+        except Exception:  # noqa: BLE001 - reporting it would lead back here
+            _log.exception("an error could not be shown: %s", sentence)
 
 
 def save_report(host: Host, parent: QWidget) -> None:
-    """Ask where, and write what went wrong; nothing is sent."""
+    """Ask for a file and write the error report to it; nothing is sent."""
     name, _ = QFileDialog.getSaveFileName(
         parent,
-        QCoreApplication.translate("FailureNotices", "Save a report"),
+        tr("Save report"),
         str(Path.home() / report.file_name()),
-        "Text (*.txt)",
+        tr("Text (*.txt)"),
     )
     if not name:
         return
@@ -140,11 +140,13 @@ def save_report(host: Host, parent: QWidget) -> None:
             QMessageBox.critical(parent, "VOM Studio", str(error))
         return
     if host.filled:
-        host.studio.info(f"Written: {path}. Read it before you give it to anybody.")
+        host.studio.info(
+            tr("The report was written to {path}. Read it before you pass it on.", path=path)
+        )
 
 
 def compose_report(host: Host) -> str:
-    """The report of the program with what was done in the open project."""
+    """The text of the error report, with the last edits of the open project."""
     if not host.filled:
         return report.compose()
     from vomstudio.io.project.journal_outline import outline
@@ -156,6 +158,6 @@ def compose_report(host: Host) -> str:
         names.append(studio.project.name)
     journal = studio.project.journal
     return report.compose(
-        [("What was done", lambda: outline(journal.last_rows(_ROWS)))],
+        [("Edits", lambda: outline(journal.last_rows(_ROWS)))],
         private=names,
     )

@@ -7,13 +7,18 @@ from collections.abc import Callable
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.shell.project_files import Files
+from vomstudio.words import tr
 
 
 def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[Command]:
     """leave : ends the program"""
 
     def no_features() -> str | None:
-        return None if studio.session.features() else "there is nothing yet; pick a trace first"
+        return (
+            None
+            if studio.session.features()
+            else tr("There are no features yet. Pick a trace first.")
+        )
 
     def open_sample() -> None:
         from vomstudio.io.project.sample import sample_model
@@ -21,24 +26,26 @@ def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[
         files.open_path(sample_model())
 
     return [
-        Command("new", "&New project", files.new_project, "file-outline", "Ctrl+N"),
-        Command("open", "&Open model…", files.choose_model, "folder-open-outline", "Ctrl+O",
-                "Meshes, clouds and height models; or drop a file onto the window"),
-        Command("open_sample", "Try the sample outcrop", open_sample,
-                "image-filter-hdr", (), "A generated cliff whose bedding is known exactly"),
-        Command("open_project", "Open &project…", files.choose_project, "folder-outline",
+        Command("new", tr("&New project"), files.new_project, "file-outline", "Ctrl+N"),
+        Command("open", tr("&Open model…"), files.choose_model, "folder-open-outline", "Ctrl+O",
+                tr("A mesh, point cloud or height model. Files can be dropped on the window.")),
+        Command("open_sample", tr("Open sample outcrop"), open_sample,
+                "image-filter-hdr", (), tr("A synthetic cliff whose bedding is known exactly.")),
+        Command("open_project", tr("Open &project…"), files.choose_project, "folder-outline",
                 "Ctrl+Shift+O"),
-        Command("save", "&Save", files.save, "content-save-outline", "Ctrl+S",
-                "Work is in the journal already; saving marks it and writes the GIS layers"),
-        Command("save_as", "Save &as…", files.save_as, None, "Ctrl+Shift+S"),
-        Command("export_csv", "Export &table…", lambda: files.export("csv"), "table-arrow-right",
-                "Ctrl+E", "The orientation table as CSV, with every error and its reason",
+        Command("save", tr("&Save"), files.save, "content-save-outline", "Ctrl+S",
+                tr("All work is in the journal already. Saving marks a state and writes the GIS "
+                   "layers.")),
+        Command("save_as", tr("Save &as…"), files.save_as, None, "Ctrl+Shift+S"),
+        Command("export_csv", tr("Export &table…"), lambda: files.export("csv"),
+                "table-arrow-right", "Ctrl+E",
+                tr("The orientation table as CSV, with errors, verdicts and reasons."),
                 no_features),
-        Command("export_gpkg", "Export &GIS layers…", lambda: files.export("gpkg"),
-                "layers-outline", (), "Planes and traces as GeoPackage", no_features),
-        Command("export_shp", "Export &shapefiles…", lambda: files.export("shp"), None, (),
-                "Planes, traces and the rest as shapefiles, one for each layer", no_features),
-        Command("export_dxf", "Export &DXF…", lambda: files.export("dxf"), None, (),
-                "Planes, traces and the rest for CAD, a layer for each feature type", no_features),
-        Command("quit", "&Quit", leave, None, "Ctrl+Q"),
+        Command("export_gpkg", tr("Export &GIS layers…"), lambda: files.export("gpkg"),
+                "layers-outline", (), tr("All features as layers of a GeoPackage."), no_features),
+        Command("export_shp", tr("Export &shapefiles…"), lambda: files.export("shp"), None, (),
+                tr("All features as shapefiles, one for each layer."), no_features),
+        Command("export_dxf", tr("Export &DXF…"), lambda: files.export("dxf"), None, (),
+                tr("All features for CAD, one layer for each feature type."), no_features),
+        Command("quit", tr("&Quit"), leave, None, "Ctrl+Q"),
     ]  # fmt: skip

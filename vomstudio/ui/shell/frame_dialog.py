@@ -1,4 +1,4 @@
-"""What the user says of a model whose file says nothing: up axis, unit, CRS or local."""
+"""Dialog that declares the frame of a model whose file states none: up axis, unit, CRS or local."""
 
 from __future__ import annotations
 
@@ -23,13 +23,17 @@ from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import crs_name, parse_crs
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 from vomstudio.workspace.model_loading import OpenModel
 
-_UNITS = (("metre", 1.0), ("millimetre", 0.001), ("centimetre", 0.01), ("foot", 0.3048),
-          ("US survey foot", 1200 / 3937), ("kilometre", 1000.0))  # fmt: skip
-
-
+_UNITS = (
+    (to_translate("metre"), 1.0),
+    (to_translate("millimetre"), 0.001),
+    (to_translate("centimetre"), 0.01),
+    (to_translate("foot"), 0.3048),
+    (to_translate("US survey foot"), 1200 / 3937),
+    (to_translate("kilometre"), 1000.0),
+)
 _CODE = re.compile(r"(EPSG:)?\d{4,}", re.IGNORECASE)
 
 
@@ -48,8 +52,8 @@ class FrameDialog(QDialog):
         self._pause.timeout.connect(self._check)
         intro = QLabel(
             tr(
-                "The file does not say how it stands in the world. Dip directions can be trusted "
-                "only if this is right; it can be changed later, and undone."
+                "The file states no frame. Dip directions and lengths are correct only if the "
+                "frame declared here is correct. It can be changed later, and undone."
             )
         )
         intro.setWordWrap(True)
@@ -73,16 +77,16 @@ class FrameDialog(QDialog):
 
     # --- parts -------------------------------------------------------------------------------
     def _make_choices(self, crs: str) -> tuple[QWidget, ...]:
-        """How much is known of the frame, from the top down."""
+        """Four choices: how much is known of the frame, most first."""
         self._crs_button = QRadioButton(tr("Projected coordinates (CRS)"))
         self._local_button = QRadioButton(
-            tr("Local: metres, up and grid north are right, the place is not")
+            tr("Local: scale, up axis and grid north are correct, position arbitrary")
         )
         self._scaled_button = QRadioButton(
-            tr("Only the unit is known: angles are shown as local frame")
+            tr("Scale only: the unit is known; orientations are in the local frame")
         )
         self._none_button = QRadioButton(
-            tr("Not known: angles are shown as local frame, lengths in units")
+            tr("Unknown: orientations are in the local frame, lengths in model units")
         )
         buttons = (self._crs_button, self._local_button, self._scaled_button, self._none_button)
         group = QButtonGroup(self)
@@ -99,11 +103,11 @@ class FrameDialog(QDialog):
 
     def _make_form(self) -> QFormLayout:
         self._up = QComboBox()
-        self._up.addItem(tr("Z (x East, y North)"), "z")
-        self._up.addItem(tr("Y (x East, z South)"), "y")
+        self._up.addItem(tr("Z (x east, y north)"), "z")
+        self._up.addItem(tr("Y (x east, z south)"), "y")
         self._unit = QComboBox()
         for name, metres in _UNITS:
-            self._unit.addItem(name, metres)
+            self._unit.addItem(tr(name), metres)
         form = QFormLayout()
         form.addRow(tr("Up axis"), self._up)
         form.addRow(tr("Unit"), self._unit)
@@ -137,14 +141,16 @@ class FrameDialog(QDialog):
         self._crs.setEnabled(self._crs_button.isChecked())
         self._unit.setEnabled(not self._none_button.isChecked())
         self._unit.setToolTip(
-            tr("Not now: choose above what is known") if self._none_button.isChecked() else ""
+            tr("Not now: Choose above how much of the frame is known.")
+            if self._none_button.isChecked()
+            else ""
         )
         if not self._crs_button.isChecked():
             self._crs_says.setText("")
             ok.setEnabled(True)
             return
         if not self._crs.text().strip():
-            self._crs_says.setText(tr("Type the code, such as EPSG:32633 (UTM zone 33 N)."))
+            self._crs_says.setText(tr("Enter the EPSG code, such as EPSG:32633 (UTM zone 33N)."))
             ok.setEnabled(False)
             return
         try:
@@ -158,6 +164,7 @@ class FrameDialog(QDialog):
         ok.setEnabled(True)
 
     def accept(self) -> None:
+        """Make `frame` of what was chosen, and close."""
         up, unit = self._up.currentData(), float(self._unit.currentData())
         if self._crs_button.isChecked():
             code, _ = parse_crs(self._crs.text())
@@ -182,9 +189,10 @@ def _large(opened: OpenModel) -> bool:
 def _size(opened: OpenModel) -> str:
     low, high = _bounds(opened)
     x, y, z = high - low
-    what = "Mesh" if isinstance(opened.data, Mesh) else "Point cloud"
-    return (
-        f"{what} of {x:.4g} × {y:.4g} × {z:.4g} units (x × y × z), centred at "
-        f"{(low[0] + high[0]) / 2:,.1f}, {(low[1] + high[1]) / 2:,.1f}, "
-        f"{(low[2] + high[2]) / 2:,.1f}"
+    centre = ", ".join(f"{value:,.1f}" for value in (low + high) / 2)
+    size = f"{x:.4g} × {y:.4g} × {z:.4g}"
+    if isinstance(opened.data, Mesh):
+        return tr("Mesh of {size} units (x × y × z), centre at {centre}", size=size, centre=centre)
+    return tr(
+        "Point cloud of {size} units (x × y × z), centre at {centre}", size=size, centre=centre
     )

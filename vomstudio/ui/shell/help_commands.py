@@ -9,17 +9,18 @@ from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.shell.failure_notices import Host, save_report
 from vomstudio.version import __version__
+from vomstudio.words import to_translate, tr
 
-_MOUSE = (
+_MOUSE = to_translate(
     "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "
     "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "
     "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes. With the "
-    "brush of Patch: drag paints, Ctrl+drag takes away, the right button orbits. "
-    "On the net: click a pole or a great circle, drag a lasso around poles; Ctrl adds.</p>"
+    "patch brush: drag paints, Ctrl+drag erases, the right button orbits. "
+    "On the stereonet: click a pole or a great circle, drag a lasso around poles; Ctrl adds.</p>"
 )
-_ABOUT = (
-    f"<b>VOM Studio {__version__}</b><br>Virtual outcrop models of geological structures: "
-    "measurements with their errors.<br>BSD-3-Clause."
+_ABOUT = to_translate(
+    "<b>VOM Studio {version}</b><br>Measures geological structures on virtual outcrop models and "
+    "states the error of each measurement.<br>BSD-3-Clause."
 )
 
 
@@ -32,15 +33,15 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
         dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation()))
 
     return [
-        Command("documentation", "&Documentation", read, "book-open-outline", (),
-                "First steps, what the numbers mean, commands and file formats"),
-        Command("shortcuts", "&Shortcuts", lambda: _shortcuts(parent, actions),
+        Command("documentation", tr("&Documentation"), read, "book-open-outline", (),
+                tr("First steps, what the numbers mean, commands and file formats.")),
+        Command("shortcuts", tr("&Shortcuts"), lambda: _shortcuts(parent, actions),
                 "keyboard-outline", "F1"),
-        Command("save_report", "Save a &report…", lambda: save_report(host, parent),
+        Command("save_report", tr("Save &report…"), lambda: save_report(host, parent),
                 "file-alert-outline", (),
-                "What went wrong, as a text that you can read before giving it to anybody"),
-        Command("about", "&About VOM Studio",
-                lambda: QMessageBox.about(parent, "VOM Studio", _ABOUT)),
+                tr("An error report as text. Read it before you pass it on.")),
+        Command("about", tr("&About VOM Studio"), lambda: QMessageBox.about(
+            parent, "VOM Studio", tr(_ABOUT, version=__version__))),
     ]  # fmt: skip
 
 
@@ -49,7 +50,8 @@ def _shortcuts(parent: QWidget, actions: Actions) -> None:
     for command in actions.commands():
         keys = ", ".join(k.toString() for k in actions.all[command.name].shortcuts())
         if keys:
-            where = " (in the viewport)" if command.in_viewport else ""
-            text = command.text.replace("&", "") + where
+            text = command.text.replace("&", "")
+            if command.in_viewport:
+                text = tr("{command} (in the viewport)", command=text)
             rows.append(f"<tr><td><b>{keys}</b>&nbsp;&nbsp;</td><td>{text}</td></tr>")
-    QMessageBox.information(parent, "Shortcuts", f"<table>{''.join(rows)}</table>{_MOUSE}")
+    QMessageBox.information(parent, tr("Shortcuts"), f"<table>{''.join(rows)}</table>{tr(_MOUSE)}")

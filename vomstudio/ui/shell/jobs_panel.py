@@ -1,4 +1,4 @@
-"""What runs in the background, and what has run."""
+"""The jobs that run in the background, and those that have ended."""
 
 from __future__ import annotations
 
@@ -16,17 +16,23 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.ui.common import theme
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 from vomstudio.workspace.running_jobs import Jobs, RunningJob
 
-_COLUMNS = ("Job", "Doing", "Progress", "Time", "")
+_COLUMNS = (
+    to_translate("Job"),
+    to_translate("Status"),
+    to_translate("Progress"),
+    to_translate("Time"),
+    "",
+)
 _KEPT = 50
 # What was over sooner than this is not worth a line.
 _WORTH_S = 2.0
 
 
 class JobsPanel(QTableWidget):
-    """Running jobs first, each with a button that stops it; then those that have ended."""
+    """Running jobs, each with a button that stops it, above those that have ended."""
 
     def __init__(self, jobs: Jobs) -> None:
         super().__init__(0, len(_COLUMNS))
@@ -35,7 +41,7 @@ class JobsPanel(QTableWidget):
         self._shown: dict[int, RunningJob] = {}
         self._ended: list[tuple[str, str, str]] = []
         self.setObjectName("jobs")
-        self.setHorizontalHeaderLabels([tr(title) for title in _COLUMNS])
+        self.setHorizontalHeaderLabels([tr(title) if title else "" for title in _COLUMNS])
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -55,8 +61,8 @@ class JobsPanel(QTableWidget):
             if key not in running:
                 took = time.monotonic() - self._begun.pop(key)
                 if took >= _WORTH_S:
-                    when = f"{datetime.now():%H:%M}"
-                    self._ended.insert(0, (job.title, f"ended {when}", _duration(took)))
+                    status = tr("Ended at {time:%H:%M}", time=datetime.now())
+                    self._ended.insert(0, (job.title, status, _duration(took)))
         del self._ended[_KEPT:]
         if list(running) != list(self._shown):
             for key in running:
@@ -90,10 +96,9 @@ class JobsPanel(QTableWidget):
                 self.setItem(row, column, QTableWidgetItem(text))
 
     def _show(self, row: int, job: RunningJob) -> None:
-        doing, bar = self.item(row, 1), self.cellWidget(row, 2)
-        count = f" {job.done:,} of {job.total:,}" if job.total else ""
-        if doing is not None:
-            doing.setText(f"{job.stage}{count}")
+        status, bar = self.item(row, 1), self.cellWidget(row, 2)
+        if status is not None:
+            status.setText(job.status())
         if isinstance(bar, QProgressBar):
             bar.setRange(0, job.total or 0)
             bar.setValue(job.done)

@@ -23,7 +23,7 @@ from vomstudio.io.settings import Settings
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.shell import thread_switching, window_state
-from vomstudio.ui.shell.background_imports import LateImport
+from vomstudio.ui.shell.background_imports import BackgroundImports
 from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.drag_and_drop import dragged_files
 from vomstudio.words import tr
@@ -37,23 +37,24 @@ _LONGEST_WAIT_MS = 5000
 
 
 class MainWindow(QMainWindow):
-    """Made in two steps: an empty frame that is on the screen at once, then `begin` fills it. No
-    part of it knows it: it is their parent on the screen and nothing more."""
+    """Made in two steps: an empty frame that is on the screen at once, then `begin` fills it. Its
+    parts do not know it: to them it is a parent widget and nothing more."""
 
     net: StereonetPanel
-    """There once its library is."""
+    """There once matplotlib has been imported."""
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()
-        thread_switching.take_short_turns()
+        thread_switching.shorten_switch_interval()
         self._settings = settings
         self._filled = False
-        self._late = LateImport()
-        self._late_timer = QTimer(self)
-        self._late_timer.setSingleShot(True)
-        self._late_timer.timeout.connect(self._late.begin)
-        self._late.net_imported.connect(self._bring_net, Qt.ConnectionType.QueuedConnection)
-        self._late.all_imported.connect(self._be_ready, Qt.ConnectionType.QueuedConnection)
+        self._imports = BackgroundImports()
+        self._import_timer = QTimer(self)
+        self._import_timer.setSingleShot(True)
+        self._import_timer.timeout.connect(self._imports.begin)
+        queued = Qt.ConnectionType.QueuedConnection
+        self._imports.stereonet_imported.connect(self._add_stereonet, queued)
+        self._imports.all_imported.connect(self._imports_done, queued)
         self.viewport: Viewport | None = None
         self.setWindowTitle(tr("VOM Studio"))
         self.setAcceptDrops(True)
@@ -233,7 +234,7 @@ class MainWindow(QMainWindow):
         for entry in TOOLS:
             if entry.name in self._tool_panels:
                 panel = self._tool_panels[entry.name]
-                left(entry.name, tr(entry.title), panel, behind=front)
+                left(entry.name, entry.title, panel, behind=front)
                 front = front or entry.name
         right("stereonet", tr("Stereonet"), self._net_place)
         right("view", tr("View direction"), self.view_panel)
@@ -295,7 +296,7 @@ class MainWindow(QMainWindow):
     def _offer_recovery(self, folders: list[Path]) -> None:
         self._notices.offer_recovery(folders, self.files.open_path)
 
-    # --- birth -------------------------------------------------------------------------------
+    # --- start -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
         """The window is on the screen: fill it, then open the paths of the command line."""
         self._fill()
@@ -314,16 +315,16 @@ class MainWindow(QMainWindow):
         self.view.turned.connect(self.actions_table.refresh)
         self.view.follow_camera()
         viewport.setFocus()
-        # A window that is closed before the process ends is not to stay for ever.
-        self._first = thread_switching.spares_nothing()
+        # A window that is closed before the process ends must be freed: only the first is frozen.
+        self._first = thread_switching.nothing_frozen()
         if self._first:
-            thread_switching.spare_what_is_there()
+            thread_switching.freeze_objects()
         for path in paths:
             self.open_path(path)
         self.studio.offer_recovery()
         # The net's library takes a second to import: after the first frame, and in a thread.
-        viewport.first_frame.connect(self._late.begin)
-        self._late_timer.start(_LONGEST_WAIT_MS)
+        viewport.first_frame.connect(self._imports.begin)
+        self._import_timer.start(_LONGEST_WAIT_MS)
         self._refresh()
 
     def _join_panels(self, viewport: Viewport) -> None:
@@ -336,31 +337,31 @@ class MainWindow(QMainWindow):
         self.actions_table.give_keys_to(self._photo_shown.canvas)
         viewport.pointer.connect(self.status_line.show_pointer)
 
-    def _bring_net(self) -> None:
+    def _add_stereonet(self) -> None:
         if not self._filled or not self.isVisible():
             return
         from vomstudio.jobs.job import Nothing
-        from vomstudio.jobs.model_tasks import COMPILE_KERNELS, WARM
+        from vomstudio.jobs.model_tasks import COMPILE_KERNELS, IMPORT_LIBRARIES
         from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
         self.net = StereonetPanel(self.studio, self.actions_table.all["export_net"])
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
         # Each lane's worker gets ready for what it will be asked; photos come last.
-        for job in (WARM, COMPILE_KERNELS):
+        for job in (IMPORT_LIBRARIES, COMPILE_KERNELS):
             self.studio.jobs.submit(
                 job,
                 Nothing(),
-                title=tr("Getting ready"),
+                title=tr("Warming up"),
                 on_done=lambda _: None,
                 on_failed=lambda _: None,
                 quiet=True,
             )
 
-    def _be_ready(self) -> None:
-        # Nor is a model.
+    def _imports_done(self) -> None:
+        # An open model is not kept until the program ends, so it must not be frozen.
         if self._filled and self._first and not self.studio.models:
-            thread_switching.spare_what_is_there()
+            thread_switching.freeze_objects()
 
     # --- what comes in -----------------------------------------------------------------------
     def open_path(self, path: Path) -> None:
@@ -397,12 +398,11 @@ class MainWindow(QMainWindow):
 
     def _refresh(self, *_: object) -> None:
         self.actions_table.refresh()
-        star = "*" if self.studio.session.dirty else ""
         self.setWindowTitle(
             tr(
-                "{project_name}{star} – VOM Studio",
-                project_name=self.files.project_name(),
-                star=star,
+                "{project}{unsaved} – VOM Studio",
+                project=self.files.project_name(),
+                unsaved="*" if self.studio.session.dirty else "",
             )
         )
         self._show_start_page()
@@ -423,7 +423,7 @@ class MainWindow(QMainWindow):
         self.studio.settings.window = window_state.to_keep(self, self.docks.state())
         self.studio.keep_settings()
         self.view.keep_camera()
-        self._late_timer.stop()
+        self._import_timer.stop()
         self.view.close()
         self._photo_shown.close()
         self.studio.close()

@@ -9,32 +9,38 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMainWindow, QMenu, QSizePolicy, QToolBar, QToolButton, QWidget
 
 from vomstudio.ui.common import theme
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 # "|" is a line between commands, "*" stands before the name of a menu inside the menu, and "+"
 # before that of a group of commands that the tools bring.
 MENUS = (
-    ("&File", ("new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|",
-               "save", "save_as", "compact_project", "take_back_compaction", "|",
-               "import_readings", "|", "export_csv", "export_gpkg", "export_shp", "export_dxf",
-               "export_net", "|", "quit")),
-    ("&Edit", ("undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
-    ("&View", ("home", "frame_selection", "orthographic", "|", "view_top", "view_north",
-               "view_east", "view_south", "view_west", "view_bottom", "|", "*display",
-               "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
-               "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
-               "previous_photo", "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
-    ("&Photos", ("plan_survey", "video_frames", "choose_photos", "open_photo", "take_in_photos",
-                 "|", "make_settings",
-                 "make_model", "pause_model", "|", "show_alignment", "show_tie_points",
-                 "open_report")),
-    ("&Model", ("declare_frame", "locate", "open_cameras", "find_photos", "|", "copy_model",
-                "export_model", "remove_model")),
-    ("&Interpret", ("navigate", "+tools", "|", "finish", "cancel", "continue_trace",
-                    "delete_vertex", "|", "+of_tools", "feature_types")),
-    ("&Analyse", ("along_beta", "along_line", "face_plane", "|", "keep_intersection",
-                  "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
-    ("&Help", ("documentation", "shortcuts", "save_report", "|", "about")),
+    (to_translate("&File"), (
+        "new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|", "save",
+        "save_as", "compact_project", "take_back_compaction", "|", "import_readings", "|",
+        "export_csv", "export_gpkg", "export_shp", "export_dxf", "export_net", "|", "quit")),
+    (to_translate("&Edit"), (
+        "undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
+    (to_translate("&View"), (
+        "home", "frame_selection", "orthographic", "|", "view_top", "view_north", "view_east",
+        "view_south", "view_west", "view_bottom", "|", "*display", "clipping_box",
+        "clipping_reset", "*planes", "*notation", "trackball", "|", "show_chosen",
+        "hide_chosen", "show_only", "show_all", "|", "show_in_photos", "previous_photo",
+        "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
+    (to_translate("&Photos"), (
+        "plan_survey", "video_frames", "choose_photos", "open_photo", "take_in_photos", "|",
+        "make_settings", "make_model", "pause_model", "|", "show_alignment", "show_tie_points",
+        "open_report")),
+    (to_translate("&Model"), (
+        "declare_frame", "locate", "open_cameras", "find_photos", "|", "copy_model",
+        "export_model", "remove_model")),
+    (to_translate("&Interpret"), (
+        "navigate", "+tools", "|", "finish", "cancel", "continue_trace", "delete_vertex", "|",
+        "+of_tools", "feature_types")),
+    (to_translate("&Analyse"), (
+        "along_beta", "along_line", "face_plane", "|", "keep_intersection",
+        "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
+    (to_translate("&Help"), (
+        "documentation", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip
 
 _TOOLBAR = ("open", "save", "|", "navigate", "+tools", "|",
@@ -86,7 +92,7 @@ def _add_menu(
 ) -> None:
     titles = {
         "recent": tr("Open &recent"),
-        "discarded": tr("&Bring back discarded work"),
+        "discarded": tr("&Restore discarded work"),
         "display": tr("&Display"),
         "planes": tr("&Planes as"),
         "notation": tr("&Notation"),
@@ -106,6 +112,7 @@ def _add_menu(
 
 
 def make_toolbar(window: QMainWindow, actions: Mapping[str, QAction], groups: Groups) -> QToolBar:
+    """The toolbar with its commands, the menu of views and the search for commands."""
     bar = QToolBar(tr("Tools"))
     bar.setObjectName("toolbar")
     bar.setMovable(False)
@@ -124,7 +131,7 @@ def make_toolbar(window: QMainWindow, actions: Mapping[str, QAction], groups: Gr
     bar.addWidget(space)
     find = QToolButton()
     find.setIcon(theme.icon("magnify"))
-    find.setText(tr("Find a command  Ctrl+K"))
+    find.setText(tr("Find command  Ctrl+K"))
     find.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
     find.clicked.connect(actions["find_command"].trigger)
     bar.addWidget(find)

@@ -12,26 +12,29 @@ from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.shell.model_copying import copy_into_project
 from vomstudio.ui.shell.project_files import Files
+from vomstudio.words import to_translate, tr
 from vomstudio.workspace.photos import PhotoLinks
 
-_NO_MODEL = "open a model first"
+_NO_MODEL = to_translate("Open a model first.")
 
 
 def commands(studio: Studio, files: Files, links: PhotoLinks, parent: QWidget) -> list[Command]:
     """parent : of the dialogs"""
 
     def no_model() -> str | None:
-        return None if studio.session.of(Model) else _NO_MODEL
+        return None if studio.session.of(Model) else tr(_NO_MODEL)
 
     def cannot_copy() -> str | None:
         model = current_model(studio)
         if model is None:
-            return _NO_MODEL
+            return tr(_NO_MODEL)
         if studio.project.untitled:
-            return "save the project first"
+            return tr("Save the project first.")
         if model.id not in studio.models:
-            return "the model's file is not open"
-        return None if Path(model.path).is_absolute() else "the model is in the project already"
+            return tr("The model's file is not open.")
+        return (
+            None if Path(model.path).is_absolute() else tr("The model is already in the project.")
+        )
 
     def copy() -> None:
         model = current_model(studio)
@@ -41,25 +44,27 @@ def commands(studio: Studio, files: Files, links: PhotoLinks, parent: QWidget) -
     def cannot_export() -> str | None:
         model = current_model(studio)
         if model is None:
-            return _NO_MODEL
-        return None if model.id in studio.models else "the model's file is not open"
+            return tr(_NO_MODEL)
+        return None if model.id in studio.models else tr("The model's file is not open.")
 
     def not_missing() -> str | None:
         model = current_model(studio)
         if model is None:
-            return _NO_MODEL
-        return "the model's file is where it should be" if model.id in studio.models else None
+            return tr(_NO_MODEL)
+        return tr("The model's file has been found.") if model.id in studio.models else None
 
     return [
-        Command("declare_frame", "&Declare frame…", files.declare_frame, "axis-arrow",
-                (), "Up axis, unit, and CRS or local: what makes angles geographic", no_model),
-        Command("locate", "&Locate file…", files.locate_model, "file-search-outline", (),
-                "Say where the file of a model is now", not_missing),
-        Command("copy_model", "&Copy into the project", copy, "content-copy", (),
-                "The model, its materials, images and cameras, and its photos if wanted, so that "
-                "the folder can be moved and zipped",
+        Command("declare_frame", tr("&Declare frame…"), files.declare_frame, "axis-arrow",
+                (), tr("Up axis, unit, and CRS or local frame. Orientations are geographic only in "
+                       "a declared frame."), no_model),
+        Command("locate", tr("&Locate file…"), files.locate_model, "file-search-outline", (),
+                tr("Choose the file of a model that has been moved or renamed."), not_missing),
+        Command("copy_model", tr("&Copy into project"), copy, "content-copy", (),
+                tr("Copies the model with its materials, textures and cameras, and its photos if "
+                   "wanted, so that the project folder can be moved or zipped."),
                 cannot_copy),
-        Command("export_model", "&Export model as…", files.export_model, "export", (),
-                "In World, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF", cannot_export),
-        Command("remove_model", "&Remove model", files.remove_model, "close", (), "", no_model),
+        Command("export_model", tr("&Export model as…"), files.export_model, "export", (),
+                tr("In World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."),
+                cannot_export),
+        Command("remove_model", tr("&Remove model"), files.remove_model, "close", (), "", no_model),
     ]  # fmt: skip

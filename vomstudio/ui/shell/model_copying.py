@@ -1,4 +1,4 @@
-"""A model brought into the project's folder, with its cameras and, where wanted, its photos."""
+"""Copying a model into the project folder, with its cameras and, where wanted, its photos."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from vomstudio.document.records import Model
 from vomstudio.io.models.model_copy import photos_of
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 from vomstudio.workspace.photos import PhotoLinks
 
 
 def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model: Model) -> None:
+    """Ask whether the photos are to be copied too, and start the job."""
     path = studio.project.find_model(model)
     if path is None:
         return
@@ -21,13 +22,20 @@ def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model:
     if count:
         box = QMessageBox(parent)
         box.setIcon(QMessageBox.Icon.Question)
-        box.setText(tr("Copy the {count} photos of {model} too?", count=count, model=model.name))
+        box.setText(
+            tr_n(
+                "Copy the {count} photo of {model} as well?",
+                "Copy the {count} photos of {model} as well?",
+                count,
+                model=model.name,
+            )
+        )
         box.setInformativeText(
             tr(
-                "They take {size:,.0f} MB. With them the project's folder can be moved to "
-                "another computer and still shows features in the photos; without, it finds "
-                "them where they are now.",
-                size=size / 1000000.0,
+                "Size: {size:,.0f} MB. With its photos the project folder can be moved to another "
+                "computer and still shows features in the photos. Without them, the project "
+                "refers to the photos at their present place.",
+                size=size / 1e6,
             )
         )
         button = QMessageBox.StandardButton

@@ -1,4 +1,4 @@
-"""What the studio has to say, shown where it belongs: list, status line, bar above the outcrop."""
+"""Shows the studio's notices: in the list of messages, the status line or the message bar."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from PySide6.QtWidgets import QStatusBar
 from vomstudio.io.project.folder import untitled_folder
 from vomstudio.ui.common.messages_panel import MessageBar, MessagesPanel
 from vomstudio.ui.common.studio import Notice
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 _INFO_MS = 6000
 
 
 class Notices(QObject):
+    """Adds each notice to the list and shows it in the status line or the bar."""
+
     def __init__(
         self,
         messages: MessagesPanel,
@@ -30,6 +32,7 @@ class Notices(QObject):
         self._actions = actions
 
     def show(self, notice: Notice) -> None:
+        """Add it to the list, and show it where its level belongs, with a button for its action."""
         self._messages.add(notice)
         if notice.level == "info":
             self._status.showMessage(notice.text, _INFO_MS)
@@ -39,15 +42,21 @@ class Notices(QObject):
         else:
             self._bar.say(notice)
 
-    def offer_recovery(self, folders: list[Path], bring_back: Callable[[Path], None]) -> None:
-        """folders : projects that were not closed, the newest first"""
+    def offer_recovery(self, folders: list[Path], restore: Callable[[Path], None]) -> None:
+        """folders : projects that were not closed, the newest first; restore : opens one"""
         newest = folders[0]
-        whose = "" if newest.parent == untitled_folder() else f" of {newest.stem}"
-        more = f", and {len(folders) - 1} older" if len(folders) > 1 else ""
-        self._bar.say(
-            Notice(
-                f"Work{whose} that was open when the program ended last time was found{more}.",
-                "warning",
-            ),
-            (tr("Bring it back"), lambda: bring_back(newest)),
-        )
+        if newest.parent == untitled_folder():
+            text = tr("Unsaved work was found that was open when the program last ended.")
+        else:
+            text = tr(
+                "{project} was open when the program last ended. Its work can be restored.",
+                project=newest.stem,
+            )
+        if older := len(folders) - 1:
+            more = tr_n(
+                "{count} older project was found as well.",
+                "{count} older projects were found as well.",
+                older,
+            )
+            text = f"{text} {more}"
+        self._bar.say(Notice(text, "warning"), (tr("Restore"), lambda: restore(newest)))

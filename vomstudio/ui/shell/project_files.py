@@ -1,4 +1,4 @@
-"""Files and models as the window's menus deal with them: open, save, export, locate, leave."""
+"""The dialogs of the menus File and Model: open, save, export, locate, close."""
 
 from __future__ import annotations
 
@@ -20,65 +20,73 @@ from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 _EXPORTS = {
-    "csv": "Orientation table (*.csv)",
-    "gpkg": "GeoPackage (*.gpkg)",
-    "shp": "Shapefiles (*.shp)",
-    "dxf": "DXF (*.dxf)",
+    "csv": to_translate("Orientation table (*.csv)"),
+    "gpkg": to_translate("GeoPackage (*.gpkg)"),
+    "shp": to_translate("Shapefiles (*.shp)"),
+    "dxf": to_translate("DXF (*.dxf)"),
 }
 
 
 class Files(QObject):
-    """Dialogs belong to `parent`; what they decide is done by the studio."""
+    """Dialogs belong to `parent`; the studio does what they decide."""
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
         self._parent, self._studio, self._survey = parent, studio, survey
 
     def project_name(self) -> str:
+        """Name of the open project for titles; "untitled" where it has none."""
         project = self._studio.project
         return tr("untitled") if project.untitled else project.name
 
     def open_path(self, path: Path) -> None:
+        """Open a model or a project; before another project the user is asked to save."""
         if is_project(path) and not self.ask_to_keep():
             return
         self._studio.open_path(path)
 
     def choose_model(self) -> None:
+        """Ask for files of models and open them."""
         patterns = " ".join(f"*{e} *{e.upper()}" for e in extensions())
         names, _ = QFileDialog.getOpenFileNames(
             self._parent,
-            tr("Open a model"),
+            tr("Open model"),
             start_folder(self._studio),
-            f"Models ({patterns});;All files (*)",
+            ";;".join((tr("Models ({patterns})", patterns=patterns), tr("All files (*)"))),
         )
         for name in names:
             self.open_path(Path(name))
 
     def choose_project(self) -> None:
+        """Ask for a project folder and open it."""
         name = QFileDialog.getExistingDirectory(
-            self._parent, tr("Open a project (a folder NAME.vom)"), start_folder(self._studio)
+            self._parent, tr("Open project (a folder NAME.vom)"), start_folder(self._studio)
         )
         if name:
             self.open_path(Path(name))
 
     def new_project(self) -> None:
+        """Open an untitled project, after asking whether to save the present one."""
         if self.ask_to_keep():
             self.attempt(self._studio.new_project)
 
     def save(self) -> bool:
+        """Save the project, an untitled one under a name that is asked for; False where it is
+        not saved."""
         if self._studio.project.untitled:
             return self.save_as()
         return self.attempt(self._studio.save)
 
     def save_as(self) -> bool:
+        """Ask for a folder and save the project there; False where it is not saved."""
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
-            tr("Save the project as"),
+            tr("Save project as"),
             str(Path(start_folder(self._studio)) / f"outcrop{SUFFIX}"),
-            f"VOM Studio project (*{SUFFIX})",
+            tr("VOM Studio project (*{suffix})", suffix=SUFFIX),
         )
         if not name:
             return False
@@ -87,7 +95,9 @@ class Files(QObject):
         return self.attempt(lambda: self._studio.save_as(folder))
 
     def export(self, format_: str) -> None:
-        pattern = _EXPORTS[format_]
+        """Ask for a file and export the features. format_ : a key of the known formats, as
+        "csv"."""
+        pattern = tr(_EXPORTS[format_])
         stem = "orientations" if self._studio.project.untitled else self._studio.project.name
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
@@ -100,15 +110,18 @@ class Files(QObject):
             self.export_to(format_, path)
 
     def export_to(self, format_: str, path: Path) -> None:
+        """Export the features to `path`, replacing what is there."""
+
         def write() -> None:
             made = export_records(self._studio.records, format_, path, force=True,
                                   thresholds=self._studio.settings.thresholds)  # fmt: skip
-            self._studio.info(f"Written: {', '.join(str(file) for file in made.files)}")
+            files = ", ".join(str(file) for file in made.files)
+            self._studio.info(tr("Exported to {files}.", files=files))
 
         self.attempt(write)
 
     def export_model(self) -> None:
-        """The current model in World, in any format that is written, by a worker."""
+        """The current model in World coordinates, in any format that can be written, as a job."""
         from vomstudio.io.models.writing import find_writers
 
         model = current_model(self._studio)
@@ -126,7 +139,7 @@ class Files(QObject):
             return
 
         def done(made: ExportedModel) -> None:
-            self._studio.info(" ".join([f"Written: {name}.", *made.warnings]))
+            self._studio.info(" ".join([tr("Exported to {file}.", file=name), *made.warnings]))
 
         def failed(event: Failed) -> None:
             if not event.cancelled:
@@ -143,6 +156,7 @@ class Files(QObject):
         )
 
     def attempt(self, do: Callable[[], None]) -> bool:
+        """Call `do`; False, with the reason shown, where it fails."""
         try:
             do()
         except VomError as error:
@@ -151,15 +165,15 @@ class Files(QObject):
         return True
 
     def ask_to_keep(self) -> bool:
-        """Before the project is left: save, leave without saving, or stay (False)."""
+        """Before the project is closed: save, close without saving, or stay (False)."""
         studio = self._studio
         if studio.worth_asking:
             box = QMessageBox(self._parent)
             box.setIcon(QMessageBox.Icon.Question)
-            box.setText(tr("Save the changes to {project_name}?", project_name=self.project_name()))
+            box.setText(tr("Save the changes to {project}?", project=self.project_name()))
             box.setInformativeText(
-                tr("What is not saved now is kept in the project's history and can be "
-                        "brought back with Undo.")
+                tr("Discarded changes stay in the project's history and can be restored with "
+                   "Undo.")
             )  # fmt: skip
             box.setStandardButtons(
                 QMessageBox.StandardButton.Save
@@ -178,6 +192,7 @@ class Files(QObject):
 
     # --- models ------------------------------------------------------------------------------
     def declare_frame(self, model_id: str | None = None) -> None:
+        """Show the frame dialog for a model; without an id for the current one."""
         model = self._studio.records.get(model_id) if model_id else current_model(self._studio)
         if not isinstance(model, Model):
             return
@@ -187,15 +202,15 @@ class Files(QObject):
         dialog.open()
 
     def _declare(self, model: Model, frame: Frame) -> None:
-        """A registration is given up only when the user says so."""
+        """Apply a declared frame; a registration is replaced only with the user's consent."""
         registration = model.registration
         if registration is not None:
             answer = QMessageBox.question(
                 self._parent,
-                tr("Give up the registration?"),
+                tr("Replace the registration?"),
                 tr(
-                    "{model} is placed by its registration ({registration}). Declaring a frame "
-                    "gives that up; undoing brings it back.",
+                    "{model} is placed by its registration ({registration}). The declared frame "
+                    "replaces it. Undo restores the registration.",
                     model=model.name,
                     registration=registration.name,
                 ),
@@ -207,34 +222,38 @@ class Files(QObject):
         )
 
     def locate_model(self) -> None:
+        """Ask for the file of the current model and open it."""
         model = current_model(self._studio)
         if model is None:
             return
         name, _ = QFileDialog.getOpenFileName(
-            self._parent, tr("Where is {model}?", model=model.name), start_folder(self._studio)
+            self._parent, tr("Locate {model}", model=model.name), start_folder(self._studio)
         )
         if name:
             self._studio.locate_model(model.id, Path(name))
 
     def remove_model(self) -> None:
+        """Remove the current model from the project; its file stays."""
         model = current_model(self._studio)
         if model is not None:
             self._studio.attempt(edits.remove_model, model.id)
 
     def fill_recent(self, menu: QMenu) -> None:
+        """What was open lately; entries whose file is gone are disabled."""
         menu.clear()
         for text in self._studio.settings.recent:
             action = menu.addAction(text)
             action.setEnabled(Path(text).exists())
             action.triggered.connect(lambda _=False, p=text: self.open_path(Path(p)))
         if menu.isEmpty():
-            menu.addAction(tr("Nothing yet")).setEnabled(False)
+            menu.addAction(tr("No recent projects or models")).setEnabled(False)
 
     def fill_discarded(self, menu: QMenu) -> None:
+        """Untitled projects that were closed without saving, the newest 20."""
         menu.clear()
         for folder in untitled_projects(finished=True)[:20]:
             action = menu.addAction(folder.stem)
-            action.setToolTip(tr("Opens as it was left; Undo brings the discarded work back"))
+            action.setToolTip(tr("Opens the project; Undo restores the discarded work."))
             action.triggered.connect(lambda _=False, p=folder: self.open_path(p))
         if menu.isEmpty():
-            menu.addAction(tr("Nothing was discarded")).setEnabled(False)
+            menu.addAction(tr("No discarded work")).setEnabled(False)

@@ -1,4 +1,4 @@
-"""What the tree offers for a record."""
+"""Which commands the tree's context menu offers for a record."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ _COMMON = ("show_chosen", "hide_chosen", "show_only", "rename", "delete")
 
 
 def record_actions(table: Actions, record: Record) -> list[QAction]:
+    """The commands for a model or feature, with their present state."""
     table.refresh()
     names: tuple[str, ...] = ()
     if isinstance(record, Model):

@@ -1,4 +1,4 @@
-"""What an empty window offers."""
+"""The page that an empty window shows: what to open."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from vomstudio.words import tr
 
 
 class StartPage(QFrame):
+    """Buttons for what can be opened, and the recent files."""
+
     def __init__(
         self, studio: Studio, actions: dict[str, QAction], open_path: Callable[[Path], None]
     ) -> None:
@@ -31,7 +33,7 @@ class StartPage(QFrame):
         layout.setContentsMargins(28, 22, 28, 22)
         layout.setSpacing(8)
         layout.addWidget(title)
-        layout.addWidget(QLabel(tr("From photos of an outcrop to measurements with their errors")))
+        layout.addWidget(QLabel(tr("From photos of an outcrop to orientations with their errors")))
         layout.addSpacing(6)
         for name in ("open", "choose_photos", "open_sample", "open_project"):
             button = QToolButton()

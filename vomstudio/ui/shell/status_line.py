@@ -1,4 +1,4 @@
-"""The status line: what the next click does, where the cursor is, in what frame, what runs."""
+"""The status line: hint of the tool, coordinates, frame, selection, GIS layers, running job."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from vomstudio.words import tr
 
 
 class StatusLine(QStatusBar):
+    """Follows the signals of the studio; a job is shown with its progress and a stop button."""
+
     def __init__(self, studio: Studio, declare: QAction) -> None:
         super().__init__()
         self._studio = studio
@@ -48,7 +50,7 @@ class StatusLine(QStatusBar):
             self.addPermanentWidget(widget)
         self._jobs_timer = QTimer(self)
         self._jobs_timer.setSingleShot(True)
-        # Slow things show themselves after 0.2 s.
+        # A job that ends within 0.2 s is not shown.
         self._jobs_timer.setInterval(200)
         self._jobs_timer.timeout.connect(self._show_jobs)
         studio.jobs_changed.connect(self._jobs_changed)
@@ -66,6 +68,7 @@ class StatusLine(QStatusBar):
         self._show_jobs()
 
     def refresh(self, *_: object) -> None:
+        """Show hint, selection and frame as they are now."""
         studio = self._studio
         if (tool := studio.tool) is not None:
             self._hint.setText(tool.hint())
@@ -73,18 +76,18 @@ class StatusLine(QStatusBar):
             self._hint.setText(
                 tr(
                     "Navigate: drag to orbit, wheel to zoom, Shift+drag to pan; "
-                    "click a plane to select it"
+                    "click a feature to select it."
                 )
             )
         count = len(studio.selection.ids)
         self._selected.setText(tr("{count} selected", count=count) if count else "")
         self._badge.setVisible(bool(studio.session.of(Model)))
         known = studio.north_known()
-        self._badge.setText(studio.frame_name() if known else tr("⚠ local frame: not registered"))
+        self._badge.setText(studio.frame_name() if known else tr("⚠ Local frame: not registered"))
         self._badge.setToolTip(
-            tr("The frame of the numbers shown. Click to change it.")
+            tr("The frame of the displayed coordinates and orientations. Click to change it.")
             if known
-            else tr("Angles are not geographic yet. Click to declare the model's frame.")
+            else tr("Orientations are not geographic yet. Click to declare the model's frame.")
         )
         self._badge.setStyleSheet(
             "" if known else "background: #e69f00; color: black; padding: 1px 6px;"
@@ -99,10 +102,11 @@ class StatusLine(QStatusBar):
             self._position.setText("")
             return
         point = transform.apply(model.to_world, [event.hit.position])[0]
-        names = ("E", "N", "Z") if model.frame.has_north else ("x", "y", "z")
-        words = "  ".join(f"{name} {value:,.3f}" for name, value in zip(names, point, strict=True))
-        words = words.replace(",", "\N{NARROW NO-BREAK SPACE}")
-        self._position.setText(f"{words} {'m' if model.frame.has_metres else tr('units')}")
+        names = (tr("E"), tr("N"), tr("Z")) if model.frame.has_north else ("x", "y", "z")
+        thin = "\N{NARROW NO-BREAK SPACE}"
+        values = (f"{value:,.3f}".replace(",", thin) for value in point)
+        text = "  ".join(f"{name} {value}" for name, value in zip(names, values, strict=True))
+        self._position.setText(f"{text} {'m' if model.frame.has_metres else tr('units')}")
 
     def _jobs_changed(self) -> None:
         if not self._studio.jobs.visible():
@@ -117,7 +121,7 @@ class StatusLine(QStatusBar):
             widget.setVisible(bool(jobs))
         if jobs:
             # The newest: what was asked for last is what is waited for.
-            self._job.setText(jobs[-1].words())
+            self._job.setText(jobs[-1].text())
             self._bar.setRange(0, jobs[-1].total or 0)
             self._bar.setValue(jobs[-1].done)
 
@@ -131,8 +135,6 @@ class StatusLine(QStatusBar):
             self._layers.setText("")
             self._layers.setToolTip(path)
         elif self._layers_time:
-            self._layers.setText(
-                tr("GIS layers are from {layers_time:%H:%M}", layers_time=self._layers_time)
-            )
+            self._layers.setText(tr("GIS layers written at {time:%H:%M}", time=self._layers_time))
         else:
-            self._layers.setText(tr("GIS layers are not written yet"))
+            self._layers.setText(tr("GIS layers not written yet"))

@@ -1,4 +1,4 @@
-"""How Python shares its time out, so that the window's thread is never kept waiting for long."""
+"""Thread switching and garbage collection, set so that the window's thread never waits for long."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ import gc
 import sys
 
 SWITCH_S = 0.0005
-"""A thread that computes in Python gives way after so long. The window's thread lets go at every
-call of Qt and VTK, and waits as long before it may go on: with Python's own 5 ms a paint of ten
-calls beside such a thread takes half as many hundredths of a second."""
+"""Seconds after which a thread that computes in Python lets another one run. The window's thread
+releases the interpreter at every call of Qt and VTK and then waits this long for it: with Python's
+default of 5 ms, a paint of ten calls beside a computing thread takes 50 ms."""
 YOUNG = 5_000
-"""Objects that are made before those among them are looked for that nobody needs."""
+"""Number of new objects after which the garbage collector runs."""
 
 
-def take_short_turns() -> None:
-    """Call once, when the window is made."""
+def shorten_switch_interval() -> None:
+    """Set switch interval and collector threshold; called once, when the window is made."""
     sys.setswitchinterval(SWITCH_S)
     gc.set_threshold(YOUNG, *gc.get_threshold()[1:])
 
 
-def spares_nothing() -> bool:
-    """Whether this is the first window of the process."""
+def nothing_frozen() -> bool:
+    """Whether `freeze_objects` has not been called yet: this is the process's first window."""
     return gc.get_freeze_count() == 0
 
 
-def spare_what_is_there() -> None:
-    """Whatever has been imported and made stays until the end: going through all of it for
-    garbage, in whichever thread, stops every thread for 50 ms and more."""
+def freeze_objects() -> None:
+    """Take all present objects out of garbage collection: they stay until the program ends, and
+    scanning them stops every thread for 50 ms and more."""
     gc.freeze()

@@ -1,4 +1,4 @@
-"""The window's birth: window first, viewport after, everything heavy once it is on the screen."""
+"""Start of the window: an empty window first, then the viewport, then everything heavy."""
 
 from __future__ import annotations
 
@@ -9,15 +9,20 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from vomstudio.words import tr
+
 
 def run_window(paths: Sequence[str]) -> int:
+    """Open the window with these models, projects or photo folders; the process's exit code."""
     if sys.platform.startswith("linux") and not any(
         os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
     ):
         # Without a screen Qt would abort the process with a page of its own.
         print(
-            "There is no screen for the window (DISPLAY is not set). The commands work without "
-            "one: vomstudio --help lists them.",
+            tr(
+                "There is no screen for the window (DISPLAY is not set). The commands work without "
+                "one: vomstudio --help lists them."
+            ),
             file=sys.stderr,
         )
         return 2
@@ -60,7 +65,7 @@ def run_window(paths: Sequence[str]) -> int:
             application.exit(error.exit_code)
             return
         except Exception as error:  # noqa: BLE001 - a window that is half there helps nobody
-            notices.say_and_offer(error)
+            notices.show_fatal(error)
             application.exit(1)
             return
         for problem in problems:

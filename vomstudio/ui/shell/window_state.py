@@ -13,6 +13,7 @@ _GEOMETRY, _DOCKS = "geometry", "docks"
 
 
 def restore_geometry(window: QMainWindow, kept: Mapping[str, str]) -> None:
+    """Give a window the place and size that were kept, where a screen shows that place."""
     if _GEOMETRY in kept:
         window.restoreGeometry(_bytes(kept[_GEOMETRY]))
         # A screen that is gone must not take the window with it.
@@ -24,11 +25,13 @@ def restore_geometry(window: QMainWindow, kept: Mapping[str, str]) -> None:
 
 
 def docks_of(kept: Mapping[str, str]) -> QByteArray | None:
+    """The state of the docks that was kept; None where there is none."""
     text = kept.get(_DOCKS)
     return None if text is None else _bytes(text)
 
 
 def to_keep(window: QMainWindow, docks: QByteArray) -> dict[str, str]:
+    """Place, size and docks of a window for the settings."""
     return {_GEOMETRY: _text(window.saveGeometry()), _DOCKS: _text(docks)}
 
 

@@ -1,4 +1,4 @@
-"""One photo of a model with the features drawn over it; a gesture in it is one on the model."""
+"""One photo of a model with the features drawn over it. A gesture in it acts on the model."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class FeaturePhoto(QObject):
         studio.active_tool_changed.connect(self._tool_changed)
 
     def watch(self, viewport: Viewport) -> None:
-        """Draw what it draws; follow its cursor."""
+        """Draw the features of this viewport, and show its cursor in the photo."""
         self._viewport = viewport
         viewport.pointer.connect(self._follow_cursor)
 
@@ -82,14 +82,16 @@ class FeaturePhoto(QObject):
             self._thread.find(token, self.photos, target)
 
     def forget_features(self) -> None:
+        """Draw no feature until `draw` is called."""
         self.canvas.set_drawn((), frozenset())
 
     def show_nothing(self) -> None:
+        """Show no photo at all."""
         self.canvas.set_photo(1, 1)
         self.canvas.look_through = None
 
     def show(self, view: int, look: bool = True) -> None:
-        """look : at the target"""
+        """Show the photo of this number. look : zoom to the target"""
         photos = self.photos
         assert photos is not None
         self.view = view
@@ -100,13 +102,15 @@ class FeaturePhoto(QObject):
         self.canvas.message = ""
         path = photos.path(view)
         if path is None:
-            self.canvas.message = tr("The photos are not there: say where they are.")
+            self.canvas.message = tr(
+                "The photos were not found. Choose their folder with “Locate photos”."
+            )
         else:
             picture = self.images.picture(path)
             if picture is not None:
                 self.canvas.set_picture(picture)
             else:
-                self.canvas.message = tr("Reading {path}…", path=path.name)
+                self.canvas.message = tr("Reading {photo}…", photo=path.name)
         if look:
             self.look_at_target()
 
@@ -126,9 +130,10 @@ class FeaturePhoto(QObject):
             if first and picture.turn.m11() < 0.5:
                 self.look_at_target()
         else:
-            self.say(tr("{name} cannot be shown: {picture}", name=Path(key).name, picture=picture))
+            self.say(tr("{photo} cannot be shown: {reason}", photo=Path(key).name, reason=picture))
 
     def look_at_target(self, only_if_lost: bool = False) -> None:
+        """Zoom to the target; with `only_if_lost` only where it is not in view."""
         if self.photos is None or self.view is None or not len(self.target):
             return
         pixels = self.photos.views.pixels(self.view, self.target)

@@ -34,7 +34,7 @@ def commands(
         return why_no_model(studio)
 
     def no_photo() -> str | None:
-        return None if photos.count() else "no photos are shown"
+        return None if photos.count() else tr("No photos are shown.")
 
     def show() -> None:
         docks.bring_forward(_DOCK)
@@ -45,7 +45,7 @@ def commands(
         model = current_model(studio)
         name, _ = QFileDialog.getOpenFileName(
             parent,
-            tr("The cameras of the model"),
+            tr("Choose the cameras of the model"),
             start_folder(studio),
             tr("Cameras (*.json)"),
         )
@@ -55,26 +55,28 @@ def commands(
 
     def find_photos() -> None:
         name = QFileDialog.getExistingDirectory(
-            parent, tr("The photos of the model"), start_folder(studio)
+            parent, tr("Choose the folder of the photos"), start_folder(studio)
         )
         models = links.models()
         if name and models:
             links.find_photos(models[0], Path(name))
 
     return [
-        Command("show_in_photos", "Show in the &photos", show, "image-search-outline",
-                "Ctrl+Shift+P", "The photos that show what is selected, with the features on them",
+        Command("show_in_photos", tr("Show in &photos"), show, "image-search-outline",
+                "Ctrl+Shift+P",
+                tr("The photos in which the selection is visible, with the features on them."),
                 no_model),
-        Command("open_cameras", "Open &cameras…", open_cameras, "camera-outline", (),
-                "The cameras.json of the reconstruction that made the model", no_model),
-        Command("find_photos", "&Find the photos…", find_photos,
-                "folder-search-outline", (), "The folder in which the photos of the model are now",
-                lambda: None if links.models() else "open the model's cameras first"),
-        Command("previous_photo", "Previous photo", lambda: photos.step(-1),
+        Command("open_cameras", tr("Open &cameras…"), open_cameras, "camera-outline", (),
+                tr("Open the cameras.json of the reconstruction of the model."), no_model),
+        Command("find_photos", tr("&Locate photos…"), find_photos,
+                "folder-search-outline", (),
+                tr("Choose the folder in which the photos of the model are now."),
+                lambda: None if links.models() else tr("Open the cameras of the model first.")),
+        Command("previous_photo", tr("Previous photo"), lambda: photos.step(-1),
                 "chevron-left",
                 "Alt+Left", "", no_photo),
-        Command("next_photo", "Next photo", lambda: photos.step(1), "chevron-right",
+        Command("next_photo", tr("Next photo"), lambda: photos.step(1), "chevron-right",
                 "Alt+Right", "", no_photo),
-        Command("fit_photo", "The whole photo", shown.canvas.fit,
+        Command("fit_photo", tr("Whole photo"), shown.canvas.fit,
                 "fit-to-screen-outline", "Ctrl+0", "", no_photo),
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""The outcrop in its photos: those that show what is selected, and one of them at a time."""
+"""The In photos panel: the photos in which the selection is visible, and one of them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.sight.feature_photo import FeaturePhoto, world_of
 from vomstudio.ui.sight.sighting_list import SightingList, sighting_words
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 from vomstudio.workspace.photos import ModelPhotos, PhotoLinks
 
 if TYPE_CHECKING:
@@ -38,8 +38,8 @@ _MOST_POINTS = 80  # of a feature, to find the photos that show it
 
 
 class InPhotosPanel(QWidget):
-    """shown : the photo that is looked at; list : those that show what is selected. listed : the
-    list has changed."""
+    """shown : the photo that is drawn; list : the photos in which the selection is visible.
+    listed : the list has changed."""
 
     listed = Signal()
 
@@ -114,7 +114,7 @@ class InPhotosPanel(QWidget):
         return header
 
     def watch(self, viewport: Viewport) -> None:
-        """Draw what it draws; follow its cursor."""
+        """Draw the features of this viewport, and follow clicks in it."""
         self._viewport = viewport
         self.shown.watch(viewport)
         viewport.pointer.connect(self._clicked_outside)
@@ -171,7 +171,7 @@ class InPhotosPanel(QWidget):
 
     # --- what is looked for ------------------------------------------------------------------
     def refresh(self) -> None:
-        """Look again: which photos show what is selected, and where."""
+        """Search again for the photos in which the selection is visible."""
         if not self.isVisible():
             return
         photos = self._choose_model()
@@ -216,17 +216,18 @@ class InPhotosPanel(QWidget):
         if feature is not None and (vertices := getattr(tool, "vertices", ())):
             model = self._studio.records.get(feature.model_id)
             if isinstance(model, Model):
-                return _some(transform.apply(model.to_world, vertices)), tr("what is picked")
+                return _some(transform.apply(model.to_world, vertices)), tr("Unfinished feature")
         chosen = [r for i in self._studio.selection.ids
                   if isinstance(r := self._studio.records.get(i), Feature)]  # fmt: skip
         if chosen:
             measured = self._studio.measured(r.id for r in chosen).values()
             points = [p for m in measured if len(p := drawn_points(m))]
             if points:
-                name = chosen[0].name if len(chosen) == 1 else f"{len(chosen)} features"
+                many = tr_n("{count} feature", "{count} features", len(chosen))
+                name = chosen[0].name if len(chosen) == 1 else many
                 return _some(np.concatenate(points)), name
         if self._place is not None:
-            return self._place[None], tr("the place that was clicked")
+            return self._place[None], tr("Clicked position")
         return np.zeros((0, 3)), ""
 
     # --- the answers -------------------------------------------------------------------------
@@ -243,15 +244,20 @@ class InPhotosPanel(QWidget):
         views = photos.views.views
         if len(self.shown.target):
             rows = [(s.name, sighting_words(s, self._metric())) for s in sightings]
-            count = f"{len(sightings)} of {len(views)} photos"
-            text = tr("{what}: seen in {count}", what=self._what, count=count)
+            text = tr_n(
+                "{what}: visible in {visible} of {count} photo",
+                "{what}: visible in {visible} of {count} photos",
+                len(views),
+                what=self._what,
+                visible=len(sightings),
+            )
         else:
             rows = [(view.name, "") for view in views]
-            text = tr(
-                "{count} photos of {photos}. Select a feature or click on the outcrop to see "
-                "it here.",
-                count=len(views),
-                photos=photos.name,
+            text = tr_n(
+                "{count} photo of {model}. Select a feature or click on the model to see it here.",
+                "{count} photos of {model}. Select a feature or click on the model to see it here.",
+                len(views),
+                model=photos.name,
             )
         self._text = text
         self.list.show_rows(rows, lambda name: photos.path(photos.views.row(name)))
@@ -320,7 +326,7 @@ class InPhotosPanel(QWidget):
 
     # --- words -------------------------------------------------------------------------------
     def _metric(self) -> bool:
-        """Lengths of the model are metres, as far as anybody knows."""
+        """Whether the lengths of the model are metres."""
         photos = self.shown.photos
         model = None if photos is None else self._studio.records.get(photos.model_id)
         return isinstance(model, Model) and model.frame.has_metres
@@ -330,15 +336,16 @@ class InPhotosPanel(QWidget):
         here = [s for s in self._sightings if s.view == self.shown.view]
         words = self._text
         if name is not None:
-            words += f"   ·   {name.rpartition('/')[2]}"
+            photo = name.rpartition("/")[2]
             if here and len(self.shown.target):
-                words += f": {sighting_words(here[0], self._metric()).replace(chr(10), ', ')}"
+                photo += f": {sighting_words(here[0], self._metric()).replace(chr(10), ', ')}"
             elif len(self.shown.target):
-                words += tr(" does not show it")
+                photo = tr("not visible in {photo}", photo=photo)
+            words += f"   ·   {photo}"
         self.words.setText(words)
 
     def _offer(self) -> None:
-        """What an empty panel says, and the button that mends it."""
+        """The message of an empty panel, and the buttons that help."""
         offers: set[str] = set()
         message = ""
         models = [m for m in self._studio.session.of(Model) if m.id in self._studio.models]
@@ -347,10 +354,10 @@ class InPhotosPanel(QWidget):
             if photos.folder is None:
                 offers = {"find_photos"}
         elif not models:
-            message = tr("Open a model to see it in the photos that it was made of.")
+            message = tr("Open a model to see it in its photos.")
             offers = {"choose_photos"}
         elif self._links.busy():
-            message = tr("Looking for the photos of the model…")
+            message = tr("Searching for the photos of the model…")
         else:
             offers = {"choose_photos", "open_cameras"}
             problems = [p for m in models if (p := self._links.problem(m.id))]
@@ -358,9 +365,9 @@ class InPhotosPanel(QWidget):
                 problems[0]
                 if problems
                 else tr(
-                    "{name} has no cameras.json beside it. A model that is made here from photos "
-                    "has one; of another one, open the cameras of its reconstruction.",
-                    name=models[0].name,
+                    "There is no cameras.json beside {model}. A model that was reconstructed here "
+                    "has one. For another model, open the cameras.json of its reconstruction.",
+                    model=models[0].name,
                 )
             )
         for name, button in self._offers.items():

@@ -1,4 +1,4 @@
-"""The photos that show something, with thumbnails and how well each of them does."""
+"""The list of photos in which something is visible, with GSD and viewing angle of each."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class SightingList(QListWidget):
         return [self.item(i).data(Qt.ItemDataRole.UserRole) for i in range(self.count())]
 
     def show_rows(self, rows: list[tuple[str, str]], path_of: Callable[[str], Path | None]) -> None:
-        """rows : name of a photo, and words about it; path_of : where a photo is."""
+        """Show these photos. rows : name and text of each; path_of : its file, or None."""
         paths = {str(path): name for name, _ in rows if (path := path_of(name)) is not None}
         if rows == self._rows and paths == self._paths and self.count() == len(rows):
             return
@@ -81,7 +81,7 @@ class SightingList(QListWidget):
             self.chosen.emit(self.item(row).data(Qt.ItemDataRole.UserRole))
 
     def _tip(self, name: str, words: str) -> str:
-        meaning = tr("size of a pixel on the rock · angle between line of sight and normal")
+        meaning = tr("GSD · angle between line of sight and surface normal")
         return f"{name}\n{words}\n({meaning})" if words else name
 
     def _thumbnailed(self, key: str, image: QImage) -> None:
@@ -93,7 +93,7 @@ class SightingList(QListWidget):
 
 
 def sighting_words(sighting: Sighting, metric: bool) -> str:
-    """How well a photo shows it: size of a pixel, angle off the surface's normal, part of it."""
+    """In lines: GSD of metric models, angle between line of sight and normal, visible share."""
     parts = []
     if metric:
         gsd = sighting.gsd_m
@@ -101,7 +101,7 @@ def sighting_words(sighting: Sighting, metric: bool) -> str:
     if sighting.obliquity_deg is not None:
         parts.append(f"{sighting.obliquity_deg:.0f}°")
     if sighting.share < 0.995:
-        parts.append(f"{100 * sighting.share:.0f} % of it")
+        parts.append(tr("{share:.0f} % visible", share=100 * sighting.share))
     return "\n".join([" · ".join(parts[:2]), *parts[2:]])
 
 

@@ -1,4 +1,4 @@
-"""A thread that works out which photos show a place, and what of the features a photo shows."""
+"""A thread that computes in which photos points are visible, and the features of a photo."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class _Features:
 
 
 class SightingThread(QObject):
-    """Of each kind of question only the newest is answered.
+    """Answers two kinds of questions, and of each kind only the newest.
 
     sighted : token and the sightings of a place; drawn : view and its features so far
     """

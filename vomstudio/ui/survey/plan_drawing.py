@@ -1,4 +1,4 @@
-"""The plan of a photo survey as a drawing: as the photographer faces the rock, and from above."""
+"""The plan of a photo survey as a drawing: front view and plan view."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ _MOST_ARROWS, _MOST_LABELS = 400, 40
 
 
 class PlanDrawing(QWidget):
-    """Both views have the same scale, and the same place along the outcrop above each other."""
+    """Front view and plan view of a survey plan. Both have the same scale, and what is at the same
+    place along the outcrop stands above each other."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -31,6 +32,7 @@ class PlanDrawing(QWidget):
         return QSize(560, 520)
 
     def show_plan(self, plan: SurveyPlan | None) -> None:
+        """Draw this plan; None draws nothing."""
         self._plan = plan
         self.update()
 
@@ -68,11 +70,7 @@ class PlanDrawing(QWidget):
         flat = plan.manner == "terrain"
         text = self.palette().text().color()
         painter.setPen(text)
-        titles = (
-            (tr("From above"), tr("From the side"))
-            if flat
-            else (tr("As you face it"), tr("From above"))
-        )
+        titles = (tr("Plan view"), tr("Side view")) if flat else (tr("Front view"), tr("Plan view"))
         painter.drawText(QPointF(_MARGIN, _TITLE - 6), titles[0])
         painter.drawText(QPointF(_MARGIN, above - 8), titles[1])
         self._draw_front(painter, plan, x0, front, scale)
@@ -149,21 +147,24 @@ class PlanDrawing(QWidget):
         painter.drawLine(QPointF(x, y), QPointF(x + length * scale, y))
         for end in (x, x + length * scale):
             painter.drawLine(QPointF(end, y - 3), QPointF(end, y + 3))
-        words = f"{length:g} m"
+        words = tr("{length:g} m", length=length)
         x += length * scale + 6
         painter.drawText(QPointF(x, y + 4), words)
         x += painter.fontMetrics().horizontalAdvance(words) + 22
-        for kind, color in (("perpendicular", PERPENDICULAR), ("oblique", OBLIQUE)):
+        for kind, name, color in (
+            ("perpendicular", tr("perpendicular"), PERPENDICULAR),
+            ("oblique", tr("oblique"), OBLIQUE),
+        ):
             if not plan.of_kind(kind):
                 continue
             painter.setPen(QPen(QColor(color), 1.2))
             painter.setBrush(QColor(color))
             _mark(painter, QPointF(x, y), kind == "oblique")
-            x = self._legend_text(painter, text, tr(kind), x, y)
+            x = self._legend_text(painter, text, name, x, y)
         painter.setPen(QPen(QColor(PERPENDICULAR), 1.0, Qt.PenStyle.DashLine))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(QRectF(x - 5, y - 4, 12, 8))
-        x = self._legend_text(painter, text, tr("one photo"), x + 4, y)
+        x = self._legend_text(painter, text, tr("footprint"), x + 4, y)
         for filled, name in ((True, tr("control point")), (False, tr("check point"))):
             painter.setPen(QPen(QColor(CONTROL), 1.5))
             painter.setBrush(QColor(CONTROL if filled else "#ffffff"))

@@ -1,4 +1,4 @@
-"""A photo survey planned before going out: every figure comes from `photogrammetry.planning`."""
+"""The survey planner; all figures come from `survey.planning`."""
 
 from __future__ import annotations
 
@@ -33,46 +33,52 @@ from vomstudio.survey.plan_camera import camera_of
 from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, SurveyPlan, plan_survey
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.survey.plan_drawing import PlanDrawing
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 _KEPT = "survey_plan"
 _TYPING_MS = 200
 _MANNERS = dict(
     zip(
         MANNERS,
-        ("on foot", "by drone before a cliff", "by drone over flat ground"),
+        (
+            to_translate("Hand-held camera"),
+            to_translate("Drone in front of a cliff"),
+            to_translate("Drone over flat ground"),
+        ),
         strict=True,
     )
 )
-# What is asked for, its unit, and how many of it make a metre.
-_WISHES = (
-    ("Distance", "distance_m", "m", 1.0, "30"),
-    ("Pixel on the rock", "gsd_m", "mm", 1000.0, "10"),
-    ("Smallest plane to measure", "plane_m", "m", 1.0, "5"),
+# The quantity that is given: its name, key, unit, units in a metre, and a first value.
+_TARGETS = (
+    (to_translate("Distance to the rock"), "distance_m", "m", 1.0, "30"),
+    (to_translate("Ground sampling distance"), "gsd_m", "mm", 1000.0, "10"),
+    (to_translate("Smallest plane to measure"), "plane_m", "m", 1.0, "5"),
 )
 _DEFAULTS = {"camera": "", "focal": "", "aperture": "8", "width": "80", "height": "25",
              "wish": "distance_m", "value": "30", "overlap": 70, "manner": "handheld"}  # fmt: skip
 _PRINT_DPI = 300
 _FIELDS = {
-    "--width": "width of the outcrop",
-    "--height": "height of the outcrop",
-    "--distance": "distance",
-    "--gsd": "pixel on the rock",
-    "--plane": "smallest plane",
-    "--aperture": "f-number",
-    "--focal": "focal length",
-    "--camera": "camera",
-    "--overlap": "overlap",
+    "--width": to_translate("Width of the outcrop"),
+    "--height": to_translate("Height of the outcrop"),
+    "--distance": to_translate("Distance to the rock"),
+    "--gsd": to_translate("Ground sampling distance"),
+    "--plane": to_translate("Smallest plane to measure"),
+    "--aperture": to_translate("F-number"),
+    "--focal": to_translate("Focal length"),
+    "--camera": to_translate("Camera"),
+    "--overlap": to_translate("Overlap"),
 }
+"""The fields of the dialog by the options that the errors of the planning name."""
 
 
 class PlannerDialog(QDialog):
-    """What is typed is kept with the project."""
+    """What is typed is planned at once and kept with the project."""
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
@@ -119,24 +125,27 @@ class PlannerDialog(QDialog):
         self.camera.setCompleter(completer)
         edit = self.camera.lineEdit()
         assert edit is not None
-        edit.setPlaceholderText(tr("name, or 23.5x15.6,35,6000x4000"))
+        edit.setPlaceholderText(tr("Name, or 23.5x15.6,35,6000x4000"))
         self.camera.setToolTip(
-            tr("A camera of the table, or its sensor in mm, focal length in mm and pixels")
+            tr(
+                "A camera from the list, or sensor size and focal length in mm and image size in "
+                "pixels."
+            )
         )
         self.camera.editTextChanged.connect(self._changed)
         photo = QPushButton(tr("From a photo…"))
-        photo.setToolTip(tr("Camera and focal length as a photo states them"))
+        photo.setToolTip(tr("Read camera and focal length from a photo."))
         photo.clicked.connect(self._browse_photo)
         self.focal = self._number("plan_focal")
-        self.focal.setPlaceholderText(tr("built in"))
+        self.focal.setPlaceholderText(tr("Fixed lens"))
         self.aperture = self._number("plan_aperture")
         self.width_ = self._number("plan_width")
         self.height_ = self._number("plan_height")
-        self.wish = ComboBox()
-        self.wish.setObjectName("plan_wish")
-        for title, key, *_ in _WISHES:
-            self.wish.addItem(tr(title), key)
-        self.wish.currentIndexChanged.connect(self._wish_chosen)
+        self.target = ComboBox()
+        self.target.setObjectName("plan_wish")
+        for title, key, *_ in _TARGETS:
+            self.target.addItem(tr(title), key)
+        self.target.currentIndexChanged.connect(self._target_chosen)
         self.value = self._number("plan_value")
         self._unit = QLabel()
         self.overlap = QSpinBox()
@@ -154,15 +163,15 @@ class PlannerDialog(QDialog):
         form.addRow(tr("Camera"), _row((self.camera, 1), (photo, 0)))
         form.addRow(
             tr("Lens"),
-            _row((self.focal, 0), (QLabel(tr("mm   at f/")), 0), (self.aperture, 0)),
+            _row((self.focal, 0), (QLabel(tr("mm   f/")), 0), (self.aperture, 0)),
         )
         form.addRow(
             tr("Outcrop"),
             _row((self.width_, 0), (QLabel(tr("m wide")), 0), (self.height_, 0),
                  (QLabel(tr("m high")), 0)),
         )  # fmt: skip
-        form.addRow(tr("Taken"), self.manner)
-        form.addRow(tr("Wanted"), _row((self.wish, 0), (self.value, 0), (self._unit, 0)))
+        form.addRow(tr("Method"), self.manner)
+        form.addRow(tr("Target"), _row((self.target, 0), (self.value, 0), (self._unit, 0)))
         form.addRow(tr("Overlap"), _row((self.overlap, 0)))
         return form
 
@@ -198,8 +207,8 @@ class PlannerDialog(QDialog):
     def _make_buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         role = QDialogButtonBox.ButtonRole.ActionRole
-        self.save = buttons.addButton(tr("Save the field sheet…"), role)
-        self.print_ = buttons.addButton(tr("Print the field sheet…"), role)
+        self.save = buttons.addButton(tr("Save field sheet…"), role)
+        self.print_ = buttons.addButton(tr("Print field sheet…"), role)
         self.save.clicked.connect(self._save)
         self.print_.clicked.connect(self._print)
         for button in buttons.buttons():
@@ -215,7 +224,7 @@ class PlannerDialog(QDialog):
         for field, name in ((self.focal, "focal"), (self.aperture, "aperture"),
                             (self.width_, "width"), (self.height_, "height")):  # fmt: skip
             field.setText(str(values[name]))
-        self.wish.setCurrentIndex(max(0, self.wish.findData(values["wish"])))
+        self.target.setCurrentIndex(max(0, self.target.findData(values["wish"])))
         self._show_unit()
         self.value.setText(str(values["value"]))
         self.overlap.setValue(int(values["overlap"]))
@@ -228,16 +237,16 @@ class PlannerDialog(QDialog):
             "aperture": self.aperture.text().strip(),
             "width": self.width_.text().strip(),
             "height": self.height_.text().strip(),
-            "wish": self.wish.currentData(),
+            "wish": self.target.currentData(),
             "value": self.value.text().strip(),
             "overlap": self.overlap.value(),
             "manner": self.manner.currentData(),
         }
 
-    def _wish_chosen(self) -> None:
-        """The same plan, said in the other quantity."""
+    def _target_chosen(self) -> None:
+        """Keep the plan, and show the newly chosen quantity of it."""
         self._show_unit()
-        _, key, _, per_metre, proposed = _WISHES[self.wish.currentIndex()]
+        _, key, _, per_metre, proposed = _TARGETS[self.target.currentIndex()]
         known = None
         if self.plan is not None:
             known = {"distance_m": self.plan.distance_m, "gsd_m": self.plan.gsd_m,
@@ -246,12 +255,12 @@ class PlannerDialog(QDialog):
         self._changed()
 
     def _show_unit(self) -> None:
-        self._unit.setText(_WISHES[self.wish.currentIndex()][2])
+        self._unit.setText(_TARGETS[self.target.currentIndex()][2])
 
     def _browse_photo(self) -> None:
         start = str(self._survey.folder or start_folder(self._studio))
         name, _ = QFileDialog.getOpenFileName(
-            self, tr("A photo taken with this camera"), start,
+            self, tr("Choose a photo taken with this camera"), start,
             tr("Photos (*.jpg *.jpeg *.JPG *.JPEG *.tif *.tiff *.png);;All files (*)"),
         )  # fmt: skip
         if name:
@@ -283,7 +292,7 @@ class PlannerDialog(QDialog):
             self._studio.project.journal.set_view(_KEPT, self._values())
         self._show_figures([] if self.plan is None else figures(self.plan))
         warnings = () if self.plan is None else self.plan.warnings
-        self.warnings.setText("\n".join(f"⚠ {text[:1].upper()}{text[1:]}." for text in warnings))
+        self.warnings.setText("\n".join(f"⚠ {as_sentence(text)}" for text in warnings))
         self.drawing.show_plan(self.plan)
         for button in (self.save, self.print_):
             button.setEnabled(self.plan is not None)
@@ -291,13 +300,13 @@ class PlannerDialog(QDialog):
     def _show_figures(self, rows: list[tuple[str, str]]) -> None:
         if self.plan is not None:
             count, size = len(self.plan.control_points), 100 * self.plan.target_size_m
-            use = sum(point.use == "check" for point in self.plan.control_points)
+            checks = sum(point.use == "check" for point in self.plan.control_points)
             # Not what is in the form above.
-            rows = [row for row in rows if row[0] not in ("Outcrop", "Overlap")]
+            rows = [row for row in rows if row[0] not in (tr("Outcrop"), tr("Overlap"))]
             control = tr(
-                "{count}, {use} of them to check with; marks of {size:.2g} cm",
+                "{count}, of these {checks} check points; targets of {size:.2g} cm",
                 count=count,
-                use=use,
+                checks=checks,
                 size=size,
             )
             rows = [*rows, (tr("Control points"), control)]
@@ -320,7 +329,7 @@ class PlannerDialog(QDialog):
         if self.plan is None:
             return
         name, chosen = QFileDialog.getSaveFileName(
-            self, tr("Save the field sheet"),
+            self, tr("Save field sheet"),
             str(Path(start_folder(self._studio)) / "field_sheet.pdf"),
             "PDF (*.pdf);;SVG (*.svg);;HTML (*.html)",
         )  # fmt: skip
@@ -335,11 +344,12 @@ class PlannerDialog(QDialog):
         self.save_to(path)
 
     def _may_replace(self, path: Path) -> bool:
-        words = tr("{path} exists already. Replace it?", path=path.name)
+        words = tr("{file} exists already. Replace it?", file=path.name)
         yes = QMessageBox.StandardButton.Yes
-        return QMessageBox.question(self, tr("Save the field sheet"), words) == yes
+        return QMessageBox.question(self, tr("Save field sheet"), words) == yes
 
     def save_to(self, path: Path) -> None:
+        """Write the field sheet to a file, in the format of its ending."""
         plan, studio = self.plan, self._studio
         if plan is None:
             return
@@ -355,7 +365,7 @@ class PlannerDialog(QDialog):
             if isinstance(made, VomError):
                 studio.fail(made)
             else:
-                studio.info(tr("Written: {made}", made=made))
+                studio.info(tr("The field sheet was written: {file}", file=made))
 
         # matplotlib takes a second to come.
         self._background.run(work, done)
@@ -403,17 +413,17 @@ def _row(*widgets: tuple[QWidget, int]) -> QHBoxLayout:
 
 
 def _plan(values: dict[str, Any]) -> SurveyPlan | str:
-    """The plan, or why there is none in words of the dialog."""
+    """The plan, or a sentence that says why there is none."""
     if not values["camera"]:
-        return "Choose the camera, or a photo that was taken with it."
+        return tr("Choose a camera, or a photo that was taken with it.")
+    target = next(row for row in _TARGETS if row[1] == values["wish"])
     numbers: dict[str, float | None] = {}
     for name in ("focal", "aperture", "width", "height", "value"):
         numbers[name] = parse_number(values[name]) if values[name] else None
         if numbers[name] is None and (values[name] or name != "focal"):
-            what = "what is wanted" if name == "value" else name
-            return f"The {what} is a number: “{values[name]}” is none."
-    per_metre = next(row[3] for row in _WISHES if row[1] == values["wish"])
-    wish = {values["wish"]: (numbers["value"] or 0.0) / per_metre}
+            field = tr(target[0] if name == "value" else _FIELDS[f"--{name}"])
+            return tr("{field}: “{text}” is not a number.", field=field, text=values[name])
+    given = {target[1]: (numbers["value"] or 0.0) / target[3]}
     try:
         return plan_survey(
             camera_of(values["camera"], numbers["focal"]),
@@ -422,10 +432,9 @@ def _plan(values: dict[str, Any]) -> SurveyPlan | str:
             overlap=values["overlap"] / 100.0,
             manner=values["manner"],
             f_number=numbers["aperture"] or 0.0,
-            **wish,
+            **given,
         )
     except VomError as error:
-        text = error.message.replace("--focal MM", "the lens above")
-        field = _FIELDS.get(error.field or "", "")
-        said = f"{field}: {text}" if field else text
-        return said[:1].upper() + said[1:]
+        text = as_sentence(error.message.replace("--focal MM", tr("the field Lens")))
+        name = _FIELDS.get(error.field or "", "")
+        return f"{tr(name)}: {text}" if name else text

@@ -1,4 +1,4 @@
-"""How the model of the photos is made: quality, ground control, and what this machine gives."""
+"""The reconstruction settings: quality, registration, and the resources of this computer."""
 
 from __future__ import annotations
 
@@ -34,24 +34,25 @@ from vomstudio.io.gis.crs import parse_crs
 from vomstudio.jobs.survey_tasks import ControlFacts, MemoryFacts, PointFacts
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import gigabytes
+from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox, file_field
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
-from vomstudio.ui.photos.reconstruction_settings import QUALITIES, MakeSettings
-from vomstudio.words import tr
+from vomstudio.ui.photos.reconstruction_settings import QUALITIES, ReconstructionSettings
+from vomstudio.words import to_translate, tr, tr_n
 
-_FILES = "Ground control (*.csv *.txt *.xml);;All files (*)"
+_FILES = to_translate("Ground control (*.csv *.txt *.xml);;All files (*)")
 _TYPING_MS = 400
 _ROWS = 8
 
 
-class MakeDialog(QDialog):
-    """What is chosen here counts at once; closing it keeps the settings. make : the action that
-    makes the model, whose words are on the button"""
+class ReconstructDialog(QDialog):
+    """Every choice takes effect at once, and closing the dialog keeps it. make : the action that
+    starts the reconstruction, whose text is on the button"""
 
     def __init__(self, parent: QWidget, survey: PhotoSurvey, make: QAction) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(tr("Settings of the model"))
+        self.setWindowTitle(tr("Reconstruction settings"))
         self.setMinimumWidth(720)
         self._survey, self._make_model = survey, make
         self._filling = False
@@ -77,14 +78,20 @@ class MakeDialog(QDialog):
         self._survey.changed.connect(self._survey_changed)
         self._show_forecast()
         # Marks may have been placed since the photos were opened.
-        self._survey.foresee()
+        self._survey.update_forecast()
 
     # --- parts -------------------------------------------------------------------------------
     def _make_photos(self) -> QFormLayout:
         survey = self._survey
         form = QFormLayout()
         name = "" if survey.folder is None else survey.folder.name
-        form.addRow(tr("Photos"), QLabel(f"<b>{html.escape(name)}</b>, {len(survey.rows)}"))
+        photos = tr_n(
+            "<b>{folder}</b>, {count} photo",
+            "<b>{folder}</b>, {count} photos",
+            len(survey.rows),
+            folder=html.escape(name),
+        )
+        form.addRow(tr("Photos"), QLabel(photos))
         self.quality = ComboBox()
         self.quality.setObjectName("make_quality")
         for title, key, tip in QUALITIES:
@@ -94,16 +101,16 @@ class MakeDialog(QDialog):
         return form
 
     def _make_place(self) -> QGroupBox:
-        box = QGroupBox(tr("Where it is, how large, and which way is up"))
-        self.by_gps = QRadioButton(
-            tr("by the cameras' GPS; without it a local frame, upright as photos were held")
-        )
-        self.by_control = QRadioButton(tr("by ground control points"))
+        box = QGroupBox(tr("Registration: position, scale and orientation"))
+        self.by_gps = QRadioButton(tr("GPS positions of the photos (without them: a local frame)"))
+        self.by_control = QRadioButton(tr("Ground control points"))
         self.control, control_row = file_field("control_file", tr("Choose…"), self._browse_control)
-        self.control.setPlaceholderText(tr("label, x, y, z, or XML of MicMac or Metashape, …"))
+        self.control.setPlaceholderText(
+            tr("Table with label, x, y, z, or XML file of MicMac or Metashape")
+        )
         self.marks, marks_row = file_field("marks_file", tr("Choose…"), self._browse_marks)
         self.marks.setPlaceholderText(
-            tr("where they are in the photos; empty: marks.csv beside the control, or in it")
+            tr("If empty: marks.csv beside the control points, or in their file")
         )
         self._control_rows = (control_row, marks_row)
         for field in (self.control, self.marks):
@@ -112,7 +119,7 @@ class MakeDialog(QDialog):
         self.crs.setObjectName("make_crs")
         self.crs.textEdited.connect(self._typing)
         self.crs.setMaximumWidth(170)
-        self.crs.setPlaceholderText(tr("as stated"))
+        self.crs.setPlaceholderText(tr("Automatic"))
         self._crs_words = QLabel()
         self._crs_words.setWordWrap(True)
         crs_row = QHBoxLayout()
@@ -120,7 +127,7 @@ class MakeDialog(QDialog):
         crs_row.addWidget(self._crs_words, 1)
         self.points = QTableWidget(0, 3)
         self.points.setObjectName("control_points")
-        self.points.setHorizontalHeaderLabels([tr("Point"), tr("Use"), tr("Marked in")])
+        self.points.setHorizontalHeaderLabels([tr("Point"), tr("Use"), tr("Marks")])
         self.points.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.points.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         self.points.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -155,13 +162,13 @@ class MakeDialog(QDialog):
         return box
 
     def _make_machine(self) -> QGroupBox:
-        box = QGroupBox(tr("This machine"))
+        box = QGroupBox(tr("This computer"))
         processors = os.cpu_count() or 1
         self.threads = QSpinBox()
         self.threads.setObjectName("make_threads")
         self.threads.setRange(0, processors)
-        self.threads.setSpecialValueText(tr("all {processors}", processors=processors))
-        self.threads.setToolTip(tr("Processors that work at once; fewer need less memory"))
+        self.threads.setSpecialValueText(tr("All {count}", count=processors))
+        self.threads.setToolTip(tr("Number of threads; fewer need less memory."))
         self.threads.valueChanged.connect(self._typing)
         self.memory = QLabel()
         self.memory.setObjectName("make_memory")
@@ -169,14 +176,14 @@ class MakeDialog(QDialog):
         self.seed = QSpinBox()
         self.seed.setRange(0, 999_999)
         self.seed.setToolTip(
-            tr("Of what is random; with one thread the same seed gives the same model")
+            tr("Seed of the random numbers; with one thread the same seed gives the same model.")
         )
         self.seed.valueChanged.connect(self._typing)
         self.scheduler = QLineEdit()
         self.scheduler.setObjectName("make_scheduler")
-        self.scheduler.setPlaceholderText(tr("none; or tcp://computer:8786"))
+        self.scheduler.setPlaceholderText(tr("None, or tcp://computer:8786"))
         self.scheduler.setToolTip(
-            tr("Address of the scheduler of a Dask cluster that takes part of the work")
+            tr("Address of the scheduler of a Dask cluster that shares the work.")
         )
         self.scheduler.textEdited.connect(self._typing)
         first = QHBoxLayout()
@@ -209,7 +216,7 @@ class MakeDialog(QDialog):
         self.scheduler.setText(settings.scheduler or "")
         self._filling = False
 
-    def _settings(self) -> MakeSettings:
+    def _settings(self) -> ReconstructionSettings:
         def path(field: QLineEdit) -> Path | None:
             text = field.text().strip()
             return Path(text).expanduser() if text else None
@@ -270,13 +277,12 @@ class MakeDialog(QDialog):
             self.memory.setText(_memory_words(memory))
         why = survey.why_not_make() or self._bad_crs() or self._no_file()
         self.start.setEnabled(why is None)
-        self.start.setToolTip("" if why is None else tr("Not now: {why}", why=why))
+        self.start.setToolTip("" if why is None else tr("Not now: {reason}", reason=why))
 
     def _show_points(self, points: Sequence[PointFacts]) -> None:
         self.points.setRowCount(len(points))
         for row, point in enumerate(points):
-            count = point.photos
-            where = tr("{count} photos", count=count) if count != 1 else tr("1 photo")
+            where = tr_n("{count} photo", "{count} photos", point.photos)
             cells = (point.label, tr(point.use), where)
             for column, text in enumerate(cells):
                 item = QTableWidgetItem(text)
@@ -287,17 +293,17 @@ class MakeDialog(QDialog):
     def _words(self, facts: ControlFacts | None) -> str:
         if self._no_file():
             return tr("Choose the file of the control points.")
-        if self._survey.foreseeing:
-            return tr("Looking at the control points…")
+        if self._survey.forecasting:
+            return tr("Checking the control points…")
         if facts is None:
             return self._survey.control_note
         first = facts.problem or facts.summary
-        said = [f"{text[:1].upper()}{text[1:]}." for text in (first, *facts.warnings)]
+        said = [as_sentence(text) for text in (first, *facts.warnings)]
         return "<br>".join([f"<b>{html.escape(said[0])}</b>", *map(html.escape, said[1:])])
 
     def _no_file(self) -> str | None:
         if self.by_control.isChecked() and not self.control.text().strip():
-            return tr("choose the file of the control points")
+            return tr("Choose the file of the control points.")
         return None
 
     def _bad_crs(self) -> str | None:
@@ -305,7 +311,9 @@ class MakeDialog(QDialog):
         if not text:
             return None
         try:
-            return None if parse_crs(text)[1] == 1.0 else tr("the CRS is not in metres")
+            return (
+                None if parse_crs(text)[1] == 1.0 else tr("The unit of the CRS is not the metre.")
+            )
         except VomError as error:
             return str(error)
 
@@ -316,16 +324,16 @@ class MakeDialog(QDialog):
             return f"{facts.crs or ''} {facts.crs_reason}".strip()
         if self.crs.text().strip():
             return ""
-        return tr("empty: the UTM zone of the cameras' GPS")
+        return tr("If empty: the UTM zone of the GPS positions")
 
     # --- choosing files ----------------------------------------------------------------------
     def _browse_control(self) -> None:
-        if name := self._browse(tr("The control points"), self.control):
+        if name := self._browse(tr("Choose the control points"), self.control):
             self.control.setText(name)
             self._choose()
 
     def _browse_marks(self) -> None:
-        if name := self._browse(tr("Where they are seen in the photos"), self.marks):
+        if name := self._browse(tr("Choose the image marks"), self.marks):
             self.marks.setText(name)
             self._choose()
 
@@ -347,9 +355,15 @@ class MakeDialog(QDialog):
 
 def _memory_words(memory: MemoryFacts) -> str:
     needed, free = gigabytes(memory.needed_bytes), gigabytes(memory.free_bytes)
-    words = f"Depths and their cloud take up to {needed} of the {free} that are free"
+    words = tr(
+        "Depth maps and point cloud need up to {needed} of {free} of free memory.",
+        needed=needed,
+        free=free,
+    )
     if memory.size_px < memory.wanted_px:
-        words += (
-            f"; to fit, they are sought at {memory.size_px} instead of {memory.wanted_px} pixels"
+        words += " " + tr(
+            "To fit into it, depth maps are made at {size} instead of {wanted} pixels.",
+            size=memory.size_px,
+            wanted=memory.wanted_px,
         )
-    return words + "."
+    return words

@@ -1,4 +1,4 @@
-"""Commands on what a reconstruction has left: its alignment, tie points and report."""
+"""Commands on the results of a reconstruction: alignment, tie points and report."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.scene.camera_view import CameraView
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 SPARSE, REPORT = "sparse.ply", "report.html"
-NOT_ALIGNED = "the photos have not been aligned yet; make the model first"
-_NO_FOLDER = "choose a folder of photos and make their model first"
+NOT_ALIGNED = to_translate("The photos are not aligned yet. Reconstruct them first.")
+_NO_FOLDER = to_translate("Choose a folder of photos and reconstruct them first.")
 
 
 def commands(
@@ -42,8 +42,8 @@ def commands(
     def not_aligned() -> str | None:
         out = results()
         if out is None:
-            return _NO_FOLDER
-        return None if is_aligned(out) else NOT_ALIGNED
+            return tr(_NO_FOLDER)
+        return None if is_aligned(out) else tr(NOT_ALIGNED)
 
     def show_alignment() -> None:
         from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
@@ -54,38 +54,38 @@ def commands(
     def no_tie_points() -> str | None:
         out = results()
         if out is None:
-            return _NO_FOLDER
-        return None if (out / SPARSE).exists() else NOT_ALIGNED
+            return tr(_NO_FOLDER)
+        return None if (out / SPARSE).exists() else tr(NOT_ALIGNED)
 
     def tie_points() -> None:
         if (out := results()) is not None:
-            _show_tie_points(studio, out, tr("{0} tie points"))
+            _show_tie_points(studio, out)
 
     def no_report() -> str | None:
         out = results()
         if out is not None and (out / REPORT).exists():
             return None
-        return "the report is written when the model is finished"
+        return tr("The report is written when the reconstruction is finished.")
 
     def open_report() -> None:
         if (out := results()) is not None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(out / REPORT)))
 
     return [
-        Command("show_alignment", "&Alignment…", show_alignment, "vector-link", (),
-                "What the photos have in common, how well they fit, and their depth maps",
+        Command("show_alignment", tr("&Alignment…"), show_alignment, "vector-link", (),
+                tr("Matches, camera calibration, residuals and depth maps."),
                 not_aligned),
-        Command("show_tie_points", "Show &tie points", tie_points, "dots-hexagon", (),
-                "The points that join the photos, coloured by their error in pixels",
+        Command("show_tie_points", tr("Show &tie points"), tie_points, "dots-hexagon", (),
+                tr("The sparse cloud of tie points, coloured by reprojection error."),
                 no_tie_points),
-        Command("open_report", "&Report", open_report, "file-document-outline", (),
-                "All figures of the reconstruction as one page", no_report),
+        Command("open_report", tr("&Report"), open_report, "file-document-outline", (),
+                tr("All figures of the reconstruction on one page."), no_report),
     ]  # fmt: skip
 
 
-def _show_tie_points(studio: Studio, out: Path, title: str) -> None:
-    """As a model of its own, in the frame of the model that was made of the same photos. title :
-    with {0} for the name of that model."""
+def _show_tie_points(studio: Studio, out: Path) -> None:
+    """Open the tie points as a model of their own, in the frame of the model that was made of the
+    same photos."""
     folder = out.resolve()
     # Links may lead to the same folder: paths are compared as they truly are.
     models = {
@@ -104,4 +104,4 @@ def _show_tie_points(studio: Studio, out: Path, title: str) -> None:
     def opened(model_id: str) -> None:
         studio.display.show_field(model_id, FieldStyle("error_px"))
 
-    studio.open_model(out / SPARSE, title.format(name), like=like, then=opened)
+    studio.open_model(out / SPARSE, tr("Tie points of {model}", model=name), like=like, then=opened)

@@ -1,4 +1,4 @@
-"""Commands of the Photos panel: planning, photos and frames, and the model that they make."""
+"""Commands of the Photos panel: survey planning, photos, video frames and reconstruction."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _HEIGHT = 320
 def commands(
     studio: Studio, survey: PhotoSurvey, show: SurveyDialogs, open_folder: Callable[[Path], None]
 ) -> list[Command]:
-    """open_folder : a folder of photos"""
+    """open_folder : called with the folder of photos that was chosen"""
 
     def choose() -> None:
         name = QFileDialog.getExistingDirectory(
             show.parent,
-            tr("A folder of photos"),
+            tr("Choose a folder of photos"),
             start_folder(studio),
             QFileDialog.Option.ShowDirsOnly,
         )
@@ -39,32 +39,32 @@ def commands(
 
     def nothing_to_make() -> str | None:
         if survey.making is not None:
-            return "a model is being made"
-        return None if survey.rows else "choose a folder of photos first"
+            return tr("A reconstruction is running.")
+        return None if survey.rows else tr("Choose a folder of photos first.")
 
     return [
-        Command("choose_photos", "New model from &photos…", choose,
+        Command("choose_photos", tr("New model from &photos…"), choose,
                 "image-multiple-outline", "Ctrl+Shift+I",
-                "A folder of photos: what they are worth, and the model they make"),
-        Command("plan_survey", "&Plan a survey…", show.plan, "clipboard-text-outline", (),
-                "Before going out: distance, positions, number of photos, control points, and a "
-                "field sheet"),
-        Command("video_frames", "Frames from a &video…", show.video, "movie-open-outline",
-                (), "The sharp frames of a video, as photos of a model"),
-        Command("make_settings", "&Settings of the model…", show.settings, "tune", (),
-                "Quality, ground control, coordinate system, threads and memory",
+                tr("Open a folder of photos, check the survey, and reconstruct.")),
+        Command("plan_survey", tr("&Plan a survey…"), show.plan, "clipboard-text-outline", (),
+                tr("Distance, camera positions, number of photos and control points, and a field "
+                   "sheet.")),
+        Command("video_frames", tr("Frames from a &video…"), show.video, "movie-open-outline",
+                (), tr("Extract the sharp frames of a video as photos.")),
+        Command("make_settings", tr("Reconstruction &settings…"), show.settings, "tune", (),
+                tr("Quality, ground control, coordinate reference system, threads and memory."),
                 nothing_to_make),
-        Command("make_model", "&Make the model", survey.make, "cube-scan", (),
-                "Align the photos and make a dense, textured model, in the background",
+        Command("make_model", tr("&Reconstruct"), survey.make, "cube-scan", (),
+                tr("Align the photos and make a dense, textured model, in the background."),
                 survey.why_not_make),
-        Command("pause_model", "Pause", survey.pause, "pause", (),
-                "Stop for now; what is finished is kept",
-                lambda: None if survey.making else "no model is being made"),
+        Command("pause_model", tr("Pause"), survey.pause, "pause", (),
+                tr("Stop the reconstruction; finished stages are kept."),
+                lambda: None if survey.making else tr("No reconstruction is running.")),
     ]  # fmt: skip
 
 
 class SurveyDialogs:
-    """The dialogs about photos, beside the window. actions : of the window, as they are by then"""
+    """Opens the dialogs about photos. actions : of the window, looked up when they are needed"""
 
     def __init__(
         self,
@@ -80,6 +80,7 @@ class SurveyDialogs:
         self._dialogs, self._actions, self._open_folder = dialogs, actions, open_folder
 
     def plan(self) -> None:
+        """Open the survey planner."""
         from vomstudio.ui.survey.planner_dialog import PlannerDialog
 
         self._dialogs.show(
@@ -87,6 +88,7 @@ class SurveyDialogs:
         )
 
     def video(self) -> None:
+        """Open the extraction of frames from a video."""
         from vomstudio.ui.survey.video_dialog import VideoDialog
 
         self._dialogs.show(
@@ -94,18 +96,22 @@ class SurveyDialogs:
         )
 
     def settings(self) -> None:
-        from vomstudio.ui.survey.reconstruct_dialog import MakeDialog
+        """Open the reconstruction settings."""
+        from vomstudio.ui.survey.reconstruct_dialog import ReconstructDialog
 
         make = self._actions["make_model"]
-        self._dialogs.show(MakeDialog, lambda: MakeDialog(self.parent, self._survey, make))
+        self._dialogs.show(
+            ReconstructDialog, lambda: ReconstructDialog(self.parent, self._survey, make)
+        )
 
 
 def is_photo_folder(path: Path) -> bool:
-    """A folder that is no project."""
+    """Whether a path is a folder that is no project."""
     return path.is_dir() and path.suffix != SUFFIX and not is_project(path)
 
 
 def open_photos(survey: PhotoSurvey, docks: Docks, folder: Path) -> None:
+    """Open a folder of photos and bring the Photos panel forward."""
     survey.open(folder)
     docks.bring_forward(_DOCK)
     docks.make_room(_DOCK, _HEIGHT)

@@ -1,4 +1,4 @@
-"""Frames of a video for a model: taken by a worker, judged, and opened as photos."""
+"""Extraction of frames from a video: a worker extracts and judges them; they open as photos."""
 
 from __future__ import annotations
 
@@ -24,12 +24,15 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder, TakenFrames
 from vomstudio.survey.video import DEFAULT_FPS, is_ours
 from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.common.widgets import file_field
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr, tr_n
 from vomstudio.workspace.running_jobs import RunningJob
 
-_VIDEOS = "Videos (*.mp4 *.MP4 *.mov *.MOV *.avi *.AVI *.mkv *.m4v *.mts *.MTS);;All files (*)"
+_VIDEOS = to_translate(
+    "Videos (*.mp4 *.MP4 *.mov *.MOV *.avi *.AVI *.mkv *.m4v *.mts *.MTS);;All files (*)"
+)
 _SHOWN_GAPS = 6
 
 
@@ -47,9 +50,9 @@ class VideoDialog(QDialog):
         self._job: RunningJob | None = None
         about = QLabel(
             tr(
-                "The sharpest frame of every moment is kept, unless it is blurred or shows what "
-                "the one before shows. Photos are better wherever they can be had: they are "
-                "larger, sharper, and know their camera and place."
+                "The sharpest frame of each interval is kept, unless it is blurred or nearly the "
+                "same as the previous one. Photos are better than frames of a video: they are "
+                "larger and sharper, and they state their camera and position."
             )
         )
         about.setWordWrap(True)
@@ -61,15 +64,15 @@ class VideoDialog(QDialog):
         self.fps.setDecimals(1)
         self.fps.setSingleStep(0.5)
         self.fps.setValue(DEFAULT_FPS)
-        self.fps.setToolTip(tr("1 to 4 are usual; more where the camera moves fast"))
+        self.fps.setToolTip(tr("1 to 4 are usual, more for a fast camera."))
         rate = QHBoxLayout()
         rate.addWidget(self.fps)
-        rate.addWidget(QLabel(tr("of a second (1 to 4 are usual)")))
+        rate.addWidget(QLabel(tr("per second (1 to 4 are usual)")))
         rate.addStretch()
         form = QFormLayout()
         form.addRow(tr("Video"), video)
         form.addRow(tr("Frames"), rate)
-        form.addRow(tr("Write to"), folder)
+        form.addRow(tr("Folder"), folder)
         self.bar = QProgressBar()
         self.bar.hide()
         self.said = QLabel()
@@ -78,7 +81,7 @@ class VideoDialog(QDialog):
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         role = QDialogButtonBox.ButtonRole.ActionRole
-        self.start = buttons.addButton(tr("Take the frames"), role)
+        self.start = buttons.addButton(tr("Extract frames"), role)
         self.stop = buttons.addButton(tr("Stop"), role)
         self.start.clicked.connect(self._start)
         self.stop.clicked.connect(self._stop)
@@ -99,18 +102,19 @@ class VideoDialog(QDialog):
     # --- choosing ----------------------------------------------------------------------------
     def _browse_video(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
-            self, tr("A video of the outcrop"), start_folder(self._studio), tr(_VIDEOS)
+            self, tr("Choose a video of the outcrop"), start_folder(self._studio), tr(_VIDEOS)
         )
         if name:
             self.choose_video(Path(name))
 
     def choose_video(self, path: Path) -> None:
+        """Fill in a video, and a folder beside it for the frames."""
         self.video.setText(str(path))
         self.folder.setText(str(path.with_name(f"{path.stem} frames")))
 
     def _browse_folder(self) -> None:
         name = QFileDialog.getExistingDirectory(
-            self, tr("A folder for the frames"), self.folder.text()
+            self, tr("Choose a folder for the frames"), self.folder.text()
         )
         if name:
             self.folder.setText(name)
@@ -119,7 +123,9 @@ class VideoDialog(QDialog):
         job = self._job
         ready = bool(self.video.text().strip() and self.folder.text().strip())
         self.start.setEnabled(job is None and ready)
-        self.start.setToolTip("" if ready else tr("Not now: choose a video first"))
+        self.start.setToolTip(
+            "" if ready else tr("Not now: {reason}", reason=tr("Choose a video first."))
+        )
         self.stop.setVisible(job is not None)
         self.bar.setVisible(job is not None)
         if job is not None:
@@ -134,8 +140,11 @@ class VideoDialog(QDialog):
         if folder.is_dir() and any(folder.iterdir()) and not is_ours(folder):
             answer = QMessageBox.question(
                 self,
-                tr("Write among other files?"),
-                tr("{folder} holds other files. Write the frames among them?", folder=folder.name),
+                tr("Folder is not empty"),
+                tr(
+                    "{folder} contains other files. Write the frames into this folder?",
+                    folder=folder.name,
+                ),
             )
             if answer != QMessageBox.StandardButton.Yes:
                 return
@@ -151,7 +160,7 @@ class VideoDialog(QDialog):
 
         def failed(event: Failed) -> None:
             if event.cancelled:
-                self._ended(tr("Stopped; nothing was written."))
+                self._ended(tr("Stopped. Nothing was written."))
                 return
             self._ended(event.message)
             studio.warn(event.message, "error")
@@ -170,7 +179,7 @@ class VideoDialog(QDialog):
             self._studio.jobs.cancel(self._job)
 
     def _ended(self, words: str) -> None:
-        """Whatever was shown, where the dialog is still there."""
+        """Show how the job ended, unless the dialog was closed meanwhile."""
         self._job = None
         try:
             self.said.setText(words)
@@ -182,17 +191,31 @@ class VideoDialog(QDialog):
 
 
 def report_words(result: TakenFrames) -> str:
-    """What was taken and what not, with the reasons."""
-    count = len(result.frames)
+    """Rich text: how many frames were kept and left out, the gaps, the warnings and the verdict."""
     lines = [
-        f"<b>{count} frames kept</b> of {result.width} × {result.height} pixels, from "
-        f"{result.seconds:.0f} s",
-        *(f"{number} moments left out: {reason}" for reason, number in result.skipped.items()),
+        tr_n(
+            "<b>{count} frame kept</b> of {width} × {height} pixels, from {seconds:.0f} s",
+            "<b>{count} frames kept</b> of {width} × {height} pixels, from {seconds:.0f} s",
+            len(result.frames),
+            width=result.width,
+            height=result.height,
+            seconds=result.seconds,
+        )
+    ]
+    lines += [
+        tr_n(
+            "{count} frame left out: {reason}",
+            "{count} frames left out: {reason}",
+            number,
+            reason=tr(reason),
+        )
+        for reason, number in result.skipped.items()
     ]
     if gaps := result.gaps_s:
-        more = " …" if len(gaps) > _SHOWN_GAPS else ""
         shown = ", ".join(f"{seconds:.1f} s" for seconds in gaps[:_SHOWN_GAPS])
-        lines.append(f"the picture jumps at {shown}{more}: frames may not overlap there")
-    lines += [f"⚠ {text}" for text in result.warnings]
-    lines.append(f"<b>{result.verdict}</b>")
+        if len(gaps) > _SHOWN_GAPS:
+            shown += " …"
+        lines.append(tr("Gaps at {times}: frames may not overlap there.", times=shown))
+    lines += [f"⚠ {as_sentence(text)}" for text in result.warnings]
+    lines.append(f"<b>{as_sentence(result.verdict)}</b>")
     return "<br>".join(lines)

@@ -43,7 +43,7 @@ def _placed(path: Path) -> tuple[list[ControlPoint], str | None]:
 
 
 def _chunk(path: Path, root: Element) -> Element:
-    found = [each for each in root.below("chunk") if each.child("markers") is not None]
+    found = [each for each in root.iter("chunk") if each.find("markers") is not None]
     if len(found) != 1:
         raise InputError(
             tr("The file has no chunk with markers. Export the markers in Metashape.")
@@ -64,8 +64,8 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
     points = []
     labels = Once(path)
     for marker in _markers(_chunk(path, root)):
-        reference = marker.child("reference")
-        if reference is None or "x" not in reference.attributes:
+        reference = marker.find("reference")
+        if reference is None or "x" not in reference.attrib:
             continue
         label = attribute(path, marker, "label")
         said = tr(
@@ -76,9 +76,9 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
         labels.add(label, marker, said)
         x, y, z = (_number(path, reference, name) for name in "xyz")
         errors = [_number(path, reference, n) for n in ("sx", "sy", "sz")
-                  if n in reference.attributes]  # fmt: skip
+                  if n in reference.attrib]  # fmt: skip
         sigma = (sum(e * e for e in errors) / len(errors)) ** 0.5 if errors else None
-        check = reference.attributes.get("enabled", "true").casefold() in ("false", "0")
+        check = reference.get("enabled", "true").casefold() in ("false", "0")
         points.append(ControlPoint(label, (x, y, z), sigma or None, check))
     if not points:
         raise InputError(tr("No marker has coordinates (a reference with x, y and z)."), file=path)
@@ -88,21 +88,21 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
 def marks_of(path: Path) -> list[Mark]:
     """What was placed or confirmed by hand ("pinned"). Raises InputError with line and element."""
     chunk = _chunk(path, read_xml(path))
-    cameras = chunk.child("cameras")
+    cameras = chunk.find("cameras")
     names = {
         attribute(path, camera, "id"): attribute(path, camera, "label")
-        for camera in ([] if cameras is None else cameras.below("camera"))
+        for camera in ([] if cameras is None else cameras.iter("camera"))
     }
     labels = {
         attribute(path, marker, "id"): attribute(path, marker, "label")
         for marker in _markers(chunk)
     }
-    frames = chunk.child("frames")
+    frames = chunk.find("frames")
     marks = []
-    for marker in frames.below("marker") if frames is not None else ():
+    for marker in frames.iter("marker") if frames is not None else ():
         label = _known(path, marker, "marker_id", labels)
-        for place in marker.all("location"):
-            pinned = place.attributes.get("pinned", place.attributes.get("valid", "true"))
+        for place in marker.findall("location"):
+            pinned = place.get("pinned", place.get("valid", "true"))
             if pinned.casefold() in ("false", "0"):
                 continue
             photo = _known(path, place, "camera_id", names)
@@ -116,15 +116,15 @@ def marks_of(path: Path) -> list[Mark]:
 
 def _stated_crs(path: Path, root: Element) -> str | None:
     """That of the chunk with the markers, as the file has it: WKT, or a code. Raises InputError."""
-    for place in _chunk(path, root).all("reference"):
-        if place.text.strip():
-            return place.text.strip()
+    for place in _chunk(path, root).findall("reference"):
+        if stated := (place.text or "").strip():
+            return str(stated)
     return None
 
 
 def _markers(chunk: Element) -> list[Element]:
-    top = chunk.child("markers")
-    return [] if top is None else list(top.below("marker"))
+    top = chunk.find("markers")
+    return [] if top is None else list(top.iter("marker"))
 
 
 def _number(path: Path, element: Element, name: str) -> float:

@@ -29,7 +29,7 @@ def points_of(path: Path) -> list[ControlPoint]:
     """The ground points of a file; their error is the root mean square of the three numbers of
     `Incertitude`, metres, unless these are 1 1 1. Raises InputError with line and element."""
     root = read_xml(path)
-    found = [each for top in root.below(POINTS) for each in top.all(_POINT)]
+    found = [each for top in root.iter(POINTS) for each in top.findall(_POINT)]
     if not found:
         said = (
             tr(
@@ -38,7 +38,7 @@ def points_of(path: Path) -> list[ControlPoint]:
                 marks=MARKS,
                 points=POINTS,
             )
-            if any(root.below(MARKS))
+            if next(root.iter(MARKS), None) is not None
             else tr(
                 "The file has no ground points ({points} with {point}).",
                 points=POINTS,
@@ -50,9 +50,13 @@ def points_of(path: Path) -> list[ControlPoint]:
     labels = Once(path)
     for each in found:
         label = words(path, each, "NamePt")
-        said = f"'{label}' is in line {{line}} too; give each point its own name"
+        said = tr(
+            "The label '{label}' is also in line {line}. Give each point its own name.",
+            label=label,
+            line="{line}",
+        )
         labels.add(label, each, said, "NamePt")
-        x, y, z = numbers(path, each.child("Pt") or each, words(path, each, "Pt"), 3)
+        x, y, z = numbers(path, each.find("Pt"), words(path, each, "Pt"), 3)
         points.append(ControlPoint(label, (x, y, z), _sigma(path, each)))
     return points
 
@@ -63,10 +67,10 @@ def crs_of(path: Path) -> None:
 
 
 def _sigma(path: Path, point: Element) -> float | None:
-    element = point.child("Incertitude")
+    element = point.find("Incertitude")
     if element is None:
         return None
-    stated = numbers(path, element, element.text, 3)
+    stated = numbers(path, element, element.text or "", 3)
     if stated == _UNSTATED:
         return None
     if min(stated) <= 0:
@@ -78,14 +82,14 @@ def marks_of(path: Path) -> list[Mark]:
     """The marks of a file; pixels are taken as they stand. Raises InputError with line and
     element."""
     root = read_xml(path)
-    photos = [each for top in root.below(MARKS) for each in top.all(_PHOTO)]
+    photos = [each for top in root.iter(MARKS) for each in top.findall(_PHOTO)]
     marks = []
     seen = Once(path)
     for photo in photos:
         name = words(path, photo, "NameIm").replace("\\", "/")
-        for each in photo.all(_MARK):
+        for each in photo.findall(_MARK):
             label = words(path, each, "NamePt")
-            x, y = numbers(path, each.child("PtIm") or each, words(path, each, "PtIm"), 2)
+            x, y = numbers(path, each.find("PtIm"), words(path, each, "PtIm"), 2)
             said = tr(
                 "'{label}' is already marked in {photo} in line {line}.",
                 label=label,
@@ -101,7 +105,7 @@ def marks_of(path: Path) -> list[Mark]:
             photo=_PHOTO,
             mark=_MARK,
         )
-        if any(root.below(POINTS)):
+        if next(root.iter(POINTS), None) is not None:
             said = tr(
                 "The file holds ground points ({points}) and no marks ({marks}). "
                 "Name it as the control.",

@@ -216,28 +216,31 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
     return n, bad, t, i
 
 
+def line_space() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Working space of one `parse`: a kernel that allocates none can be loaded without numba."""
+    return np.empty(8), np.empty((8, 2), np.int64), np.empty(8, np.int64)
+
+
 @kernel(
     "void(uint8[::1], int64, int64, int64[::1], int64, int64, float64[:,::1], float64[:,::1],"
     " float32[:,::1], int32[:,::1], int32[:,::1], int64[:,::1], int64[:,::1], int64[:,::1],"
-    " int64[::1])"
+    " int64[::1], float64[::1], int64[:,::1], int64[::1])"
 )
 def parse(  # type: ignore[no-untyped-def]
     data, start, end, base, n_vertices, n_uvs, vertices, uvs, colors, corners, uv_corners, words,
-    polygons, left_over, report,
+    polygons, left_over, report, value, token, state,
 ):  # fmt: skip
     """One block into the final arrays, from the rows `base` (as `count` has them) onwards.
 
     corners, uv_corners (m, 3): rows of vertices and uvs, -1 where unsound or absent; uv_corners and
     colors may have no rows, then they are not wanted. words (k, 3): start, end, triangle before
     which the line stands. polygons (p, 2): first triangle of the fan, corners. left_over (any, 4):
-    target, flat position, start, end; counted on beyond its rows.
+    target, flat position, start, end; counted on beyond its rows. value, token, state: working
+    space for the numbers of a line, see `line_space`.
     """
     v, u, t = base[N_VERTICES], base[N_UVS], base[N_TRIANGLES]
     w, p = base[N_WORDS], base[N_POLYGONS]
     want_colors = colors.shape[0] > 0
-    value = np.empty(8)
-    token = np.empty((8, 2), np.int64)
-    state = np.empty(8, np.int64)
     i = start
     while i < end:
         kind, i = _classify(data, i, end)

@@ -3,6 +3,9 @@
 The format is Y-up, in metres, and float32; so a georeferenced model is written as World minus an
 origin, which `asset.extras` or `NAME.offset.txt` carries. What comes out of here is upright again
 (x East, y North, z Up), with the origin added in float64.
+
+Read here and not by a library: a mesh of 600,000 triangles took 0.5 s and 118 MB (busy machine),
+with trimesh 1.3 s and 250 MB, with Open3D 4.4 s and 348 MB.
 """
 
 from __future__ import annotations

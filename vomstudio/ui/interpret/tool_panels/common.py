@@ -1,20 +1,20 @@
-"""What the panels of the tools have in common."""
+"""Parts that the panels of the tools share."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from PySide6.QtCore import QCoreApplication
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFormLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
 
 from vomstudio.ui.common.widgets import action_buttons
+from vomstudio.words import tr
 
 _PICKING = ("finish", "cancel", "continue_trace", "delete_vertex")
 
 
 def narrow_form() -> QFormLayout:
-    """For a dock, where height is dear."""
+    """A form for a dock, with little space between its rows."""
     form = QFormLayout()
     form.setContentsMargins(0, 0, 0, 0)
     form.setVerticalSpacing(3)
@@ -22,20 +22,22 @@ def narrow_form() -> QFormLayout:
 
 
 def set_field(typed: Callable[[], None]) -> QLineEdit:
-    """Of the set of what is made next."""
+    """Line edit for the set of the next feature."""
     field = QLineEdit()
-    field.setPlaceholderText(QCoreApplication.translate("ToolPanel", "none"))
+    field.setPlaceholderText(tr("none"))
     field.editingFinished.connect(typed)
     return field
 
 
 def hint_label(text: str = "") -> QLabel:
+    """A label of several lines."""
     label = QLabel(text)
     label.setWordWrap(True)
     return label
 
 
 def narrow_column(panel: QWidget) -> QVBoxLayout:
+    """A column layout for a dock, with narrow margins."""
     column = QVBoxLayout(panel)
     column.setContentsMargins(6, 4, 6, 4)
     column.setSpacing(4)
@@ -50,7 +52,7 @@ def lay_out_picking(
     table: QWidget,
     hint: QLabel,
 ) -> None:
-    """Of a tool that picks vertices: fields, live figures, vertices, what to do, buttons."""
+    """Panel of a tool that picks vertices: fields, live figures, vertices, hint, buttons."""
     column = narrow_column(panel)
     column.addLayout(form)
     column.addWidget(figures)

@@ -23,6 +23,8 @@ from vomstudio.words import tr
 
 
 class LinePanel(QWidget):
+    """Shows the line tool and sets its attributes."""
+
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._studio = studio
@@ -69,6 +71,7 @@ class LinePanel(QWidget):
         )
 
     def refresh(self) -> None:
+        """Show the tool as it is now."""
         tool, now = self._tool, self._tool.attributes
         measured = tool.measurement if len(tool.vertices) > 1 else None
         self.fit_view.show_measurement(
@@ -78,7 +81,8 @@ class LinePanel(QWidget):
         self._hint.setText(
             tr(
                 "Choose Line (L), then click along a striation, a hinge or another lineation. Two "
-                "points give its trend and plunge, more its error. On a plane it has a rake."
+                "points give trend and plunge; further points give their error. On a plane, the "
+                "line also has a rake."
             )
         )
         self._hint.setVisible(not tool.open)
@@ -88,7 +92,7 @@ class LinePanel(QWidget):
         self.plane_box.show_plane(now.plane_id)
         self.slip_box.setCurrentIndex(self.slip_box.findData(now.slip))
         why = (
-            tr("Not now: a continued line keeps what it is; see Properties")
+            tr("Not now: Attributes of a continued line are changed in Properties.")
             if tool.continued
             else ""
         )
@@ -97,9 +101,9 @@ class LinePanel(QWidget):
             if field is not self.plane_box or why:
                 field.setToolTip(why)
         if not why and not now.plane_id:
-            why = tr("Not now: choose the plane it lies on first")
+            why = tr("Not now: First choose the plane on which the line lies.")
         self.slip_box.setEnabled(not why)
-        self.slip_box.setToolTip(why or tr("How the hanging wall moved along the line"))
+        self.slip_box.setToolTip(why or tr("Movement of the hanging wall along the line."))
         self.table.refresh()
 
 

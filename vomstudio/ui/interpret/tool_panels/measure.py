@@ -1,4 +1,4 @@
-"""The panel of the measure tool: what is measured, across which plane, the live figures."""
+"""The panel of the measure tool: kind of measurement, plane, live figures."""
 
 from __future__ import annotations
 
@@ -15,18 +15,28 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking, narrow_form
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 _HINTS = {
-    "distance": "Click two points: the distance between them, its horizontal and vertical parts.",
-    "polyline": "Click along a line, then Enter: its length over the surface.",
-    "area": "Click around it, then Enter: the area of the ring as seen from where it is largest.",
-    "thickness": "Choose a plane, then click a point on the base and one on the top: the distance "
-    "across the plane. The closer both lie to one line across the bed, the smaller the error.",
+    "distance": to_translate(
+        "Click two points. Their distance is shown, with its horizontal and vertical components."
+    ),
+    "polyline": to_translate("Click along a line, then press Enter. Its length is shown."),
+    "area": to_translate(
+        "Click the corners of a polygon, then press Enter. Its area is that of the projection in "
+        "which it is largest."
+    ),
+    "thickness": to_translate(
+        "Choose a plane, then click a point on the base and one on the top. The distance "
+        "perpendicular to the plane is shown. The error is smallest where the line between the "
+        "points is perpendicular to the bed."
+    ),
 }
 
 
 class MeasurePanel(QWidget):
+    """Shows the measure tool and sets kind and plane."""
+
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._studio = studio
@@ -57,6 +67,7 @@ class MeasurePanel(QWidget):
         self._tool.choose(kind=kind)
 
     def refresh(self, *_: object) -> None:
+        """Show the tool as it is now."""
         tool = self._tool
         with QSignalBlocker(self.kind_box):
             self.kind_box.setCurrentIndex(self.kind_box.findData(tool.kind))
@@ -67,7 +78,7 @@ class MeasurePanel(QWidget):
         for field in (self.kind_box, self.plane_box):
             field.setEnabled(not tool.continued)
         self.kind_box.setToolTip(
-            tr("Not now: a continued measurement keeps its kind") if tool.continued else ""
+            tr("Not now: A continued measurement keeps its kind.") if tool.continued else ""
         )
         measured = tool.measurement
         lines = []

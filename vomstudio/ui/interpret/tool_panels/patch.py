@@ -1,4 +1,4 @@
-"""The panel of the patch tool: the brush, what is made next, the live fit and its reasons."""
+"""The panel of the patch tool: brush, type and set of the next patch, live fit and its reasons."""
 
 from __future__ import annotations
 
@@ -30,6 +30,8 @@ from vomstudio.words import tr
 
 
 class PatchPanel(QWidget):
+    """Shows the patch tool and sets brush, type and set."""
+
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._studio = studio
@@ -41,11 +43,11 @@ class PatchPanel(QWidget):
         self.radius.setRange(SMALLEST_RADIUS, LARGEST_RADIUS)
         self.radius.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         self.radius.setKeyboardTracking(False)
-        self.radius.setToolTip(tr("Radius of the brush; [ and ] over the outcrop"))
+        self.radius.setToolTip(tr("Radius of the brush ([ and ] in the viewport)."))
         self.radius.valueChanged.connect(self._tool.set_radius)
         brush = QHBoxLayout()
         brush.addWidget(self.radius, 1)
-        brush.addWidget(_button(actions["brush_removes"], tr("Take away")))
+        brush.addWidget(_button(actions["brush_removes"], tr("Erase")))
         self.type_box = TypeBox(studio)
         self.type_box.setObjectName("patch_type")
         self.type_box.currentIndexChanged.connect(self._next_changed)
@@ -60,7 +62,7 @@ class PatchPanel(QWidget):
         self._hint = hint_label(
             tr(
                 "Choose Patch (P), then paint over one surface of the outcrop, away from its "
-                "edges. Ctrl takes away; the right button orbits."
+                "edges. Ctrl erases; the right button orbits."
             )
         )
         buttons = QGridLayout()
@@ -90,6 +92,7 @@ class PatchPanel(QWidget):
         self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
 
     def refresh(self, *_: object) -> None:
+        """Show the tool as it is now."""
         tool, studio = self._tool, self._studio
         patch = tool.current
         with QSignalBlocker(self.radius):
@@ -100,7 +103,7 @@ class PatchPanel(QWidget):
         for widget in (self.type_box, self.set_edit):
             widget.setEnabled(not tool.continued)
             widget.setToolTip(
-                tr("Not now: a continued patch keeps its type and set; see Properties")
+                tr("Not now: Type and set of a continued patch are changed in Properties.")
                 if tool.continued
                 else ""
             )

@@ -1,4 +1,4 @@
-"""What is done to a patch that is being painted."""
+"""Commands on a patch that is being painted."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from vomstudio.errors import VomError
 from vomstudio.tools.patch import PatchTool
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
 
 
 def commands(studio: Studio) -> list[Command]:
+    """The commands that the patch tool adds to the menu Interpret."""
     tool = studio.tool_of(PatchTool)
 
     def not_painting() -> str | None:
-        return None if studio.tool_name == tool.name else "choose Patch first"
+        return None if studio.tool_name == tool.name else tr("Choose the tool Patch first.")
 
     def chosen() -> Patch | None:
         found = [
@@ -24,31 +26,33 @@ def commands(studio: Studio) -> list[Command]:
 
     def cannot_continue() -> str | None:
         if studio.open_tool is not None:
-            return "something is being picked: finish or cancel it first"
+            return tr("Finish or cancel the open feature first.")
         patch = chosen()
         if patch is None:
-            return "select a patch first"
-        return None if patch.model_id in studio.models else "the patch's model is not open"
+            return tr("Select a patch first.")
+        return (
+            None if patch.model_id in studio.models else tr("The model of the patch is not open.")
+        )
 
-    def take_up() -> None:
+    def continue_patch() -> None:
         patch = chosen()
         if patch is None:
             return
         studio.activate(tool.name)
         try:
-            tool.take_up(patch.id)
+            tool.continue_patch(patch.id)
         except VomError as error:
             studio.fail(error)
 
     return [
-        Command("continue_patch", "Continue the patch", take_up, "brush-variant", (),
-                "Take the selected patch up again: paint on, or take away", cannot_continue),
-        Command("brush_removes", "Brush takes away",
+        Command("continue_patch", tr("Continue patch"), continue_patch, "brush-variant", (),
+                tr("Continue the selected patch: add to it or erase from it."), cannot_continue),
+        Command("brush_removes", tr("Erase with brush"),
                 lambda: tool.set_removing(not tool.removing), "eraser", (),
-                "Strokes take away; without it, those with Ctrl do", not_painting,
+                tr("Strokes erase. Otherwise only strokes with Ctrl do."), not_painting,
                 checked=lambda: tool.removing),
-        Command("brush_smaller", "Smaller brush", tool.smaller, None, "[", "", not_painting,
+        Command("brush_smaller", tr("Smaller brush"), tool.smaller, None, "[", "", not_painting,
                 in_viewport=True),
-        Command("brush_larger", "Larger brush", tool.larger, None, "]", "", not_painting,
+        Command("brush_larger", tr("Larger brush"), tool.larger, None, "]", "", not_painting,
                 in_viewport=True),
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""The panel of the trace tool: vertices, what is made next, the live fit and its reasons."""
+"""The panel of the trace tool: type and set of the next trace, live fit with reasons, vertices."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ from vomstudio.words import tr
 
 
 class TracePanel(QWidget):
+    """Shows the trace tool and sets type and set."""
+
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         self._studio = studio
@@ -50,6 +52,7 @@ class TracePanel(QWidget):
         self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
 
     def refresh(self, *_: object) -> None:
+        """Show the tool as it is now."""
         tool = self._tool
         measured = tool.measurement if len(tool.vertices) > 2 else None
         self.fit_view.show_measurement(
@@ -60,8 +63,8 @@ class TracePanel(QWidget):
             ""
             if tool.open
             else tr(
-                "Choose Trace (T), then click along a bed, fault or fracture. Three points give "
-                "a plane; a curved, long trace gives a good one."
+                "Choose Trace (T), then click along a bed, fault or fracture. Three points define "
+                "a plane; a long, curved trace defines it well."
             )
         )
         self._hint.setVisible(not tool.open)
@@ -80,7 +83,7 @@ class TracePanel(QWidget):
         for field in (self.type_box, self.set_edit):
             field.setEnabled(not self._tool.continued)
             field.setToolTip(
-                tr("Not now: a continued trace keeps its type and set; see Properties")
+                tr("Not now: Type and set of a continued trace are changed in Properties.")
                 if self._tool.continued
                 else ""
             )

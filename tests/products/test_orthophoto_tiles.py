@@ -1,0 +1,135 @@
+"""Tiles are drawn by several threads, a few at a time, and each arrives once."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rasterio
+from vomstudio.products.ortho.views import view_along_line
+
+from tests.marked import UTM
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.products.ortho import orthophoto, tiles
+from vomstudio.products.ortho.orthophoto import _drawn, write_orthophoto
+from vomstudio.products.ortho.planning import plan
+from vomstudio.products.ortho.tiles import TILE, Grid, Tile, TilePicture
+from vomstudio.progress import Silent
+
+SAME = np.eye(4)
+
+
+class Numbers:
+    """Draws the number of each tile into its only pixel."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.drawn: list[int] = []
+        self.at_once = self.most = 0
+
+    def draw(self, tile: Tile) -> TilePicture:
+        with self.lock:
+            self.at_once += 1
+            self.most = max(self.most, self.at_once)
+            self.drawn.append(tile.number)
+        time.sleep(0.002)
+        with self.lock:
+            self.at_once -= 1
+        rgba = np.full((1, 1, 4), tile.number, np.uint8)
+        return TilePicture(rgba, np.full((1, 1), tile.number, np.float32))
+
+    def warnings(self) -> list[str]:
+        return []
+
+
+class Told(Silent):
+    def __init__(self) -> None:
+        super().__init__()
+        self.stages: list[tuple[str, int | None]] = []
+        self.steps: list[int] = []
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        self.stages.append((name, total))
+        super().stage(name, total)
+
+    def step(self, done: int) -> None:
+        self.steps.append(done)
+        super().step(done)
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3, 100, None])
+@pytest.mark.parametrize("columns", [1, 2, 30])
+def test_every_tile_is_drawn_once_and_the_progress_counts_them(
+    threads: int | None, columns: int
+) -> None:
+    source, told = Numbers(), Told()
+    grid = Grid(0.0, 0.0, 1.0, columns * TILE, TILE)
+    found = [(tile, picture) for tile, picture in _drawn(source, grid, told, threads)]
+    assert sorted(tile.number for tile, _ in found) == list(range(columns))
+    assert sorted(source.drawn) == list(range(columns))
+    for tile, picture in found:
+        assert picture.rgba[0, 0, 0] == tile.number
+    assert told.stages == [("casting rays", columns)]
+    assert told.steps == list(range(columns + 1))
+    assert source.most <= min(threads or 8, 8, columns)
+
+
+def test_tiles_wait_until_those_before_them_are_taken() -> None:
+    """Pictures of a large grid would fill the memory; and where one gives up, the rest stops."""
+    source = Numbers()
+    coming = _drawn(source, Grid(0.0, 0.0, 1.0, 60 * TILE, TILE), Silent(), 2)
+    for _ in range(3):
+        next(coming)
+    time.sleep(0.1)
+    assert len(source.drawn) <= 3 + 3
+    coming.close()
+    time.sleep(0.05)
+    assert len(source.drawn) <= 3 + 3
+
+
+def test_the_share_of_a_picture_that_shows_the_model_is_counted_over_its_tiles(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A level right triangle, in its square: a half, and the pixels on its edge."""
+    for module in (tiles, orthophoto):
+        monkeypatch.setattr(module, "TILE", 32)
+    corners = UTM + np.array([(0, 0, 0), (10, 0, 0), (0, 10, 0)], float)
+    mesh = Mesh(corners, np.array([[0, 1, 2]], np.int32))
+    planned = plan(mesh, view_along_line(0, 90), to_world=SAME, gsd=0.1)
+    made = write_orthophoto(mesh, planned, tmp_path / "a.tif", model="Größe <1>")
+    with rasterio.open(made.depth) as file:
+        seen = np.isfinite(file.read(1))
+    assert made.coverage == seen.sum() / seen.size == made.facts["coverage"]
+    assert made.coverage == pytest.approx(0.5, abs=0.02)
+    text = made.sidecar.read_text("utf-8")
+    assert "Größe <1>" in text
+    assert json.loads(text) == made.facts
+    assert made.facts["holes_filled_px"] == 0
+
+
+@pytest.mark.parametrize("trend", [12.34567, 0.00004, 123.45674])
+def test_a_picture_names_its_direction_to_a_ten_thousandth_of_a_degree(
+    tmp_path: Path, trend: float
+) -> None:
+    corners = UTM + np.array([(0, 0, 0), (4, 0, 0), (4, 0, 4)], float)
+    mesh = Mesh(corners, np.array([[0, 1, 2]], np.int32))
+    planned = plan(mesh, view_along_line(trend, 20), to_world=SAME, gsd=0.5)
+    made = write_orthophoto(mesh, planned, tmp_path / "a.tif")
+    with rasterio.open(made.image) as file:
+        words = file.tags()["VOMSTUDIO_VIEW"].split()
+    assert float(words[1]) == pytest.approx(trend, abs=0.51e-4)
+    assert len(words[1].split(".")[1]) == 4
+
+
+def test_points_that_are_all_one_make_a_picture(tmp_path: Path) -> None:
+    """They have no spacing: a pixel is taken for it."""
+    cloud = PointCloud(np.repeat(UTM[None], 5, axis=0))
+    planned = plan(cloud, view_along_line(0, 90), to_world=SAME, gsd=0.25)
+    made = write_orthophoto(cloud, planned, tmp_path / "a.tif")
+    assert made.coverage > 0
+    assert made.facts["holes_filled_up_to_m"] == pytest.approx(4 * 0.25)

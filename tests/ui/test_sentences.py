@@ -1,0 +1,31 @@
+"""Texts of other parts of the program become sentences, and long lists become short."""
+
+from __future__ import annotations
+
+import pytest
+
+from vomstudio.ui.common.sentences import as_sentence, names_in_short
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("no photo is aligned", "No photo is aligned."),
+        ("Open a model first.", "Open a model first."),
+        ("“x” is not a number", "“x” is not a number."),
+        ("Is it there?", "Is it there?"),
+        (" Reading…", "Reading…"),
+        ("éclair", "Éclair."),
+        ("", ""),
+    ],
+)
+def test_a_text_becomes_a_sentence_and_a_sentence_stays(text: str, said: str) -> None:
+    assert as_sentence(text) == said
+    assert as_sentence(said) == said
+
+
+def test_of_many_names_the_first_are_said() -> None:
+    assert names_in_short([]) == ""
+    assert names_in_short(["a", "b", "c"]) == "a, b, c"
+    assert names_in_short(["a", "b", "c", "d", "e"]) == "a, b, c and 2 more"
+    assert names_in_short(["a", "b"], shown=1) == "a and 1 more"

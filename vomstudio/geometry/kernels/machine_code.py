@@ -1,0 +1,274 @@
+"""Machine code of kernels, kept between runs and loaded without numba.
+
+Why not numba's own cache: reading it needs `import numba`, which takes longer than most commands.
+What numba compiles is kept as the object file that LLVM made of it, and llvmlite alone links it
+into a later process. It is the same code in both, so the results are the same to the bit.
+
+A file is known by everything that its code was made of: the kernel's and its parts' instructions
+and constants, the signature, numba, llvmlite and the processor. So an edit of a part, an update or
+another machine never meets old code, and a file cut short is seen by its checksum. What the code
+wants from outside must be found in this process before it is linked, since LLVM ends the process
+where a symbol is missing. A kernel of which this cannot be said (it allocates memory, which needs
+numba's runtime, or takes what `Signature` does not know) has an empty file and is left to numba,
+and so is every kernel on other systems than Linux, where nobody has tried this.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import re
+import struct
+import sys
+from collections.abc import Callable, Iterator
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+
+from vomstudio.geometry.kernels.signatures import Signature
+from vomstudio.geometry.kernels.sources import Part, Source, all_code, linked
+
+_FORMAT = b"vomstudio kernel 1\n"
+_DIGEST_BYTES = 16
+_KEPT_OF_ONE_KERNEL = 8
+_FROM_NUMBA = ("NRT_", "numba_", "Py", "_Py")
+_HEAD = struct.Struct("<H")
+_ENGINES: list[Any] = []
+"""The code goes where its engine goes."""
+
+
+class _CannotBeKept(Exception):
+    """The code is numba's to run."""
+
+
+def entry(source: Source, by_numba: Callable[[], Callable[..., Any]]) -> Callable[..., Any] | None:
+    """The kernel as its machine code, compiled where it is not yet kept; None where it is left to
+    numba. by_numba : makes the kernel that says what an error inside of the code was."""
+    if sys.platform != "linux" or os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        return None
+    try:
+        signature = Signature(source.signature)
+        name = _file_name(source)
+        found = _kept(name)
+        if found is None:
+            found = _compiled(source, signature)
+            _keep(name, found)
+        return _linked(signature, found, by_numba)
+    except (_CannotBeKept, ValueError):
+        return None
+
+
+def _linked(
+    signature: Signature, code: bytes, by_numba: Callable[[], Callable[..., Any]]
+) -> Callable[..., Any]:
+    if not code:
+        raise _CannotBeKept
+    (length,) = _HEAD.unpack_from(code)
+    symbol = code[_HEAD.size : _HEAD.size + length].decode()
+    function = signature.c_function()(_address(symbol, code[_HEAD.size + length :]))
+
+    def run(*args: Any) -> Any:
+        well, result = signature.call(function, args)
+        # An exception inside of the code: numba can say which.
+        return result if well else by_numba()(*args)
+
+    return run
+
+
+def _address(symbol: str, code: bytes) -> int:
+    """Where the entry lies, after the code was put into this process."""
+    import llvmlite.binding as llvm
+
+    if any(llvm.address_of_symbol(name) is None for name in _wanted_symbols(code)):
+        raise _CannotBeKept
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    machine = llvm.Target.from_default_triple().create_target_machine()
+    # One for each kernel, since two may have parts of the same name.
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    address = int(engine.get_function_address(symbol))
+    if address == 0:
+        raise _CannotBeKept
+    _ENGINES.append(engine)
+    return address
+
+
+def _wanted_symbols(code: bytes) -> list[str]:
+    """What an ELF object file does not bring itself, by the *System V ABI*, ch. 4."""
+    if code[:6] != b"\x7fELF\x02\x01":  # 64 bits, little-endian
+        raise _CannotBeKept
+    (sections_at,) = struct.unpack_from("<Q", code, 0x28)
+    size, count = struct.unpack_from("<HH", code, 0x3A)
+    sections = [struct.unpack_from("<IIQQQQII", code, sections_at + k * size) for k in range(count)]
+    names = []
+    for _, kind, _, _, at, length, link, _ in sections:
+        if kind != 2:  # the symbol table
+            continue
+        words_at = sections[link][4]
+        for place in range(at, at + length, 24):
+            word, _, _, section = struct.unpack_from("<IBBH", code, place)
+            if word and section == 0:
+                start = words_at + word
+                names.append(code[start : code.index(b"\0", start)].decode())
+    return names
+
+
+def _compiled(source: Source, signature: Signature) -> bytes:
+    """Name of the entry and object code; empty where the code cannot stand without numba."""
+    import llvmlite.binding as llvm
+    import numba
+
+    options: dict[str, Any] = {"nogil": True, "fastmath": source.fastmath, "_nrt": False}
+    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    try:
+        made = numba.njit(source.signature, **options)(linked(source.function))
+        result: Any = next(iter(made.overloads.values()))
+        symbol = result.fndesc.llvm_func_name
+        arguments = (
+            llvm.parse_assembly(result.library.get_llvm_str()).get_function(symbol).arguments
+        )
+        _, form, (code, *_) = result.library.serialize_using_object_code()
+    # Also where a version of numba does not know these words: it then compiles in its usual way,
+    # and says itself what is wrong with a kernel.
+    except Exception:  # noqa: BLE001
+        return b""
+    sound = (
+        form == "object"
+        and [str(argument.type) for argument in arguments] == signature.llvm_types()
+        and not any(name.startswith(_FROM_NUMBA) for name in _wanted_symbols(code))
+    )
+    return _HEAD.pack(len(symbol)) + symbol.encode() + code if sound else b""
+
+
+# --- on the disk --------------------------------------------------------------------------------
+
+
+def _folders() -> Iterator[Path]:
+    """Where kernels may be kept, in the order of numba's own cache."""
+    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
+        yield Path(chosen)
+        return
+    yield Path(__file__).parent / "__pycache__"
+    from platformdirs import user_cache_path
+
+    yield user_cache_path("vomstudio", appauthor=False) / "kernels"
+
+
+def _kept(name: str) -> bytes | None:
+    for folder in _folders():
+        with contextlib.suppress(OSError):
+            whole = (folder / name).read_bytes()
+            code = whole[len(_FORMAT) + _DIGEST_BYTES :]
+            if whole == _sealed(code):
+                return code
+    return None
+
+
+def _sealed(code: bytes) -> bytes:
+    return _FORMAT + hashlib.blake2b(code, digest_size=_DIGEST_BYTES).digest() + code
+
+
+def _keep(name: str, code: bytes) -> None:
+    """In the first folder that can be written; in none if it must be."""
+    for folder in _folders():
+        draft = folder / f"{name}.{os.getpid()}.part"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            draft.write_bytes(_sealed(code))
+            draft.replace(folder / name)
+            _drop_old(folder, name.rpartition("-")[0])
+            return
+        except OSError:
+            with contextlib.suppress(OSError):
+                draft.unlink(missing_ok=True)
+
+
+def _drop_old(folder: Path, kernel: str) -> None:
+    """Code of earlier versions and other machines is of no use for ever."""
+    files = sorted(folder.glob(f"{kernel}-*.code"), key=lambda file: file.stat().st_mtime)
+    for file in files[:-_KEPT_OF_ONE_KERNEL]:
+        file.unlink(missing_ok=True)
+
+
+def _file_name(source: Source) -> str:
+    digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
+    for word in (*_surroundings(), source.signature, str(source.fastmath)):
+        digest.update(f"{word}\n".encode())
+    for word in _meaning(source.function):
+        digest.update(f"{len(word)} {word}\n".encode())
+    where = f"{source.function.__module__}.{source.function.__name__}"
+    return f"{re.sub(r'[^A-Za-z0-9_.]', '_', where)}-{digest.hexdigest()}.code"
+
+
+@cache
+def _surroundings() -> tuple[str, ...]:
+    """Of what every kernel's code depends. numba tells its version without being imported."""
+    import llvmlite
+    import llvmlite.binding as llvm
+
+    spec = find_spec("numba")
+    if spec is None or spec.origin is None:
+        raise _CannotBeKept
+    version = Path(spec.origin).with_name("_version.py")
+    settings = [f"{k}={v}" for k, v in sorted(os.environ.items()) if k.startswith("NUMBA_")]
+    return (
+        version.read_text(),
+        llvmlite.__version__,
+        sys.version,
+        llvm.get_process_triple(),
+        llvm.get_host_cpu_name(),
+        llvm.get_host_cpu_features().flatten(),
+        *(word for word in settings if not word.startswith("NUMBA_CACHE_DIR=")),
+    )
+
+
+def _meaning(function: Callable[..., Any]) -> Iterator[str]:
+    """All that the function's machine code is made of: instructions, constants, and the values of
+    the names it uses, through its parts."""
+    assert isinstance(function, FunctionType)
+    codes = all_code(function)
+    for code in codes:
+        yield code.co_code.hex()
+        yield code.co_exceptiontable.hex()
+        yield repr([_ordered(c) for c in code.co_consts if not isinstance(c, CodeType)])
+        yield repr((code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars))
+        yield repr((code.co_argcount, code.co_flags))
+    used = {n for code in codes for n in code.co_names if n in function.__globals__}
+    for name in sorted(used):
+        yield name
+        yield from _value(function.__globals__[name])
+    values = [cell.cell_contents for cell in function.__closure__ or ()]
+    for value in [*values, *(function.__defaults__ or ())]:
+        yield from _value(value)
+
+
+def _ordered(constant: Any) -> Any:
+    """Sets have another order in each process."""
+    return sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
+
+
+def _value(value: Any) -> Iterator[str]:
+    if isinstance(value, Part):
+        yield repr(sorted(value.options.items()))
+        yield from _meaning(value.function)
+    elif isinstance(value, np.ndarray):
+        yield f"{value.dtype.str} {value.shape} {value.strides} {value.tobytes().hex()}"
+    elif isinstance(value, ModuleType):
+        yield value.__name__
+    elif isinstance(value, type | BuiltinFunctionType | np.ufunc):
+        yield f"{value.__module__}.{value.__qualname__}" if isinstance(value, type) else repr(value)
+    elif value is None or isinstance(value, bool | int | float | str | np.generic):
+        yield repr(value)
+    elif isinstance(value, tuple):
+        yield str(len(value))
+        for item in value:
+            yield from _value(item)
+    else:
+        raise _CannotBeKept

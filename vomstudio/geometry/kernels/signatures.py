@@ -1,0 +1,131 @@
+"""What a kernel takes and gives, read from its signature, and its arguments as machine code wants
+them."""
+
+from __future__ import annotations
+
+import ctypes
+import operator
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+_LONG_NAMES = {
+    "float64": "f8", "float32": "f4", "int64": "i8", "int32": "i4", "int16": "i2",
+    "uint8": "u1", "uint32": "u4", "boolean": "b1",
+}  # fmt: skip
+_SCALARS: dict[str, tuple[Any, str]] = {
+    "f8": (ctypes.c_double, "double"),
+    "f4": (ctypes.c_float, "float"),
+    "i8": (ctypes.c_int64, "i64"),
+    "b1": (ctypes.c_bool, "i8"),
+}
+"""Types of single numbers: for ctypes, and in the words of LLVM."""
+_GIVEN: dict[str, Any] = {"i8": ctypes.c_int64, "f8": ctypes.c_double}
+
+
+@dataclass(frozen=True)
+class _Parameter:
+    """dimensions : 0 for a single number. contiguous : whether an array must be."""
+
+    kind: str
+    dtype: np.dtype[Any]
+    dimensions: int
+    contiguous: bool
+
+    def flat(self, at: int, value: Any) -> tuple[Any, ...]:
+        """Raises TypeError, OverflowError."""
+        if self.dimensions == 0:
+            return (self._number(value),)
+        sound = (
+            isinstance(value, np.ndarray)
+            and value.dtype == self.dtype
+            and value.ndim == self.dimensions
+            and (value.flags.carray if self.contiguous else value.flags.behaved)
+        )
+        if not sound:
+            form = "contiguous " if self.contiguous else ""
+            raise TypeError(
+                f"Argument {at} of a kernel must be a writable {form}array of {self.dtype} with"
+                f" {self.dimensions} dimensions."
+            )
+        where = value.__array_interface__["data"][0]
+        return (0, 0, value.size, self.dtype.itemsize, where, *value.shape, *value.strides)
+
+    def _number(self, value: Any) -> Any:
+        if self.kind != "i8":
+            return bool(value) if self.kind == "b1" else float(value)
+        whole = operator.index(value)
+        if not -(2**63) <= whole < 2**63:
+            raise OverflowError("A number is too large for a kernel.")
+        return whole
+
+    def c_types(self) -> list[Any]:
+        if self.dimensions == 0:
+            return [_SCALARS[self.kind][0]]
+        lengths = [ctypes.c_int64] * (2 * self.dimensions)
+        return [*[ctypes.c_void_p] * 2, *[ctypes.c_int64] * 2, ctypes.c_void_p, *lengths]
+
+    def llvm_types(self) -> list[str]:
+        if self.dimensions == 0:
+            return [_SCALARS[self.kind][1]]
+        return ["ptr", "ptr", "i64", "i64", "ptr", *["i64"] * (2 * self.dimensions)]
+
+
+class Signature:
+    """A signature as numba writes it, of arrays and numbers; results are numbers of 8 bytes.
+
+    numba hands an array over as two owners (none are needed), number of items, bytes of an item,
+    address, lengths and strides; before all arguments stand the places for results and for what
+    went wrong. Raises ValueError for a signature of other things.
+    """
+
+    def __init__(self, text: str) -> None:
+        text = "".join(text.split())
+        found = re.fullmatch(r"(Tuple\(\([\w,]+\)\)|\w+)\((.*)\)", text)
+        if found is None:
+            raise ValueError(f"'{text}' is no signature of arrays and numbers.")
+        given, taken = found.groups()
+        self._single = not given.startswith("Tuple")
+        names = [] if given == "void" else given.removeprefix("Tuple").strip("()").split(",")
+        kinds = {_LONG_NAMES.get(name, name) for name in names}
+        if len(kinds) > 1 or not kinds <= set(_GIVEN):
+            raise ValueError(f"'{text}' gives something else than numbers of one kind.")
+        kind = kinds.pop() if kinds else None
+        self._results = len(names)
+        # There is always a place to write to, even where nothing comes back.
+        self._room: Any = _GIVEN.get(kind or "i8", ctypes.c_int64) * max(1, len(names))
+        self._parameters = [_parameter(word) for word in re.findall(r"\w+(?:\[[^\]]*\])?", taken)]
+
+    def c_function(self) -> Any:
+        """The type of the machine code's entry for ctypes, which lets go of the GIL for a call."""
+        types = [t for p in self._parameters for t in p.c_types()]
+        return ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *types)
+
+    def llvm_types(self) -> list[str]:
+        """Of the entry's arguments."""
+        return ["ptr", "ptr", *(t for p in self._parameters for t in p.llvm_types())]
+
+    def call(self, entry: Any, args: tuple[Any, ...]) -> tuple[bool, Any]:
+        """Whether all went well, and the result. Raises TypeError, OverflowError for arguments that
+        the kernel does not take."""
+        if len(args) != len(self._parameters):
+            raise TypeError(f"A kernel takes {len(self._parameters)} arguments, not {len(args)}.")
+        flat: list[Any] = []
+        for at, (parameter, value) in enumerate(zip(self._parameters, args, strict=True)):
+            flat += parameter.flat(at, value)
+        room, wrong = self._room(), ctypes.c_void_p()
+        if entry(ctypes.addressof(room), ctypes.addressof(wrong), *flat) != 0:
+            return False, None
+        results = tuple(room)[: self._results]
+        return True, (results[0] if self._results else None) if self._single else results
+
+
+def _parameter(word: str) -> _Parameter:
+    name, _, form = word.partition("[")
+    kind = _LONG_NAMES.get(name, name)
+    if kind not in (_SCALARS if not form else _LONG_NAMES.values()):
+        raise ValueError(f"A kernel cannot take '{word}'.")
+    axes = form.rstrip("]").split(",") if form else []
+    return _Parameter(kind, np.dtype(kind), len(axes), form.endswith("::1]"))

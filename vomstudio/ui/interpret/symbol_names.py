@@ -1,0 +1,15 @@
+"""Names of the symbols of feature types, as menus and dialogs show them."""
+
+from __future__ import annotations
+
+from vomstudio.words import to_translate
+
+SYMBOL_NAMES = {
+    "circle": to_translate("Circle"),
+    "square": to_translate("Square"),
+    "triangle": to_translate("Triangle"),
+    "diamond": to_translate("Diamond"),
+    "pentagon": to_translate("Pentagon"),
+    "star": to_translate("Star"),
+}
+"""By the symbol's code, one of `theme.SYMBOLS`; noted for translation."""
