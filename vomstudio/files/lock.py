@@ -16,7 +16,7 @@ from vomstudio.words import to_translate, tr
 
 
 class FolderLock:
-    """busy, unwritable : sentences; `{}` in them is who holds it, or the reason
+    """busy, unwritable : sentences, translated here, with {holder} who holds it and {reason} why not
     patience_s : how long to wait for one that holds it, who may just be dying
     """
 
