@@ -483,7 +483,8 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
     up = ((0.0, 0.0, 0.0), (3.0, 0.0, 4.0))
     headline = kind_of(ONE_OF_EACH["dimension"]).headline
     for feature, main, lines in (
-        (dimension("distance", *up), "5.00 m", ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"]),
+        (dimension("distance", *up), "5.00 m",
+         ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"]),
         (dimension("distance", *up[::-1]), "5.00 m",
          ["Distance 5.00 m", "Horizontal 3.00 m, downward 4.00 m"]),
         (dimension("distance", (0.0, 0.0, 0.0), (2.0, 0.0, 0.0)), "2.00 m",
@@ -492,7 +493,8 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
          ["Length along the line 7.00 m", "Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"]),
         (dimension("area", *SQUARE), "4.00 m²", ["4.00 m²", "Perimeter 8.00 m"]),
         (dimension("thickness", *up, plane_id="r1"), "4.00 m",
-         ["Thickness 4.00 m, 95 % error unknown", "Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"]),
+         ["Thickness 4.00 m, 95 % error unknown", "Distance 5.00 m",
+          "Horizontal 3.00 m, upward 4.00 m"]),
         (dimension("thickness", *up, plane_id="gone"), "5.00 m",
          ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"]),
     ):  # fmt: skip

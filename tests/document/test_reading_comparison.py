@@ -117,7 +117,7 @@ def test_the_summary_tells_the_median_and_what_has_no_counterpart():
     picks = nearest_picks(own, Measurements())
     assert "median difference to the nearest pick 6°" in summary(ids[:3], picks)
     assert "3 of which can be compared" in summary(ids, picks)
-    assert "no pick" in summary(["f"], picks)
+    assert "there is no pick" in summary(["f"], picks)
 
 
 # --- edits -----------------------------------------------------------------------------------
@@ -214,7 +214,8 @@ def test_the_summary_counts_in_words():
         "3 readings, median difference to the nearest pick 7°."
     )
     assert summary(["r1", "x"], picks) == (
-        "2 readings, difference to the nearest pick (1 of them have one of their type) 4°."
+        "2 readings, 1 of which can be compared; median difference to the nearest pick of the same "
+        "type 4°."
     )
-    assert summary([], {}).startswith("0 readings; no pick")
-    assert summary(["x"], picks).startswith("1 reading; no pick")
+    assert summary([], {}).startswith("0 readings; there are no picks")
+    assert summary(["x"], picks).startswith("1 reading; there is no pick")

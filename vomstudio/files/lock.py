@@ -16,7 +16,7 @@ from vomstudio.words import to_translate, tr
 
 
 class FolderLock:
-    """busy, unwritable : sentences, translated here, with {holder} who holds it and {reason} why not
+    """busy, unwritable : sentences that are translated here; {holder} holds it, {reason} is why not
     patience_s : how long to wait for one that holds it, who may just be dying
     """
 
