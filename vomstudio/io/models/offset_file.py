@@ -87,7 +87,7 @@ def crs_or_problem(text: object, where: str) -> tuple[str | None, str | None]:
         except InputError:
             pass
     return None, tr(
-        "The coordinate reference system in '{file}' is not a known projected one. Declare it "
+        "The coordinate reference system (CRS) in '{file}' is not a known projected one. Declare it "
         "yourself.",
         file=where,
     )

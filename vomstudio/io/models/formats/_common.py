@@ -17,7 +17,7 @@ from vomstudio.progress import Progress
 from vomstudio.words import to_translate, tr, tr_n
 
 UNKNOWN_CRS = to_translate(
-    "The coordinate reference system is not a known projected one. Declare it yourself."
+    "The coordinate reference system (CRS) is not a known projected one. Declare it yourself."
 )
 """Said of a file that names a CRS which cannot be used."""
 
