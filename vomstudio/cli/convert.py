@@ -81,9 +81,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
                 field="--unit",
             )
     elif crs is not None and unit != 1.0:
-        warnings.append(
-            tr("Coordinates stay in the unit of the CRS, {metres:.9g} m.", metres=unit)
-        )
+        warnings.append(tr("Coordinates stay in the unit of the CRS, {metres:.9g} m.", metres=unit))
     data = _in_world(loaded, args.up, METRES[args.unit] if args.unit and crs is None else 1.0)
     inputs = [loaded.path, *companions(loaded.path)]
     warnings += write_model(data, crs, target, force=args.force, inputs=inputs, progress=progress)

@@ -139,9 +139,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     )
     made = run_job(RECONSTRUCT, order, progress)
     if made.dense_gsd_m is None:
-        raise WorkerError(
-            tr("None of the sample photos was aligned. Install the program again.")
-        )
+        raise WorkerError(tr("None of the sample photos was aligned. Install the program again."))
     outcrop, cloud = read_model(sample_model()).data, read_model(Path(made.dense)).data
     checks = check_photos(
         read_cameras(made.poses),

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vomstudio.cli.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.output import Output
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 
 def add_parser(subparsers: Subparsers) -> None:

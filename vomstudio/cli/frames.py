@@ -6,7 +6,7 @@ import argparse
 
 from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -53,7 +53,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
             folder=args.output,
         ),
         *(
-            "  " + tr_n("{count} left out: {reason}", "{count} left out: {reason}", n, reason=reason)
+            "  "
+            + tr_n("{count} left out: {reason}", "{count} left out: {reason}", n, reason=reason)
             for reason, n in report.skipped.items()
         ),
         report.verdict,

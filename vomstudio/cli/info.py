@@ -11,7 +11,7 @@ from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo

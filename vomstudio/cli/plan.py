@@ -140,11 +140,18 @@ def _in_words(plan: SurveyPlan) -> str:
         ),
         (
             tr("depth of field"),
-            tr("{near:.3g} m to infinity at f/{aperture:g} (within 2 pixels)",
-               near=near, aperture=plan.f_number)
+            tr(
+                "{near:.3g} m to infinity at f/{aperture:g} (within 2 pixels)",
+                near=near,
+                aperture=plan.f_number,
+            )
             if far is None
-            else tr("{near:.3g} m to {far:.3g} m at f/{aperture:g} (within 2 pixels)",
-                    near=near, far=far, aperture=plan.f_number),
+            else tr(
+                "{near:.3g} m to {far:.3g} m at f/{aperture:g} (within 2 pixels)",
+                near=near,
+                far=far,
+                aperture=plan.f_number,
+            ),
         ),
         (
             tr("control points"),

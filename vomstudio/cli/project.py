@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.arguments import Run, Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.geometry.units import METRES
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.workspace.headless_project import HeadlessProject
@@ -70,7 +70,9 @@ def add_parser(subparsers: Subparsers) -> None:
     add("redo", _redo, tr("Redo the step that was undone"))
     add("verify", _verify, tr("Verify every journal row and file of the project"))
     add("repair", _repair, tr("Replace a journal that has damaged rows, and keep the damaged one"))
-    compact = add("compact", _compact, tr("Remove journal rows and files that nothing refers to any more"))
+    compact = add(
+        "compact", _compact, tr("Remove journal rows and files that nothing refers to any more")
+    )
     compact.add_argument(
         "--dry-run", action="store_true", default=False, help=tr("only say what would go")
     )
@@ -234,7 +236,9 @@ def _changing(
     out.warn(problems)
     with HeadlessProject.opened(Path(args.project), settings, progress_of(args)) as desk:
         if desk.session.recovered and saves:
-            out.warn([tr("Unsaved changes of an earlier session were recovered and are saved now.")])
+            out.warn(
+                [tr("Unsaved changes of an earlier session were recovered and are saved now.")]
+            )
         yield desk
         if not saves:
             return
