@@ -23,7 +23,7 @@ def resource(*parts: str) -> Path:
         if path.exists():
             return path
     raise InputError(
-        tr("this file of the program is missing; install VOM Studio again"),
+        tr("This file of the program is missing. Install VOM Studio again."),
         file=_FOLDERS[0].joinpath(*parts),
     )
 

@@ -146,8 +146,8 @@ def test_progress_counts_tiles(run, model: Path, tmp_path: Path) -> None:
         "--progress", "json", "--json",
     )  # fmt: skip
     events = [json.loads(line) for line in ran.err.splitlines() if line.startswith("{")]
-    (stage,) = [e for e in events if e.get("stage") == "casting rays" and e["event"] == "stage"]
-    steps = [e["done"] for e in events if e["event"] == "step" and e["stage"] == "casting rays"]
+    (stage,) = [e for e in events if e.get("stage") == "Casting rays" and e["event"] == "stage"]
+    steps = [e["done"] for e in events if e["event"] == "step" and e["stage"] == "Casting rays"]
     assert steps == list(range(1, stage["total"] + 1))
 
 

@@ -467,10 +467,10 @@ def test_an_area_is_that_of_its_ring():
 
 def test_too_few_points_are_said_so():
     for kind, few, why in (
-        ("area", 2, "an area needs 3 points or more"),
-        ("distance", 1, "a length needs 2 points"),
-        ("polyline", 1, "a length needs 2 points"),
-        ("thickness", 1, "a length needs 2 points"),
+        ("area", 2, "An area needs at least 3 points."),
+        ("distance", 1, "A length needs 2 points."),
+        ("polyline", 1, "A length needs 2 points."),
+        ("thickness", 1, "A length needs 2 points."),
     ):
         found = seen(dimension(kind, *SQUARE[:few])).measured
         assert (found.problem, found.dimension) == (why, None)
@@ -483,18 +483,20 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
     up = ((0.0, 0.0, 0.0), (3.0, 0.0, 4.0))
     headline = kind_of(ONE_OF_EACH["dimension"]).headline
     for feature, main, lines in (
-        (dimension("distance", *up), "5.00 m", ["5.00 m straight", "3.00 m horizontal, 4.00 m up"]),
+        (dimension("distance", *up), "5.00 m",
+         ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"]),
         (dimension("distance", *up[::-1]), "5.00 m",
-         ["5.00 m straight", "3.00 m horizontal, 4.00 m down"]),
+         ["Distance 5.00 m", "Horizontal 3.00 m, downward 4.00 m"]),
         (dimension("distance", (0.0, 0.0, 0.0), (2.0, 0.0, 0.0)), "2.00 m",
-         ["2.00 m straight", "2.00 m horizontal, 0 mm up"]),
+         ["Distance 2.00 m", "Horizontal 2.00 m, upward 0 mm"]),
         (dimension("polyline", up[0], (3.0, 0.0, 0.0), up[1]), "7.00 m",
-         ["7.00 m along the line", "5.00 m straight", "3.00 m horizontal, 4.00 m up"]),
-        (dimension("area", *SQUARE), "4.00 m²", ["4.00 m²", "8.00 m around"]),
+         ["Length along the line 7.00 m", "Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"]),
+        (dimension("area", *SQUARE), "4.00 m²", ["4.00 m²", "Perimeter 8.00 m"]),
         (dimension("thickness", *up, plane_id="r1"), "4.00 m",
-         ["4.00 m thick, 95 %: unknown", "5.00 m straight", "3.00 m horizontal, 4.00 m up"]),
+         ["Thickness 4.00 m, 95 % error unknown", "Distance 5.00 m",
+          "Horizontal 3.00 m, upward 4.00 m"]),
         (dimension("thickness", *up, plane_id="gone"), "5.00 m",
-         ["5.00 m straight", "3.00 m horizontal, 4.00 m up"]),
+         ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"]),
     ):  # fmt: skip
         subject = seen(feature, level)
         assert headline(subject.measured) == main
@@ -512,7 +514,7 @@ def test_a_thickness_is_told_with_its_error():
     )  # fmt: skip
     kind = kind_of(ONE_OF_EACH["dimension"])
     assert kind.headline(found) == "4.00 m ± 12 cm"
-    assert kind.words(found)[0] == "4.00 m thick, 95 %: ± 12 cm"
+    assert kind.words(found)[0] == "Thickness 4.00 m, 95 % error ± 12 cm"
 
 
 def test_every_figure_of_a_dimension_is_in_its_own_column():
@@ -552,7 +554,7 @@ def test_a_reading_tells_where_it_comes_from():
     near, alike = NearestPick("t1", "B01", 12.34, 3.456), NearestPick("t1", "B01", 2.34, None)
     assert compared(None) == "No pick of the same type to compare with"
     assert compared(near) == "12° from B01, 3.46 m away"
-    assert compared(alike) == "2.3° from B01, the most alike"
+    assert compared(alike) == "2.3° from B01, the most similar pick"
     plain = seen(reading)
     assert kind.remarks(plain) == []
     assert kind.about(plain) == [f"Compass reading, {compared(None)}"]

@@ -198,7 +198,7 @@ def test_types_are_added_changed_and_removed_only_while_unused():
         edits.add_type(all_, FeatureType("other", "crack", "#112233"))
     with pytest.raises(DocumentError, match="#rrggbb"):
         edits.change_type(all_, replace(mine, color="red"))
-    with pytest.raises(DocumentError, match="1 feature is"):
+    with pytest.raises(DocumentError, match="1 feature has the type Bedding"):
         edits.remove_type(all_, "bedding")
     edits.remove_type(all_, "crack").swap(all_)
     assert "crack" not in all_
@@ -206,7 +206,7 @@ def test_types_are_added_changed_and_removed_only_while_unused():
 
 def test_a_model_with_any_feature_on_it_stays():
     all_ = records(lineation(Line(30.0, 20.0).vector()))
-    with pytest.raises(DocumentError, match="carries 1 feature"):
+    with pytest.raises(DocumentError, match="1 feature was measured on cliff"):
         edits.remove_model(all_, "m1")
 
 

@@ -116,8 +116,8 @@ def test_the_summary_tells_the_median_and_what_has_no_counterpart():
     ids = [r.id for r in readings]
     picks = nearest_picks(own, Measurements())
     assert "median difference to the nearest pick 6°" in summary(ids[:3], picks)
-    assert "(3 of them" in summary(ids, picks)
-    assert "no pick" in summary(["f"], picks)
+    assert "3 of which can be compared" in summary(ids, picks)
+    assert "there is no pick" in summary(["f"], picks)
 
 
 # --- edits -----------------------------------------------------------------------------------
@@ -209,12 +209,13 @@ def test_the_summary_counts_in_words():
         return NearestPick("a", "B01", angle, None)
 
     picks = {"r1": pick(4.0), "r2": pick(7.4), "r3": pick(20.0)}
-    assert summary(["r1"], picks) == "1 reading, difference to the nearest pick 4°."
+    assert summary(["r1"], picks) == "1 reading, 4° from the nearest pick."
     assert summary(["r1", "r2", "r3"], picks) == (
         "3 readings, median difference to the nearest pick 7°."
     )
     assert summary(["r1", "x"], picks) == (
-        "2 readings, difference to the nearest pick (1 of them have one of their type) 4°."
+        "2 readings, 1 of which can be compared; median difference to the nearest pick of the same "
+        "type 4°."
     )
-    assert summary([], {}).startswith("0 readings; no pick")
-    assert summary(["x"], picks).startswith("1 reading; no pick")
+    assert summary([], {}).startswith("0 readings; there are no picks")
+    assert summary(["x"], picks).startswith("1 reading; there is no pick")

@@ -177,7 +177,7 @@ def test_a_trace_through_collinear_points_is_refused(session):
 
 def test_a_model_that_carries_features_is_not_removed(session):
     session.apply(edits.add_trace(session.records, bed("t1")))
-    with pytest.raises(DocumentError, match="carries 1 feature"):
+    with pytest.raises(DocumentError, match="1 feature was measured on cliff"):
         edits.remove_model(session.records, "m1")
 
 

@@ -122,7 +122,7 @@ def test_distances_and_areas_are_measured_with_the_mouse(picked, picks):
     key(window, Qt.Key.Key_M)
     click(viewport, at[0])
     move(viewport, at[3])
-    assert reading(window)[0].endswith("straight")
+    assert reading(window)[0].startswith("Distance ")
     click(viewport, at[4])
     (first,) = studio.session.of(Dimension)
     ends = [viewport.world_of(viewport.pick(p.x(), p.y())) for p in (at[0], at[4])]

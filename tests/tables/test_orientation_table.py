@@ -187,7 +187,7 @@ def test_a_directed_line_may_point_up(table: Write) -> None:
         ("trend\n30\n", "plunge"),
         ("plunge\n30\n", "trend"),
         ("a,b\n1,2\n", "no columns of orientations"),
-        ("strike,strike,dip\n1,2,3\n", "rename"),
+        ("strike,strike,dip\n1,2,3\n", "Rename all but one"),
         ("strike,dip\n", "nothing below"),
         ("strike,dip\nnan,nan\n", "both angles"),
         ("strike,dip\nthirty,40\n", "30"),

@@ -140,7 +140,7 @@ def test_measurements_stand_in_the_tree_with_their_value(window, planes):
     assert item.parent() is window.tree._items["dimensions"]
     assert item.parent().text(0) == "Measurements"
     assert item.text(1) == "5.00 m"
-    assert "5.00 m straight" in window.properties._fit._more.text()
+    assert "Distance 5.00 m" in window.properties._fit._more.text()
     planes.undo()
     assert made.id not in window.tree._items
     planes.redo()

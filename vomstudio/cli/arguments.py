@@ -34,7 +34,14 @@ class Parser(argparse.ArgumentParser):
         found = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)
         field, said = found.groups() if found else (None, message)
         said = " ".join(said.split())
-        raise UsageError(tr("{said}; see {prog} --help.", said=said, prog=self.prog), field=field)
+        raise UsageError(
+            tr(
+                "{problem}. See {program} --help.",
+                problem=said[:1].upper() + said[1:],
+                program=self.prog,
+            ),
+            field=field,
+        )
 
     def _print_message(self, message: str, file: object = None) -> None:
         raise HelpWanted(message.rstrip("\n"))

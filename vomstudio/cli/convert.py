@@ -51,32 +51,47 @@ def run(args: argparse.Namespace, out: Output) -> None:
     loaded = read_model(Path(args.input), progress)
     warnings = list(loaded.warnings)
     if crs is not None and loaded.crs not in (None, crs):
-        warnings.append(f"the file itself names {loaded.crs}; {crs} was given and is written")
+        warnings.append(
+            tr(
+                "The file names {file_crs}. {crs} was given and is written.",
+                file_crs=loaded.crs,
+                crs=crs,
+            )
+        )
     if crs is None and loaded.crs is not None:
         try:
             crs, unit = parse_crs(loaded.crs)
         except InputError:
             crs = loaded.crs
-            warnings.append("its CRS is not a projected one; it is written as it stands")
+            warnings.append(
+                tr(
+                    "The coordinate reference system of the file is not a projected one. It is "
+                    "written unchanged."
+                )
+            )
     if args.unit is not None:
         if crs is not None and METRES[args.unit] != unit:
             raise UsageError(
                 tr(
-                    "the unit of {crs} is {unit:g} m, not {unit_2}; leave one of them out.",
+                    "The unit of {crs} is {metres:g} m, not {unit}. Leave out one of them.",
                     crs=crs,
-                    unit=unit,
-                    unit_2=args.unit,
+                    metres=unit,
+                    unit=args.unit,
                 ),
                 field="--unit",
             )
     elif crs is not None and unit != 1.0:
-        warnings.append(f"coordinates stay in the unit of the CRS, {unit:.9g} m")
+        warnings.append(tr("Coordinates stay in the unit of the CRS, {metres:.9g} m.", metres=unit))
     data = _in_world(loaded, args.up, METRES[args.unit] if args.unit and crs is None else 1.0)
     inputs = [loaded.path, *companions(loaded.path)]
     warnings += write_model(data, crs, target, force=args.force, inputs=inputs, progress=progress)
     out.result({"in": args.input, "out": args.output, "crs": crs, "warnings": warnings})
     out.warn(warnings)
-    out.text(f"{args.output}: {loaded.kind} from {args.input}")
+    out.text(
+        tr("{output}: point cloud from {input}", output=args.output, input=args.input)
+        if loaded.kind == "cloud"
+        else tr("{output}: mesh from {input}", output=args.output, input=args.input)
+    )
 
 
 def _in_world(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | PointCloud:

@@ -41,8 +41,8 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="DIR",
         default=DEFAULT_FOLDER,
         help=tr(
-            "folder for everything that is written (default {DEFAULT_FOLDER})",
-            DEFAULT_FOLDER=DEFAULT_FOLDER,
+            "folder for everything that is written (default {folder})",
+            folder=DEFAULT_FOLDER,
         ),
     )
     parser.add_argument(
@@ -64,25 +64,25 @@ def run(args: argparse.Namespace, out: Output) -> None:
     watch = _Watch()
     files: list[Path] = []
     notes: list[str] = []
-    with watch.step("measure", progress):
+    with watch.step("measure", tr("Measuring the sample"), progress):
         picks = read_picks()
         result = check_sample(picks, read_truth())
-    with watch.step("project", progress):
+    with watch.step("project", tr("Writing the project"), progress):
         files += _project(folder, picks)
-    with watch.step("net", progress):
+    with watch.step("net", tr("Drawing the stereonet"), progress):
         files += _nets(folder, picks, result)
-    images = {"net.svg": "Poles of beds, fault and joints, with the fold axis"}
-    with watch.step("orthophoto", progress):
+    images = {"net.svg": tr("Poles of bedding, fault and joints, with the fold axis")}
+    with watch.step("orthophoto", tr("Drawing the orthophoto"), progress):
         made = _orthophoto(folder)
     if made:
         files += made
-        images["ortho_sheet.png"] = "Orthophoto along the fold axis"
+        images["ortho_sheet.png"] = tr("Orthophoto along the fold axis")
     else:
-        notes.append("No orthophoto: this version cannot make one yet.")
+        notes.append(tr("No orthophoto: this version cannot make one yet."))
     checks = result.checks
     photos: dict[str, Any] | None = None
     if not args.without_photos:
-        with watch.step("photos", progress):
+        with watch.step("photos", tr("Reconstructing the sample photos"), progress):
             photos = _photos(folder, picks, progress)
         files += photos.pop("files")
         notes += photos.pop("notes")
@@ -102,7 +102,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
         }
     )
     out.text(text)
-    out.text(f"Written to {folder}; open {folder / PROJECT} in the window.")
+    out.text(
+        tr(
+            "Written to {folder}. Open {project} in the window.",
+            folder=folder,
+            project=folder / PROJECT,
+        )
+    )
 
 
 def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, Any]:
@@ -133,7 +139,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     )
     made = run_job(RECONSTRUCT, order, progress)
     if made.dense_gsd_m is None:
-        raise WorkerError(tr("none of the sample's photos was placed; install the program again"))
+        raise WorkerError(tr("None of the sample photos was aligned. Install the program again."))
     outcrop, cloud = read_model(sample_model()).data, read_model(Path(made.dense)).data
     checks = check_photos(
         read_cameras(made.poses),
@@ -162,8 +168,8 @@ class _Watch:
         self.seconds: dict[str, float] = {}
 
     @contextlib.contextmanager
-    def step(self, name: str, progress: Progress) -> Iterator[None]:
-        progress.stage(name)
+    def step(self, name: str, title: str, progress: Progress) -> Iterator[None]:
+        progress.stage(title)
         begin = time.perf_counter()
         yield
         self.seconds[name] = round(time.perf_counter() - begin, 3)
@@ -176,16 +182,16 @@ def _prepare(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()) and not (folder / MARK).is_file():
-            raise TargetError(tr("this folder holds other files; name a new one."), file=folder)
+            raise TargetError(tr("This folder holds other files. Name a new one."), file=folder)
         (folder / MARK).write_text("made by vomstudio demo\n", "utf-8")
         project = folder / PROJECT
         if project.exists():
             if (project / "journal.sqlite").is_file() and not is_free(project):
-                raise TargetError(tr("this project is open in a window; close it."), file=project)
+                raise TargetError(tr("This project is open in a window. Close it."), file=project)
             shutil.rmtree(project)
     except OSError as error:
         raise TargetError(
-            tr("the folder cannot be used ({strerror})", strerror=error.strerror), file=folder
+            tr("The folder cannot be used ({reason}).", reason=error.strerror), file=folder
         ) from error
 
 

@@ -83,23 +83,27 @@ def _in_a_sentence(error: Exception) -> VomError:
         case VomError():
             return error
         case MemoryError():
-            return _OurFault("there is not enough memory for this; close other programs.")
+            return _OurFault(tr("There is not enough memory for this. Close other programs."))
         case OSError():
             return _from_system(error)
     logging.getLogger(__name__).error("an internal error", exc_info=error)
     return _OurFault(
-        f"an internal error ({type(error).__name__}: {' '.join(str(error).split())}); please "
-        "report it with this command (VOMSTUDIO_DEBUG=1 shows where)."
+        tr(
+            "An internal error occurred ({kind}: {error}). Please report it with this command "
+            "(VOMSTUDIO_DEBUG=1 shows where).",
+            kind=type(error).__name__,
+            error=" ".join(str(error).split()),
+        )
     )
 
 
 def _from_system(error: OSError) -> VomError:
     reason = error.strerror or str(error)
     if isinstance(error, BrokenPipeError) or error.filename is None:
-        return _OurFault(f"the system refused ({reason}); please try again.")
+        return _OurFault(tr("The system refused this ({reason}). Please try again.", reason=reason))
     name = os.fsdecode(error.filename) if isinstance(error.filename, bytes) else error.filename
     return InputError(
-        tr("the system refused this ({reason}); check name and rights.", reason=reason),
+        tr("The system refused this ({reason}). Check name and permissions.", reason=reason),
         file=str(name),
     )
 
@@ -140,5 +144,5 @@ def _parser(words: Sequence[str]) -> Parser:
 
 def _no_command(args: object, out: object) -> None:
     raise UsageError(
-        tr("name a command: {COMMANDS}; see vomstudio --help.", COMMANDS=", ".join(COMMANDS))
+        tr("Name a command: {commands}. See vomstudio --help.", commands=", ".join(COMMANDS))
     )

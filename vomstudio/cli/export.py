@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vomstudio.cli.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.output import Output
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -16,7 +16,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
     parser.add_argument("--to", metavar="FORMAT", required=True, help=tr("csv, gpkg, shp or dxf"))
-    add_output(parser, "the file to write", required=True)
+    add_output(parser, tr("the file to write"), required=True)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -25,5 +25,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
     table = export_project(Path(args.project), args.to, Path(args.output), force=args.force)
     files = [str(path) for path in table.files]
     out.result({"files": files, "n": len(table.rows), "skipped": table.skipped})
-    out.warn([f"{item['name']} left out: {item['reason']}" for item in table.skipped])
-    out.text(f"{', '.join(files)}: {len(table.rows)} features")
+    out.warn(
+        [
+            tr("{feature} was left out: {reason}", feature=item["name"], reason=item["reason"])
+            for item in table.skipped
+        ]
+    )
+    out.text(
+        tr_n(
+            "{files}: {count} feature",
+            "{files}: {count} features",
+            len(table.rows),
+            files=", ".join(files),
+        )
+    )

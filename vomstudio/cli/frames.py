@@ -6,7 +6,7 @@ import argparse
 
 from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -39,10 +39,24 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.result(report.as_dict())
     out.warn(report.warnings)
     lines = [
-        f"{report.width} x {report.height} px, {report.seconds:.1f} s at {report.video_fps:g} "
-        "frames per second",
-        f"{len(report.frames)} frames in {args.output}",
-        *(f"  {count} left out: {reason}" for reason, count in report.skipped.items()),
+        tr(
+            "{width} x {height} px, {seconds:.1f} s at {rate:g} frames per second",
+            width=report.width,
+            height=report.height,
+            seconds=report.seconds,
+            rate=report.video_fps,
+        ),
+        tr_n(
+            "{count} frame in {folder}",
+            "{count} frames in {folder}",
+            len(report.frames),
+            folder=args.output,
+        ),
+        *(
+            "  "
+            + tr_n("{count} left out: {reason}", "{count} left out: {reason}", n, reason=reason)
+            for reason, n in report.skipped.items()
+        ),
         report.verdict,
     ]
     out.text("\n".join(lines))

@@ -11,7 +11,7 @@ from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -83,7 +83,10 @@ def _folder(path: Path, progress: Progress) -> dict[str, Any]:
     found = read_photos(path, progress)
     photos = found.photos
     warnings = list(found.warnings)
-    warnings += [f"{name} {reason}" for name, reason in found.skipped]
+    warnings += [
+        tr("{photo} was left out: {reason}", photo=name, reason=reason)
+        for name, reason in found.skipped
+    ]
     placed = sum(photo.latitude_deg is not None for photo in photos)
     return {
         **NOTHING,
@@ -124,7 +127,7 @@ def _table(path: Path) -> dict[str, Any]:
     table = read_table(path)
     if not len(table):
         raise InputError(
-            tr("there is a header and nothing below it; a table needs rows."),
+            tr("There is nothing below the header. A table needs rows."),
             file=path,
             line=table.header_line,
         )
@@ -138,7 +141,13 @@ def _table(path: Path) -> dict[str, Any]:
     if sound.any():
         bounds = [points[sound].min(axis=0).tolist(), points[sound].max(axis=0).tolist()]
         if not sound.all():
-            warnings.append(f"{int((~sound).sum())} rows have no finite coordinates")
+            warnings.append(
+                tr_n(
+                    "{count} row has no finite coordinates.",
+                    "{count} rows have no finite coordinates.",
+                    int((~sound).sum()),
+                )
+            )
     return {
         **NOTHING,
         "kind": "table",
@@ -169,14 +178,14 @@ def _picture(path: Path) -> dict[str, Any]:
         finally:
             Image.MAX_IMAGE_PIXELS = limit
     except UnidentifiedImageError as error:
-        raise InputError(tr("this is not an image, or a damaged one."), file=path) from error
+        raise InputError(tr("This is not a picture, or it is damaged."), file=path) from error
     except (OSError, ValueError, SyntaxError) as error:
         raise InputError(
-            tr("this image cannot be read ({error}).", error=error), file=path
+            tr("This picture cannot be read ({error}).", error=error), file=path
         ) from error
     warnings = []
     if 33550 in tags or 34264 in tags:
-        warnings.append("it is georeferenced, but its place is not shown here")
+        warnings.append(tr("The picture is georeferenced, but its position is not shown here."))
     return {
         **NOTHING,
         "kind": "raster",
@@ -202,33 +211,46 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
 def _in_words(name: str, found: dict[str, Any]) -> str:
     lines = [f"{name}: {found['kind']}"]
     for key, label in (
-        ("photos", "photos"),
-        ("with_gps", "with GPS"),
-        ("with_masks", "with masks"),
-        ("points", "points"),
-        ("faces", "faces"),
-        ("width", "width, px"),
-        ("height", "height, px"),
+        ("photos", tr("photos")),
+        ("with_gps", tr("with GPS")),
+        ("with_masks", tr("with masks")),
+        ("points", tr("points")),
+        ("faces", tr("faces")),
+        ("width", tr("width, px")),
+        ("height", tr("height, px")),
     ):
         if found.get(key):
             lines.append(f"  {label:<12}{found[key]}")
     for camera in found.get("cameras", ()):
         focal = camera["focal_px"]
         known = (
-            f"f = {focal:.0f} px ({camera['focal_source']})" if focal else "focal length unknown"
+            f"f = {focal:.0f} px ({camera['focal_source']})"
+            if focal
+            else tr("focal length unknown")
         )
-        lines.append(
-            f"  {'camera':<12}{camera['camera'] or 'unknown'}: {camera['photos']} of "
-            f"{camera['width']} x {camera['height']} px, {known}"
+        said = tr_n(
+            "{camera}: {count} photo of {width} x {height} px, {focal}",
+            "{camera}: {count} photos of {width} x {height} px, {focal}",
+            camera["photos"],
+            camera=camera["camera"] or tr("unknown"),
+            width=camera["width"],
+            height=camera["height"],
+            focal=known,
         )
+        lines.append(f"  {tr('camera'):<12}{said}")
     if bounds := found.get("bounds"):
         for axis, low, high in zip("xyz", *bounds, strict=True):
-            lines.append(f"  {axis + ', m':<12}{low:.3f} to {high:.3f}")
+            said = tr("{low:.3f} to {high:.3f}", low=low, high=high)
+            lines.append(f"  {axis + ', m':<12}{said}")
     if spacing := found.get("resolution_m"):
-        lines.append(f"  {'spacing, m':<12}{spacing:.4g}")
+        lines.append(f"  {tr('spacing, m'):<12}{spacing:.4g}")
     if found["kind"] in ("mesh", "cloud") or found.get("crs"):
-        lines.append(f"  {'CRS':<12}{found.get('crs') or 'none in the file'}")
-    for key in ("fields", "materials", "textures"):
+        lines.append(f"  {tr('CRS'):<12}{found.get('crs') or tr('none in the file')}")
+    for key, label in (
+        ("fields", tr("fields")),
+        ("materials", tr("materials")),
+        ("textures", tr("textures")),
+    ):
         if found.get(key):
-            lines.append(f"  {key:<12}{', '.join(map(str, found[key]))}")
+            lines.append(f"  {label:<12}{', '.join(map(str, found[key]))}")
     return "\n".join(lines)

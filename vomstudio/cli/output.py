@@ -49,7 +49,7 @@ class Output:
 
     def warn(self, warnings: Sequence[str]) -> None:
         for warning in warnings:
-            self.note(f"warning: {warning}")
+            self.note(tr("warning: {warning}", warning=warning))
 
     def for_stdout(self) -> str:
         if self.as_json:
@@ -106,9 +106,9 @@ class Channel:
         except BrokenPipeError:
             raise
         except OSError as error:
-            full = "the disk is full" if error.errno == errno.ENOSPC else str(error.strerror)
+            full = tr("the disk is full") if error.errno == errno.ENOSPC else str(error.strerror)
             raise TargetError(
-                tr("standard output cannot be written ({full}).", full=full)
+                tr("Standard output cannot be written ({reason}).", reason=full)
             ) from error
 
 

@@ -56,7 +56,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--aperture", type=float, default=8.0, metavar="N", help=tr("f-number (default 8)")
     )
-    add_output(parser, "a field sheet to print (.pdf, .svg, .html)")
+    add_output(parser, tr("a field sheet to print (.pdf, .svg, .html)"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -91,22 +91,76 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _in_words(plan: SurveyPlan) -> str:
     near, far = plan.depth_of_field_m
     c = plan.camera
-    lines = [
-        f"camera            {c.name}, {c.focal_mm:g} mm, sensor {c.sensor_width_mm:.3g} x "
-        f"{c.sensor_height_mm:.3g} mm, {c.width_px} x {c.height_px} px",
-        f"distance          {plan.distance_m:.4g} m",
-        f"pixel on the rock {1000 * plan.gsd_m:.3g} mm",
-        f"smallest plane    {plan.smallest_plane_m:.3g} m (1000 pixels)",
-        f"one photo shows   {plan.footprint_m[0]:.3g} x {plan.footprint_m[1]:.3g} m",
-        f"step              {plan.spacing_m[0]:.3g} m along, {plan.spacing_m[1]:.3g} m up "
-        f"({plan.overlap:.0%} overlap)",
-        f"photos            {len(plan.stations)}: {len(plan.of_kind('perpendicular'))} "
-        f"perpendicular, {len(plan.of_kind('oblique'))} oblique by 30 degrees",
-        f"views             {plan.views_least} or more of every place, {plan.views_median:.0f} as "
-        "a rule",
-        f"sharp             {near:.3g} m to {'infinity' if far is None else f'{far:.3g} m'} at "
-        f"f/{plan.f_number:g} (within 2 pixels)",
-        f"control points    {', '.join(p.label for p in plan.control_points)}: marks of "
-        f"{100 * plan.target_size_m:.2g} cm or more",
+    rows = [
+        (
+            tr("camera"),
+            tr(
+                "{camera}, {focal:g} mm, sensor {sensor_width:.3g} x {sensor_height:.3g} mm, "
+                "{width} x {height} px",
+                camera=c.name,
+                focal=c.focal_mm,
+                sensor_width=c.sensor_width_mm,
+                sensor_height=c.sensor_height_mm,
+                width=c.width_px,
+                height=c.height_px,
+            ),
+        ),
+        (tr("distance"), f"{plan.distance_m:.4g} m"),
+        (tr("GSD"), f"{1000 * plan.gsd_m:.3g} mm"),
+        (
+            tr("smallest plane"),
+            tr("{size:.3g} m (1000 pixels)", size=plan.smallest_plane_m),
+        ),
+        (tr("photo footprint"), f"{plan.footprint_m[0]:.3g} x {plan.footprint_m[1]:.3g} m"),
+        (
+            tr("spacing"),
+            tr(
+                "{along:.3g} m along, {up:.3g} m up ({overlap:.0%} overlap)",
+                along=plan.spacing_m[0],
+                up=plan.spacing_m[1],
+                overlap=plan.overlap,
+            ),
+        ),
+        (
+            tr("photos"),
+            tr(
+                "{count}: {perpendicular} perpendicular, {oblique} oblique by 30 degrees",
+                count=len(plan.stations),
+                perpendicular=len(plan.of_kind("perpendicular")),
+                oblique=len(plan.of_kind("oblique")),
+            ),
+        ),
+        (
+            tr("views"),
+            tr(
+                "at least {least} of every place, median {median:.0f}",
+                least=plan.views_least,
+                median=plan.views_median,
+            ),
+        ),
+        (
+            tr("depth of field"),
+            tr(
+                "{near:.3g} m to infinity at f/{aperture:g} (within 2 pixels)",
+                near=near,
+                aperture=plan.f_number,
+            )
+            if far is None
+            else tr(
+                "{near:.3g} m to {far:.3g} m at f/{aperture:g} (within 2 pixels)",
+                near=near,
+                far=far,
+                aperture=plan.f_number,
+            ),
+        ),
+        (
+            tr("control points"),
+            tr(
+                "{points}: marks of at least {size:.2g} cm",
+                points=", ".join(p.label for p in plan.control_points),
+                size=100 * plan.target_size_m,
+            ),
+        ),
     ]
-    return "\n".join(lines)
+    width = max(len(label) for label, _ in rows) + 1
+    return "\n".join(f"{label:<{width}}{value}" for label, value in rows)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.arguments import Run, Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.geometry.units import METRES
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.workspace.headless_project import HeadlessProject
@@ -37,8 +37,8 @@ def add_parser(subparsers: Subparsers) -> None:
         made.set_defaults(act=act)
         return made
 
-    add("list", _list, "Say what is in it")
-    model = add("add-model", _add_model, "Make a model part of it")
+    add("list", _list, tr("List the contents of the project"))
+    model = add("add-model", _add_model, tr("Add a model to the project"))
     model.add_argument("file", metavar="FILE", help=tr("model or cloud in any format that is read"))
     model.add_argument("--crs", metavar="EPSG", default=None, help=tr("the projected CRS of FILE"))
     model.add_argument(
@@ -47,7 +47,7 @@ def add_parser(subparsers: Subparsers) -> None:
     model.add_argument(
         "--unit", choices=sorted(METRES), default=None, help=tr("the unit of FILE's coordinates")
     )
-    picks = add("add-picks", _add_picks, "Add traces: points in World along beds or fractures")
+    picks = add("add-picks", _add_picks, tr("Add traces: points in World along beds or fractures"))
     picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
     picks.add_argument(
         "--model",
@@ -62,15 +62,17 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("name or number of the column that tells the traces apart, and names them"),
     )
     picks.add_argument("--set", default="", help=tr("the set that they belong to"))
-    fit = add("fit", _fit, "Fit and judge its features")
+    fit = add("fit", _fit, tr("Fit and judge the features"))
     fit.add_argument(
         "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
     )
-    add("undo", _undo, "Take the last step back")
-    add("redo", _redo, "Do the step that was taken back again")
-    add("verify", _verify, "Read every row and file of it and say what is not as it was written")
-    add("repair", _repair, "Write a journal with damaged rows anew, and keep the damaged one")
-    compact = add("compact", _compact, "Take away rows and files that nothing can reach any more")
+    add("undo", _undo, tr("Undo the last step"))
+    add("redo", _redo, tr("Redo the step that was undone"))
+    add("verify", _verify, tr("Verify every journal row and file of the project"))
+    add("repair", _repair, tr("Replace a journal that has damaged rows, and keep the damaged one"))
+    compact = add(
+        "compact", _compact, tr("Remove journal rows and files that nothing refers to any more")
+    )
     compact.add_argument(
         "--dry-run", action="store_true", default=False, help=tr("only say what would go")
     )
@@ -98,8 +100,13 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
         "skipped": list(found.skipped),
     }
     out.result({**_summary(args).as_dict(), **result})
-    out.warn([f"{item['name']} left out: {item['reason']}" for item in found.skipped])
-    out.text("\n".join(_row_in_words(row) for row in found.rows) or "no features")
+    out.warn(
+        [
+            tr("{feature} was left out: {reason}", feature=item["name"], reason=item["reason"])
+            for item in found.skipped
+        ]
+    )
+    out.text("\n".join(_row_in_words(row) for row in found.rows) or tr("no features"))
 
 
 def _verify(args: argparse.Namespace, out: Output) -> None:
@@ -111,8 +118,20 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
     out.warn(found.problems)
     # A project that is not sound is no success, whoever asks by a script.
     out.failed = not found.sound
-    said = "sound" if found.sound else f"{len(found.problems)} problems"
-    out.text(f"{args.project}: {found.steps} steps, {found.assets} files, {said}")
+    said = (
+        tr("sound")
+        if found.sound
+        else tr_n("{count} problem", "{count} problems", len(found.problems))
+    )
+    out.text(
+        tr(
+            "{project}: {steps}, {files}, {verdict}",
+            project=args.project,
+            steps=tr_n("{count} step", "{count} steps", found.steps),
+            files=tr_n("{count} file", "{count} files", found.assets),
+            verdict=said,
+        )
+    )
 
 
 # --- changing ------------------------------------------------------------------------------------
@@ -141,26 +160,32 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
         model, kind = desk.find_model(args.model), desk.find_type(args.type)
         added = desk.add_picks(picks, model, kind, args.set)
     warnings = [*groups.warnings, *added.warnings]
-    out.warn([*warnings, *(f"{name} left out: {reason}" for name, reason in added.skipped)])
+    left_out = [
+        tr("{feature} was left out: {reason}", feature=name, reason=reason)
+        for name, reason in added.skipped
+    ]
+    out.warn([*warnings, *left_out])
     what = {
         "added": [{"id": trace.id, "name": trace.name} for trace in added.traces],
         "skipped": [{"id": name, "reason": reason} for name, reason in added.skipped],
         "warnings": warnings,
     }
-    count = len(added.traces)
-    _report(args, out, what, f"{count} trace{'s' if count > 1 else ''} on {model.name}")
+    said = tr_n(
+        "{count} trace on {model}", "{count} traces on {model}", len(added.traces), model=model.name
+    )
+    _report(args, out, what, said)
 
 
 def _undo(args: argparse.Namespace, out: Output) -> None:
     with _changing(args, out) as desk:
         label = desk.undo()
-    _report(args, out, {"undone": label}, f"undone: {label}")
+    _report(args, out, {"undone": label}, tr("undone: {step}", step=label))
 
 
 def _redo(args: argparse.Namespace, out: Output) -> None:
     with _changing(args, out) as desk:
         label = desk.redo()
-    _report(args, out, {"redone": label}, f"done again: {label}")
+    _report(args, out, {"redone": label}, tr("redone: {step}", step=label))
 
 
 def _repair(args: argparse.Namespace, out: Output) -> None:
@@ -168,7 +193,7 @@ def _repair(args: argparse.Namespace, out: Output) -> None:
         made = desk.project.repair()
     out.warn(made.lost)
     what = {"kept": str(made.kept), "lost": list(made.lost)}
-    _report(args, out, what, f"repaired; the damaged journal is kept as {made.kept}")
+    _report(args, out, what, tr("repaired; the damaged journal is kept as {file}", file=made.kept))
 
 
 def _compact(args: argparse.Namespace, out: Output) -> None:
@@ -185,8 +210,17 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
         "assets": list(plan.assets),
         "asset_bytes": plan.asset_bytes,
     }
-    words = f"{plan.rows} of {plan.of_rows} rows, {len(plan.assets)} files"
-    _report(args, out, what, f"would go: {words}" if args.dry_run else f"gone: {words}")
+    counts = {
+        "rows": plan.rows,
+        "all_rows": plan.of_rows,
+        "files": tr_n("{count} file", "{count} files", len(plan.assets)),
+    }
+    said = (
+        tr("would be removed: {rows} of {all_rows} rows, {files}", **counts)
+        if args.dry_run
+        else tr("removed: {rows} of {all_rows} rows, {files}", **counts)
+    )
+    _report(args, out, what, said)
 
 
 @contextmanager
@@ -202,7 +236,9 @@ def _changing(
     out.warn(problems)
     with HeadlessProject.opened(Path(args.project), settings, progress_of(args)) as desk:
         if desk.session.recovered and saves:
-            out.warn(["changes that had not been saved are part of the project, and saved now"])
+            out.warn(
+                [tr("Unsaved changes of an earlier session were recovered and are saved now.")]
+            )
         yield desk
         if not saves:
             return

@@ -169,136 +169,289 @@ def _metres(name: str, title: str, explanation: str, value: Value, **more: Any) 
 
 
 def _shown_quality(s: Subject) -> str:
-    return _quality(s) or ("no plane" if s.measured.problem else "–")
+    return _quality(s) or (tr("no plane") if s.measured.problem else "–")
 
 
-ID = _text("id", "Id", "Name of the record, the same as long as the project lives",
-           lambda s: s.feature.id)  # fmt: skip
-NAME = _text("name", "Name", "Name", lambda s: s.feature.name, words=("name",), attribute="name")
-KIND = _text("kind", "Type", "Feature type", _type, words=("type",),
-             shown=lambda s: s.type.name if s.type else "")  # fmt: skip
-GEOMETRY = _text("geometry", "Geometry", "What it is by nature: plane or line", _geometry)
-SET = _text("set", "Set", "Set", _feature("set_name"), words=("set",), attribute="set_name")
+ID = _text(
+    "id", _("Id"), _("Identifier of the record, which never changes"), lambda s: s.feature.id
+)
+NAME = _text(
+    "name", _("Name"), _("Name"), lambda s: s.feature.name, words=("name",), attribute="name"
+)
+KIND = _text(
+    "kind",
+    _("Type"),
+    _("Feature type"),
+    _type,
+    words=("type",),
+    shown=lambda s: s.type.name if s.type else "",
+)
+GEOMETRY = _text("geometry", _("Geometry"), _("Geometry of the feature: plane or line"), _geometry)
+SET = _text("set", _("Set"), _("Set"), _feature("set_name"), words=("set",), attribute="set_name")
 OVERTURNED = Figure(
-    "overturned", _("Overturned"), _("The bed is upside down: its younging is known"), _overturned,
-    "flag", words=("overturned",), attribute="overturned",
-)  # fmt: skip
+    "overturned",
+    _("Overturned"),
+    _("The bed is overturned: its younging direction is known"),
+    _overturned,
+    "flag",
+    words=("overturned",),
+    attribute="overturned",
+)
 UNDEFINED = Figure(
-    "undefined", _("Undefined"),
-    _("Its azimuth means nothing: a horizontal plane, a vertical line"),
-    _undefined, "flag",
-)  # fmt: skip
+    "undefined",
+    _("Undefined"),
+    _("Azimuth undefined: horizontal plane or vertical line"),
+    _undefined,
+    "flag",
+)
 DIP_DIRECTION = _degrees(
-    "dip_direction_deg", "Dip dir.", "Azimuth of the steepest way down the plane",
-    _plane("dip_direction_deg"), "azimuth", short="dip_dir", words=("dipdir", "dd", "azimuth"),
-)  # fmt: skip
-DIP = _degrees("dip_deg", "Dip", "Angle of the plane from the horizontal", _plane("dip_deg"),
-               "angle", short="dip", words=("dip",))  # fmt: skip
+    "dip_direction_deg",
+    _("Dip dir."),
+    _("Azimuth of the steepest way down the plane"),
+    _plane("dip_direction_deg"),
+    "azimuth",
+    short="dip_dir",
+    words=("dipdir", "dd", "azimuth"),
+)
+DIP = _degrees(
+    "dip_deg",
+    _("Dip"),
+    _("Angle of the plane from the horizontal"),
+    _plane("dip_deg"),
+    "angle",
+    short="dip",
+    words=("dip",),
+)
 STRIKE = _degrees(
-    "strike_rhr_deg", "Strike", "By the right-hand rule: dip direction less 90 degrees",
-    _plane("strike_rhr_deg"), "azimuth", short="strike_rhr", words=("strike",),
-)  # fmt: skip
-POLE_TREND = _degrees("pole_trend_deg", "Pole trend", "Azimuth of the plane's downward normal",
-                      _pole("trend_deg"), "azimuth", short="pole_trend")  # fmt: skip
-POLE_PLUNGE = _degrees("pole_plunge_deg", "Pole plunge", "Plunge of the plane's downward normal",
-                       _pole("plunge_deg"), "angle", short="pole_plung")  # fmt: skip
-TREND = _degrees("trend_deg", "Trend", "Azimuth of the line, downward", _line("trend_deg"),
-                 "azimuth", short="trend", words=("trend",))  # fmt: skip
-PLUNGE = _degrees("plunge_deg", "Plunge", "Angle of the line from the horizontal",
-                  _line("plunge_deg"), "angle", short="plunge", words=("plunge",))  # fmt: skip
+    "strike_rhr_deg",
+    _("Strike"),
+    _("By the right-hand rule: dip direction less 90 degrees"),
+    _plane("strike_rhr_deg"),
+    "azimuth",
+    short="strike_rhr",
+    words=("strike",),
+)
+POLE_TREND = _degrees(
+    "pole_trend_deg",
+    _("Pole trend"),
+    _("Azimuth of the plane's downward normal"),
+    _pole("trend_deg"),
+    "azimuth",
+    short="pole_trend",
+)
+POLE_PLUNGE = _degrees(
+    "pole_plunge_deg",
+    _("Pole plunge"),
+    _("Plunge of the plane's downward normal"),
+    _pole("plunge_deg"),
+    "angle",
+    short="pole_plung",
+)
+TREND = _degrees(
+    "trend_deg",
+    _("Trend"),
+    _("Azimuth of the line, downward"),
+    _line("trend_deg"),
+    "azimuth",
+    short="trend",
+    words=("trend",),
+)
+PLUNGE = _degrees(
+    "plunge_deg",
+    _("Plunge"),
+    _("Angle of the line from the horizontal"),
+    _line("plunge_deg"),
+    "angle",
+    short="plunge",
+    words=("plunge",),
+)
 RAKE = _degrees(
-    "rake_deg", "Rake",
-    "Of a line in its plane, from the right-hand-rule strike; of a slip -180 to 180, positive "
-    "reverse",
-    _rake, short="rake", words=("rake",),
-)  # fmt: skip
+    "rake_deg",
+    _("Rake"),
+    _(
+        "Rake of a line in its plane, from the right-hand-rule strike; of slip -180 to 180, "
+        "positive where reverse"
+    ),
+    _rake,
+    short="rake",
+    words=("rake",),
+)
 X, Y, Z = (
-    Figure(axis, axis, f"Where it is, {towards} in World", _place(i), "index", "m")
-    for i, (axis, towards) in enumerate((("x", "east"), ("y", "north"), ("z", "up")))
+    Figure(axis, axis, explanation, _place(i), "index", "m")
+    for i, (axis, explanation) in enumerate(
+        (
+            ("x", _("Position in World, toward east")),
+            ("y", _("Position in World, toward north")),
+            ("z", _("Position in World, upward")),
+        )
+    )
 )
 NORMAL_X, NORMAL_Y, NORMAL_Z = (
-    Figure(f"normal_{axis}", f"Normal {axis}", _("Of the plane's upward normal"), _normal(i))
+    Figure(
+        f"normal_{axis}", f"Normal {axis}", _("Component of the plane's upward normal"), _normal(i)
+    )
     for i, axis in enumerate("xyz")
 )
-N_POINTS = Figure("n_points", "n", _("Number of points"), _of_either("n", "n"), "count",
-                  words=("n",))  # fmt: skip
+N_POINTS = Figure(
+    "n_points", "n", _("Number of points"), _of_either("n", "n"), "count", words=("n",)
+)
 EXTENT = _metres(
-    "extent_m", "Extent", "Longest axis of the trace, diameter of the patch",
-    _of_either("extent", "length"), short="extent_m", words=("extent",),
-)  # fmt: skip
-AREA = Figure("area_m2", _("Area"), _("Area of the patch's faces"), _measured("area_m2"),
-              "area", "m2", words=("area",))  # fmt: skip
-RMS = _metres("rms_m", "RMS", "Root mean square distance from the plane",
-              _of_either("rms", "rms"), words=("rms",))  # fmt: skip
+    "extent_m",
+    _("Extent"),
+    _("Longest axis of the trace, diameter of the patch"),
+    _of_either("extent", "length"),
+    short="extent_m",
+    words=("extent",),
+)
+AREA = Figure(
+    "area_m2",
+    _("Area"),
+    _("Area of the patch's faces"),
+    _measured("area_m2"),
+    "area",
+    "m2",
+    words=("area",),
+)
+RMS = _metres(
+    "rms_m",
+    _("RMS"),
+    _("Root mean square distance from the plane"),
+    _of_either("rms", "rms"),
+    words=("rms",),
+)
 LAMBDA_1, LAMBDA_2, LAMBDA_3 = (
-    Figure(f"lambda{i + 1}", f"λ{i + 1}",
-           _("Eigenvalue of the points' scatter; the three sum to 1"),
-           _eigenvalue(i))
+    Figure(
+        f"lambda{i + 1}",
+        f"λ{i + 1}",
+        _("Eigenvalue of the points' scatter; the three sum to 1"),
+        _eigenvalue(i),
+    )
     for i in range(3)
-)  # fmt: skip
+)
 COPLANARITY = Figure(
-    "coplanarity", _("Coplan."), _("Coplanarity index 1/l3 (textbook eq. 20)"), _fit("coplanarity"),
-    short="coplanar", words=("coplanarity",),
-)  # fmt: skip
+    "coplanarity",
+    _("Coplan."),
+    _("Coplanarity index 1/l3 (textbook eq. 20)"),
+    _fit("coplanarity"),
+    short="coplanar",
+    words=("coplanarity",),
+)
 COLLINEARITY = Figure(
-    "collinearity", _("Collin."), _("Collinearity index l1/l2 (textbook eq. 21)"),
-    _fit("collinearity"), short="collinear", words=("collinearity",),
-)  # fmt: skip
+    "collinearity",
+    _("Collin."),
+    _("Collinearity index l1/l2 (textbook eq. 21)"),
+    _fit("collinearity"),
+    short="collinear",
+    words=("collinearity",),
+)
 M = Figure("M", "M", _("ln(l1/l3): over 4 is well defined"), _fit("M"), words=("M",))
 K = Figure("K", "K", _("ln(l1/l2)/ln(l2/l3): under 0.8 is not a line"), _fit("K"), words=("K",))
 MAX_ANGULAR_ERROR = _degrees(
-    "max_angular_error_deg", "Ang. error max",
-    "Largest hyperbolic angular error of the scatter (Quinn and Ehlmann 2019)",
-    _fit("max_angular_error_deg"), short="max_angle",
-)  # fmt: skip
+    "max_angular_error_deg",
+    _("Ang. error max"),
+    _("Largest hyperbolic angular error of the plane (Quinn and Ehlmann 2019)"),
+    _fit("max_angular_error_deg"),
+    short="max_angle",
+)
 MIN_ANGULAR_ERROR = _degrees(
-    "min_angular_error_deg", "Ang. error min", "The same, in the best known direction",
-    _fit("min_angular_error_deg"), short="min_angle",
-)  # fmt: skip
+    "min_angular_error_deg",
+    _("Ang. error min"),
+    _("Smallest hyperbolic angular error of the plane"),
+    _fit("min_angular_error_deg"),
+    short="min_angle",
+)
 MAX_CONFIDENCE = _degrees(
-    "max_confidence95_deg", "95 % max",
-    "Largest tilt inside the joint 95 % confidence region of the plane or line",
-    _measured("max_confidence95_deg"), short="max_conf95", words=("95", "95max", "error"),
-)  # fmt: skip
+    "max_confidence95_deg",
+    _("95 % max"),
+    _("Largest tilt inside the joint 95 % confidence region of the plane or line"),
+    _measured("max_confidence95_deg"),
+    short="max_conf95",
+    words=("95", "95max", "error"),
+)
 MIN_CONFIDENCE = _degrees(
-    "min_confidence95_deg", "95 % min", "The same, in the best known direction",
-    _measured("min_confidence95_deg"), short="min_conf95", words=("95min",),
-)  # fmt: skip
+    "min_confidence95_deg",
+    _("95 % min"),
+    _("Smallest tilt on the edge of the joint 95 % confidence region of the plane or line"),
+    _measured("min_confidence95_deg"),
+    short="min_conf95",
+    words=("95min",),
+)
 ERROR_RAKE = _degrees(
-    "error_rake_deg", "Error rake", "Rake in the plane of the axis about which it is known worst",
-    _fit("error_rake_deg"), "angle", short="error_rake",
-)  # fmt: skip
-DIP_ERROR = _degrees("dip_error_deg", "± dip", "95 % error of the dip", _fit("dip_error_deg"),
-                     short="dip_error", words=("dip_error",))  # fmt: skip
+    "error_rake_deg",
+    _("Error rake"),
+    _("Rake of the axis in the plane about which its attitude is least certain"),
+    _fit("error_rake_deg"),
+    "angle",
+    short="error_rake",
+)
+DIP_ERROR = _degrees(
+    "dip_error_deg",
+    _("± dip"),
+    _("95 % error of the dip"),
+    _fit("dip_error_deg"),
+    short="dip_error",
+    words=("dip_error",),
+)
 DIP_DIRECTION_ERROR = _degrees(
-    "dip_direction_error_deg", "± dip dir.",
-    "95 % error of the dip direction; undefined near horizontal",
-    _fit("dip_direction_error_deg"), short="dipdir_err", words=("dipdir_error",),
-)  # fmt: skip
+    "dip_direction_error_deg",
+    _("± dip dir."),
+    _("95 % error of the dip direction; undefined near horizontal"),
+    _fit("dip_direction_error_deg"),
+    short="dipdir_err",
+    words=("dipdir_error",),
+)
 REGISTRATION_ERROR = _degrees(
-    "registration_error_deg", "Registration", "95 % half-angle of the model's rotation",
-    lambda s: None, short="reg_error",
-)  # fmt: skip
-TOTAL = _degrees("total95_deg", "Total 95 %", "Fit and registration together", lambda s: None,
-                 short="total95")  # fmt: skip
+    "registration_error_deg",
+    _("Registration"),
+    _("95 % error of the model's rotation (half-angle)"),
+    lambda s: None,
+    short="reg_error",
+)
+TOTAL = _degrees(
+    "total95_deg",
+    _("Total 95 %"),
+    _("95 % error of fit and registration combined"),
+    lambda s: None,
+    short="total95",
+)
 RESOLUTION = _metres(
-    "resolution_m", "Resolution", "Spacing of the model's points around the feature",
-    _measured("resolution_m"), short="resolution",
-)  # fmt: skip
+    "resolution_m",
+    _("Resolution"),
+    _("Spacing of the model's points around the feature"),
+    _measured("resolution_m"),
+    short="resolution",
+)
 EXTENT_OVER_RESOLUTION = Figure(
-    "extent_over_resolution", _("Ext./res."),
-    _("Extent over the model's resolution: 100 is wanted"),
-    _ratio, "ratio", short="extent_res", words=("resolution", "ext/res", "ratio"),
-)  # fmt: skip
-QUALITY = _text("quality", "Quality", "Verdict on the plane or line, with its reasons", _quality,
-                words=("quality", "verdict"), shown=_shown_quality)  # fmt: skip
-REASONS = _text("quality_reason", "Reasons", "Why the verdict is what it is", _reasons,
-                short="reason", words=("reasons",))  # fmt: skip
-METHOD = _text("method", "Method", "How it was fitted or measured", _method)
-MODEL = _text("model", "Model", "Model on which it was measured", _model)
-FRAME = _text("frame", "Frame", "What its azimuths count from", _frame)
-NOTES = _text("notes", "Notes", "Notes", _feature("notes"), words=("notes", "note"),
-              attribute="notes")  # fmt: skip
+    "extent_over_resolution",
+    _("Ext./res."),
+    _("Extent over the model's resolution: at least 100 is recommended"),
+    _ratio,
+    "ratio",
+    short="extent_res",
+    words=("resolution", "ext/res", "ratio"),
+)
+QUALITY = _text(
+    "quality",
+    _("Quality"),
+    _("Verdict on the plane or line, with its reasons"),
+    _quality,
+    words=("quality", "verdict"),
+    shown=_shown_quality,
+)
+REASONS = _text(
+    "quality_reason",
+    _("Reasons"),
+    _("Reasons for the verdict"),
+    _reasons,
+    short="reason",
+    words=("reasons",),
+)
+METHOD = _text("method", _("Method"), _("Method of the fit or measurement"), _method)
+MODEL = _text("model", _("Model"), _("Model on which it was measured"), _model)
+FRAME = _text("frame", _("Frame"), _("Reference of the azimuths"), _frame)
+NOTES = _text(
+    "notes", _("Notes"), _("Notes"), _feature("notes"), words=("notes", "note"), attribute="notes"
+)
 
 ORIENTATION: tuple[Figure, ...] = (
     ID, NAME, KIND, GEOMETRY, SET, DIP_DIRECTION, DIP, STRIKE, POLE_TREND, POLE_PLUNGE, TREND,
@@ -311,12 +464,15 @@ ORIENTATION: tuple[Figure, ...] = (
 """The orientation table, column after column."""
 
 TO_PICK = _degrees(
-    "to_pick_deg", "To pick",
-    "Of a compass reading: its angle from the nearest pick of the same type, or from the most "
-    "alike where the reading has no position",
+    "to_pick_deg",
+    _("To pick"),
+    _(
+        "Angle between a compass reading and the nearest pick of the same type, or the most "
+        "similar pick where the reading has no position"
+    ),
     _to_pick,
-)  # fmt: skip
-ANGLE = _degrees("angle_deg", "Angle", "Angle between the two planes", _measured("angle_deg"))
+)
+ANGLE = _degrees("angle_deg", _("Angle"), _("Angle between the two planes"), _measured("angle_deg"))
 
 # --- what goes together ----------------------------------------------------------------------
 NAMED = (ID, NAME, KIND, SET)

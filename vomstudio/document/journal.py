@@ -109,7 +109,7 @@ def replay(rows: Iterable[Row]) -> Replay:
         except DocumentError as error:
             result.problems.append(
                 tr(
-                    "journal row {seq} ({kind} {label!r}): {error}",
+                    "Journal row {seq} ({kind} {label!r}): {error}",
                     seq=row.seq,
                     kind=row.kind,
                     label=row.label,

@@ -45,7 +45,7 @@ class Attribute:
 NAME = Attribute("name", _("Name"))
 TYPE = Attribute("type_id", _("Type"), "type")
 SET = Attribute("set_name", _("Set"))
-OVERTURNED = Attribute("overturned", _("Bed"), "flag", text="overturned")
+OVERTURNED = Attribute("overturned", _("Bed"), "flag", text=_("overturned"))
 NOTES = Attribute("notes", _("Notes"))
 
 

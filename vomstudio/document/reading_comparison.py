@@ -14,6 +14,7 @@ from vomstudio.document.measurement import Measurement, NearestPick
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Model, OnAModel, Record, Typed, get
 from vomstudio.geology.orientation import angle_between_lines, angle_between_planes
+from vomstudio.words import tr, tr_n
 
 __all__ = ["NearestPick", "nearest_picks", "summary"]
 
@@ -122,9 +123,27 @@ def summary(readings: list[str], picks: Mapping[str, NearestPick]) -> str:
     """In a sentence: how well readings agree with the picks."""
     n = len(readings)
     angles = [picks[i].angle_deg for i in readings if i in picks]
-    words = f"{n} reading{'s' if n != 1 else ''}"
     if not angles:
-        return f"{words}; no pick of the same type to compare with yet."
-    among = "" if len(angles) == n else f" ({len(angles)} of them have one of their type)"
-    what = "median difference" if len(angles) > 1 else "difference"
-    return f"{words}, {what} to the nearest pick{among} {np.median(angles):.0f}°."
+        return tr_n(
+            "{count} reading; there is no pick of the same type to compare it with yet.",
+            "{count} readings; there are no picks of their types to compare them with yet.",
+            n,
+        )
+    if n == 1:
+        return tr("1 reading, {angle:.0f}° from the nearest pick.", angle=angles[0])
+    if len(angles) == n:
+        return tr_n(
+            "{count} reading, median difference to the nearest pick {angle:.0f}°.",
+            "{count} readings, median difference to the nearest pick {angle:.0f}°.",
+            n,
+            angle=np.median(angles),
+        )
+    return tr_n(
+        "{count} reading, {compared} of which can be compared; median difference to the nearest "
+        "pick of the same type {angle:.0f}°.",
+        "{count} readings, {compared} of which can be compared; median difference to the nearest "
+        "pick of the same type {angle:.0f}°.",
+        n,
+        compared=len(angles),
+        angle=np.median(angles),
+    )

@@ -12,10 +12,11 @@ import sqlite3
 from pathlib import Path
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.words import to_translate, tr
 
 
 class FolderLock:
-    """busy, unwritable : sentences; `{}` in them is who holds it, or the reason
+    """busy, unwritable : sentences that are translated here; {holder} holds it, {reason} is why not
     patience_s : how long to wait for one that holds it, who may just be dying
     """
 
@@ -34,18 +35,18 @@ class FolderLock:
                 holder = self._holder()
                 self.release()
                 if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
-                    raise InputError(busy.format(holder), file=path.parent) from error
+                    raise InputError(tr(busy, holder=holder), file=path.parent) from error
                 # A damaged lock protects nobody: whoever holds a sound one has it locked.
                 reason = _remove(path) if attempt == 1 else str(error)
                 if reason is not None:
-                    raise TargetError(unwritable.format(reason), file=path.parent) from error
+                    raise TargetError(tr(unwritable, reason=reason), file=path.parent) from error
 
     def _holder(self) -> str:
         try:
             pid, host = self._db.execute("SELECT pid, host FROM holder").fetchone()
         except (AttributeError, sqlite3.Error, TypeError):
-            return "unknown process"
-        return f"process {pid} on {host}"
+            return tr("unknown process")
+        return tr("process {number} on {host}", number=pid, host=host)
 
     def release(self) -> None:
         if hasattr(self, "_db"):
@@ -69,7 +70,9 @@ class ProjectLock(FolderLock):
         """Raises InputError that says who holds it."""
         super().__init__(
             path,
-            "the project is open in another window ({}); close it there first",
-            "the project's folder cannot be written ({}); copy it to where you may write and open "
-            "the copy",
+            to_translate("The project is open in another window ({holder}). Close it there first."),
+            to_translate(
+                "The project folder cannot be written ({reason}). Copy it to a writable place and "
+                "open the copy."
+            ),
         )

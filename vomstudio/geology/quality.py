@@ -188,13 +188,14 @@ def _of_shape(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[str]:
             )
         )
     if fit.K is None or t.good_K <= fit.K:
-        shape = "trace" if kind == "trace" else "patch"
-        k = "infinite" if fit.K is None else f"{fit.K:.2g}"
+        k = tr("infinite") if fit.K is None else f"{fit.K:.2g}"
         reasons.append(
             tr(
-                "almost straight {shape}: collinearity {number}, K {k} (below {good_K:g} "
+                "almost straight trace: collinearity {number}, K {k} (below {good_K:g} wanted); "
+                "{more}"
+                if kind == "trace"
+                else "almost straight patch: collinearity {number}, K {k} (below {good_K:g} "
                 "wanted); {more}",
-                shape=shape,
                 number=_number(fit.collinearity),
                 k=k,
                 good_K=t.good_K,
@@ -316,5 +317,5 @@ def _deg(x: float) -> str:
 
 def _number(x: float | None) -> str:
     if x is None:
-        return "infinite"
+        return tr("infinite")
     return f"{x:.0f}" if x >= 9.95 else f"{x:.1f}"

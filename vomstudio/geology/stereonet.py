@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array, Line, Plane, sin_cos_deg
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 PROJECTIONS = ("area", "angle")
 
@@ -185,10 +185,10 @@ def split_at_primitive(curve: npt.ArrayLike, projection: str = "area") -> list[A
 
 DENSITY_METHODS = ("kamb", "exponential_kamb", "linear_kamb", "schmidt")
 DENSITY_UNITS = {
-    "kamb": "standard deviations",
-    "exponential_kamb": "standard deviations",
-    "linear_kamb": "standard deviations",
-    "schmidt": "% of data per 1 % area",
+    "kamb": to_translate("standard deviations"),
+    "exponential_kamb": to_translate("standard deviations"),
+    "linear_kamb": to_translate("standard deviations"),
+    "schmidt": to_translate("% of data per 1 % area"),
 }
 
 

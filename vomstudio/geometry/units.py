@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from vomstudio.words import tr
+
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048, "us-ft": 1200 / 3937}
 """By the name of a unit of length as users type it."""
 
@@ -17,7 +19,7 @@ def length_text(value_m: float | None, digits: int = 3, *, metric: bool = True) 
     if value_m is None:
         return "–"
     if not metric:
-        return f"{_rounded(value_m, digits)} units"
+        return tr("{length} units", length=_rounded(value_m, digits))
     if abs(value_m) < NOTHING_M:
         return "0 mm"
     for unit, size in (("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)):
@@ -31,7 +33,7 @@ def area_text(value_m2: float | None, digits: int = 3, *, metric: bool = True) -
     if value_m2 is None:
         return "–"
     if not metric:
-        return f"{_rounded(value_m2, digits)} units²"
+        return tr("{area} units²", area=_rounded(value_m2, digits))
     if abs(value_m2) < NOTHING_M**2:
         return "0 cm²"
     for unit, size, below in (("cm²", 1e-4, 100.0), ("m²", 1.0, 1e4)):

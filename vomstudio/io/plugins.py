@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Generic, TypeVar
 
+from vomstudio.words import tr
+
 T = TypeVar("T")
 
 
@@ -42,16 +44,16 @@ def find_plugins(package: ModuleType, attribute: str, kind: type[T], group: str)
         if isinstance(one, kind):
             found.append(one)
         else:
-            broken.append(f"{name} defines no {attribute}")
+            broken.append(tr("{module} does not define {name}", module=name, name=attribute))
     for point in sorted(entry_points(group=group), key=lambda p: p.name):
-        said = f"the {what} '{point.name}' ({point.value})"
+        said = f"{what} '{point.name}' ({point.value})"
         try:
             one = point.load()
         except Exception as error:  # noqa: BLE001  someone else's code must not stop ours
-            broken.append(f"{said} does not load: {error}")
+            broken.append(tr("{plugin} cannot be loaded: {error}", plugin=said, error=error))
             continue
         if isinstance(one, kind):
             found.append(one)
         else:
-            broken.append(f"{said} is not a {what}")
+            broken.append(tr("{plugin} is not a {kind}", plugin=said, kind=what))
     return Found(tuple(found), tuple(broken))

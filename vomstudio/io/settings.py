@@ -74,7 +74,13 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
     except FileNotFoundError:
         return settings, []
     except (OSError, ValueError) as error:
-        return settings, [f"{path}: the settings cannot be read ({error}); defaults are used"]
+        return settings, [
+            tr(
+                "{file}: The settings cannot be read ({error}). The defaults are used.",
+                file=path,
+                error=error,
+            )
+        ]
     for known in fields(Settings):
         if known.name not in values:
             continue
@@ -89,9 +95,9 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
         except (TypeError, ValueError, AttributeError) as error:
             problems.append(
                 tr(
-                    "{path}: {known}: {error}; the default is used",
-                    path=path,
-                    known=known.name,
+                    "{file}, {setting}: {error}. The default is used.",
+                    file=path,
+                    setting=known.name,
                     error=error,
                 )
             )

@@ -375,7 +375,7 @@ def test_what_cannot_be_used_is_named_with_its_reason(tmp_path: Path) -> None:
     reasons = dict(folder.skipped)
     for name, words in {
         "good.jpg": "same photo as again.jpg",
-        "half.jpg": "cut off",
+        "half.jpg": "truncated",
         "empty.jpg": "0 bytes",
         "text.png": "not a picture",
         "phone.HEIC": "JPEG",
@@ -472,7 +472,7 @@ def test_a_mask_of_another_size_is_stretched_or_refused_in_words(
 def test_a_mask_without_a_photo_is_said(tmp_path: Path) -> None:
     maker.write_photo(tmp_path / "a.jpg")
     Image.new("L", (9, 9)).save(tmp_path / "other_mask.png")
-    assert read_photos(tmp_path).skipped == [("other_mask.png", "is a mask without its photo")]
+    assert read_photos(tmp_path).skipped == [("other_mask.png", "This is a mask without its photo")]
 
 
 def test_no_folder_no_photo_and_a_file_are_refused(tmp_path: Path) -> None:

@@ -150,7 +150,7 @@ def test_a_row_and_the_head_are_written_both_or_neither(tmp_path: Path, refused:
     session.apply(edits.add_model(session.records, MODEL))
     before, records = chained(path), dict(session.records)
     changed(path, f"CREATE TRIGGER full BEFORE {refused} BEGIN SELECT RAISE(ABORT, 'full'); END")
-    with pytest.raises(DocumentError, match=r"full.*nothing was changed") as caught:
+    with pytest.raises(DocumentError, match=r"full.*Nothing was changed") as caught:
         session.apply(edits.add_trace(session.records, bed("t0")))
     assert str(path) in str(caught.value)
     assert chained(path) == before
@@ -389,7 +389,7 @@ def test_the_newest_rows_are_given_in_their_order(four_beds: Path) -> None:
     with pytest.raises(InputError, match="damaged") as caught:
         journal.last_rows(3)
     assert "journal.sqlite" in str(caught.value)
-    with pytest.raises(InputError, match=r"damaged.*restore it from a copy"):
+    with pytest.raises(InputError, match=r"damaged.*Restore it from a copy"):
         list(journal.rows())
     journal.close()
 
@@ -437,7 +437,7 @@ def test_a_torn_file_is_refused_before_anything_is_written_to_it(four_beds: Path
     whole[middle : middle + 4096] = b"\xa5" * 4096
     path.write_bytes(whole)
     for _ in range(2):
-        with pytest.raises(InputError, match=r"damaged.*restore it from a copy"):
+        with pytest.raises(InputError, match=r"damaged.*Restore it from a copy"):
             Project.open(four_beds)
         assert path.read_bytes() == bytes(whole)
     assert sorted(p.name for p in four_beds.iterdir()) == ["journal.sqlite", "lock"]

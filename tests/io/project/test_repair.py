@@ -162,5 +162,5 @@ def test_a_new_journal_that_says_less_than_the_window_shows_is_not_taken(
         return played
 
     monkeypatch.setattr(repair_module, "read_replay", less)
-    with pytest.raises(DocumentError, match="Restore it from a copy"):
+    with pytest.raises(DocumentError, match="Restore the journal from a copy"):
         damaged.repair()

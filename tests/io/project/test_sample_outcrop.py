@@ -124,7 +124,7 @@ def test_damage_is_said_with_the_name_of_the_file(
         "\n".join([head, *lines[:-1], cut]),
         "\n".join([head, lines[0].replace("2", "two").replace("8", "eight"), *lines[1:]]),
     ):
-        with pytest.raises(InputError, match=f"{word}.*install again") as caught:
+        with pytest.raises(InputError, match=f"{word}.*Install the program again") as caught:
             read(written(tmp_path, bad))
         assert "table.csv" in str(caught.value)
 

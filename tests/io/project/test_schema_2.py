@@ -236,7 +236,7 @@ def test_declaring_a_frame_gives_up_a_registration_only_when_told_to(project: Pr
     session = project.session
     registration = Registration("r1", "4 points", "control", Frame("local"))
     session.apply(edits.set_registration(session.records, registration, ["m1"]))
-    with pytest.raises(DocumentError, match="placed by its registration"):
+    with pytest.raises(DocumentError, match="placed by the registration “4 points”"):
         edits.declare_frame(session.records, "m1", Frame("local"))
     edit = edits.declare_frame(session.records, "m1", Frame("local"), instead_of_registration=True)
     assert "in place of its registration" in edit.label

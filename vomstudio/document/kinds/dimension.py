@@ -41,12 +41,12 @@ from vomstudio.words import tr
 DimensionKind = Literal["distance", "polyline", "area", "thickness"]
 
 KINDS: tuple[tuple[DimensionKind, str], ...] = (
-    ("distance", "Distance"),
-    ("polyline", "Polyline"),
-    ("area", "Area"),
-    ("thickness", "Thickness"),
+    ("distance", _("Distance")),
+    ("polyline", _("Polyline")),
+    ("area", _("Area")),
+    ("thickness", _("Thickness")),
 )
-GROUP = OwnGroup("dimensions", "Measurements", "ruler")
+GROUP = OwnGroup("dimensions", _("Measurements"), "ruler")
 
 
 @dataclass(frozen=True)
@@ -74,14 +74,14 @@ def _measure(at: Measuring, feature: Dimension) -> Measurement:
     figures: dict[str, float] = {}
     if feature.kind == "area":
         if len(points) < 3:
-            problem = tr("an area needs 3 points or more")
+            problem = tr("An area needs at least 3 points.")
         else:
             figures = {
                 "area_m2": ring_area(points),
                 "perimeter_m": path_length(np.vstack([points, points[:1]])),
             }
     elif len(points) < 2:
-        problem = tr("a length needs 2 points")
+        problem = tr("A length needs 2 points.")
     else:
         step = points[-1] - points[0]
         figures = {
@@ -116,8 +116,8 @@ def _thickness(
     plane = at.plane(feature.plane_id)
     if plane is None:
         if not feature.plane_id:
-            return {}, tr("a thickness needs a plane that it is measured across; choose one")
-        return {}, tr("its plane is gone, or has none")
+            return {}, tr("A thickness is measured across a plane. Choose one.")
+        return {}, tr("The plane it is measured across was deleted or has no fit.")
     across = float(step @ plane.normal)
     figures = {"thickness_m": abs(across)}
     tilt = stray95(plane, step - across * plane.normal, joint=False)
@@ -168,16 +168,20 @@ def words(measured: Measurement) -> list[str]:
     if (value := figures.get("thickness_m")) is not None:
         error = figures.get("thickness_error95_m")
         lines.append(
-            tr("{length} thick, 95 %: unknown", length=length(value))
+            tr("Thickness {length}, 95 % error unknown", length=length(value))
             if error is None
-            else tr("{length} thick, 95 %: ± {error}", length=length(value), error=length(error, 2))
+            else tr(
+                "Thickness {length}, 95 % error ± {error}",
+                length=length(value),
+                error=length(error, 2),
+            )
         )
     if (value := figures.get("area_m2")) is not None:
         lines.append(area_text(value, metric=measured.metric))
     for name, said in (
-        ("length_m", _("{length} along the line")),
-        ("distance_m", _("{length} straight")),
-        ("perimeter_m", _("{length} around")),
+        ("length_m", _("Length along the line {length}")),
+        ("distance_m", _("Distance {length}")),
+        ("perimeter_m", _("Perimeter {length}")),
     ):
         if name in figures:
             lines.append(tr(said, length=length(figures[name])))
@@ -185,9 +189,9 @@ def words(measured: Measurement) -> list[str]:
         up = figures["vertical_m"]
         lines.append(
             tr(
-                "{horizontal} horizontal, {vertical} up"
+                "Horizontal {horizontal}, upward {vertical}"
                 if up >= 0.0
-                else "{horizontal} horizontal, {vertical} down",
+                else "Horizontal {horizontal}, downward {vertical}",
                 horizontal=length(figures["horizontal_m"]),
                 vertical=length(abs(up)),
             )
@@ -212,13 +216,13 @@ WHAT = replace(
 AREA = replace(of.AREA, explanation=_("Area inside the points"), value=_figure("area_m2"))
 FIGURES = (
     AREA,
-    _length("distance_m", _("Distance"), _("Straight from the first point to the last")),
-    _length("horizontal_m", _("Horizontal"), _("Horizontal part of the distance")),
-    _length("length_m", _("Length"), _("Along the line, point after point")),
-    _length("perimeter_m", _("Perimeter"), _("Around the area")),
+    _length("distance_m", _("Distance"), _("Straight distance from the first point to the last")),
+    _length("horizontal_m", _("Horizontal"), _("Horizontal component of the distance")),
+    _length("length_m", _("Length"), _("Length of the line through all points")),
+    _length("perimeter_m", _("Perimeter"), _("Perimeter of the area")),
     _length("thickness_error95_m", _("± thickness"), _("95 % error of the thickness")),
     _length("thickness_m", _("Thickness"), _("Distance at right angles to the plane")),
-    _length("vertical_m", _("Vertical"), _("Vertical part of the distance, upward")),
+    _length("vertical_m", _("Vertical"), _("Vertical component of the distance, positive upward")),
 )
 
 KIND = Kind(

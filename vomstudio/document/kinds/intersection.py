@@ -37,6 +37,7 @@ from vomstudio.geology.intersections import (
 )
 from vomstudio.geology.quality import judge_line
 from vomstudio.words import to_translate as _
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -162,7 +163,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 def words(measured: Measurement) -> list[str]:
     if measured.angle_deg is None:
         return []
-    return [f"Angle between the planes {degrees(measured.angle_deg)}"]
+    return [tr("Angle between the planes {angle}", angle=degrees(measured.angle_deg))]
 
 
 KIND = Kind(

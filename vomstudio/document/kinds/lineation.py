@@ -42,14 +42,15 @@ from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geology.quality import judge_line
 from vomstudio.geometry.lines import LineFit, fit_line
 from vomstudio.words import to_translate as _
+from vomstudio.words import tr
 
 SlipSense = Literal["", "normal", "reverse", "sinistral", "dextral"]
 SENSES: tuple[tuple[SlipSense, str], ...] = (
-    ("", "none"),
-    ("normal", "normal"),
-    ("reverse", "reverse"),
-    ("sinistral", "sinistral (left-lateral)"),
-    ("dextral", "dextral (right-lateral)"),
+    ("", _("none")),
+    ("normal", _("normal")),
+    ("reverse", _("reverse")),
+    ("sinistral", _("sinistral (left-lateral)")),
+    ("dextral", _("dextral (right-lateral)")),
 )
 
 
@@ -193,9 +194,11 @@ def words(measured: Measurement) -> list[str]:
     lines = []
     if measured.rake_deg is not None:
         off = degrees(measured.off_plane_deg)
-        lines.append(f"Rake {measured.rake_deg:.0f}°, {off} off its plane")
+        lines.append(
+            tr("Rake {rake:.0f}°, {angle} off its plane", rake=measured.rake_deg, angle=off)
+        )
     if measured.slip_rake_deg is not None:
-        lines.append(f"Slip of the hanging wall: rake {measured.slip_rake_deg:.0f}°")
+        lines.append(tr("Slip of the hanging wall: rake {rake:.0f}°", rake=measured.slip_rake_deg))
     return lines
 
 

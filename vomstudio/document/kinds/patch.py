@@ -28,6 +28,7 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.units import area_text
 from vomstudio.words import to_translate as _
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ def places(subject: Subject) -> Floats:
 def words(measured: Measurement) -> list[str]:
     if measured.area_m2 is None:
         return []
-    return [f"Area {area_text(measured.area_m2, metric=measured.metric)}"]
+    return [tr("Area {area}", area=area_text(measured.area_m2, metric=measured.metric))]
 
 
 N_ELEMENTS = replace(of.N_POINTS, value=lambda s: s.feature.n)

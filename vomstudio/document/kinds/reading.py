@@ -102,16 +102,14 @@ def compared(nearest: NearestPick | None) -> str:
     if nearest is None:
         return tr("No pick of the same type to compare with")
     away = nearest.distance_m
-    how = (
-        tr("the most alike")
-        if away is None
-        else tr("{length_text} away", length_text=length_text(away))
-    )
+    angle = degrees(nearest.angle_deg)
+    if away is None:
+        return tr("{angle} from {pick}, the most similar pick", angle=angle, pick=nearest.name)
     return tr(
-        "{degrees} from {nearest}, {how}",
-        degrees=degrees(nearest.angle_deg),
-        nearest=nearest.name,
-        how=how,
+        "{angle} from {pick}, {distance} away",
+        angle=angle,
+        pick=nearest.name,
+        distance=length_text(away),
     )
 
 

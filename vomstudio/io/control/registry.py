@@ -13,6 +13,7 @@ from pathlib import Path
 from vomstudio.errors import InputError
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.plugins import Found, find_plugins
+from vomstudio.words import tr
 
 GROUP = "vomstudio.control_formats"
 
@@ -32,5 +33,7 @@ def choose_format(path: Path) -> ControlFormat:
         if format_.matches(path):
             return format_
     known = ", ".join(one.name for one in found.all)
-    sentence = "; ".join((f"is none of what can be read: {known}", *found.broken))
+    sentence = tr("This is no file of control points. Supported: {formats}.", formats=known)
+    if found.broken:
+        sentence += f" ({'; '.join(found.broken)})"
     raise InputError(sentence, file=path)

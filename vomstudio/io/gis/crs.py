@@ -101,6 +101,12 @@ def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
     except FileNotFoundError:
         return None, None
     except (OSError, UnicodeDecodeError):
-        return None, f"'{path.name}' cannot be read as text; declare the CRS yourself."
+        return None, tr(
+            "'{file}' cannot be read as text. Declare the coordinate reference system yourself.",
+            file=path.name,
+        )
     except InputError:
-        return None, f"'{path.name}' names no projected CRS; declare the CRS yourself."
+        return None, tr(
+            "'{file}' names no projected coordinate reference system. Declare it yourself.",
+            file=path.name,
+        )

@@ -81,7 +81,7 @@ def copy_model(
     part = target.with_name(target.name + ".part")
     try:
         shutil.rmtree(part, ignore_errors=True)
-        progress.stage("Copying files", len(files))
+        progress.stage(tr("Copying files"), len(files))
         for done, (file, name) in enumerate(files, 1):
             place = part / name
             place.parent.mkdir(parents=True, exist_ok=True)

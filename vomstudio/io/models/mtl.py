@@ -14,6 +14,7 @@ import warnings as python_warnings
 from pathlib import Path
 
 from vomstudio.geometry.mesh import Material
+from vomstudio.words import tr
 
 MAX_LIBRARY_BYTES = 64 * 1024 * 1024
 # 32768 x 32768: 3 GiB once decoded. Survey textures reach 16384 x 16384.
@@ -62,20 +63,24 @@ def find_beside(folder: Path, name: str) -> tuple[Path | None, str | None]:
     """
     plain = unquote(name).replace("\\", "/")
     if not plain or "\0" in plain:
-        return None, f"'{name}' is no file name"
+        return None, tr("'{file}' is not a file name", file=name)
     inside = posixpath.normpath(plain)
     drive = ntpath.splitdrive(plain)[0]
     if drive or posixpath.isabs(inside) or inside == ".." or inside.startswith("../"):
         last = posixpath.basename(inside)
         found = _look_up(folder, last) if last not in ("", ".", "..") else None
         if found is None:
-            return None, f"'{name}' leads out of the model's folder and was not opened"
+            return None, tr("'{file}' is outside the model's folder and was not opened", file=name)
         return (
             found,
-            f"'{name}' leads out of the model's folder; '{found.name}' beside it was taken",
+            tr(
+                "'{file}' is outside the model's folder; '{found}' in it is used instead",
+                file=name,
+                found=found.name,
+            ),
         )
     found = _look_up(folder, inside)
-    return (found, None) if found is not None else (None, f"'{name}' was not found")
+    return (found, None) if found is not None else (None, tr("'{file}' was not found", file=name))
 
 
 def _look_up(folder: Path, inside: str) -> Path | None:
@@ -150,13 +155,20 @@ def check_image(path: Path) -> str | None:
             with Image.open(path) as image:
                 width, height = image.size
         except UnidentifiedImageError:
-            return f"'{path.name}' is not an image that can be read"
+            return tr("'{image}' is not an image that can be read", image=path.name)
         except (OSError, ValueError, SyntaxError, MemoryError) as error:
-            return f"'{path.name}' cannot be read as an image ({error})"
+            return tr(
+                "'{image}' cannot be read as an image ({error})", image=path.name, error=error
+            )
         finally:
             Image.MAX_IMAGE_PIXELS = before
     if width < 1 or height < 1 or width * height > MAX_IMAGE_PIXELS:
-        return f"'{path.name}' says it has {width} x {height} pixels, which is too large to be used"
+        return tr(
+            "'{image}' has {width} x {height} pixels, which is too large",
+            image=path.name,
+            width=width,
+            height=height,
+        )
     return None
 
 
@@ -168,9 +180,15 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[st
         with open(path, "rb") as file:
             raw = file.read(MAX_LIBRARY_BYTES + 1)
     except OSError as error:
-        return {}, [f"The material file '{path.name}' cannot be read ({error.strerror})."]
+        return {}, [
+            tr(
+                "The material file '{file}' cannot be read ({reason}).",
+                file=path.name,
+                reason=error.strerror,
+            )
+        ]
     if len(raw) > MAX_LIBRARY_BYTES or b"\0" in raw:
-        return {}, [f"The material file '{path.name}' is not a text of materials; it is not used."]
+        return {}, [tr("'{file}' is not a material file (MTL). It is not used.", file=path.name)]
     textures: dict[str, str] = {}
     colors: dict[str, tuple[float, float, float]] = {}
     names: dict[str, None] = {}
@@ -192,7 +210,15 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[st
             try:
                 r, g, b = (min(max(float(n), 0.0), 1.0) for n in numbers[:3])
             except ValueError:
-                said.append(f"'{path.name}', line {number}: the colour '{value}' is not used.")
+                said.append(
+                    tr(
+                        "'{file}', line {line}: The colour '{color}' cannot be read and is not "
+                        "used.",
+                        file=path.name,
+                        line=number,
+                        color=value,
+                    )
+                )
                 continue
             colors[current] = (r, g, b)
         elif key == "map_kd" and value:
@@ -207,10 +233,21 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[st
                 checked[value] = _find_image(value, path.parent, folder)
             texture, problem = checked[value]
             if problem:
-                said.append(f"Texture of material '{name}': {problem}.")
+                said.append(
+                    tr(
+                        "Texture of material '{material}': {problem}.",
+                        material=name,
+                        problem=problem,
+                    )
+                )
             if texture is not None and any(map(_moves_the_image, map_name(value)[1])):
                 said.append(
-                    f"Texture of material '{name}': the shift or scale in '{value}' is not applied."
+                    tr(
+                        "Texture of material '{material}': the shift or scale in '{statement}' is "
+                        "not applied.",
+                        material=name,
+                        statement=value,
+                    )
                 )
         materials[name] = Material(name, texture, colors.get(name))
     return materials, said

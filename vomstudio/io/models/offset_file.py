@@ -14,6 +14,7 @@ from pathlib import Path
 from vomstudio.errors import InputError
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.text.tables import FARTHEST_M
+from vomstudio.words import tr
 
 LONGEST_BYTES = 100_000
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -48,14 +49,24 @@ def read_offset(model: Path) -> Offset:
     except FileNotFoundError:
         return Offset()
     except (OSError, UnicodeDecodeError):
-        return Offset(problem=f"'{path.name}' cannot be read as text, so no origin is added.")
+        return Offset(
+            problem=tr("'{file}' cannot be read as text. No origin is added.", file=path.name)
+        )
     found = _OFFSET.search(text) or _BARE.fullmatch(text)
     crs, said = crs_or_problem(named_crs(text), path.name)
     if found is None:
-        return Offset(None, crs, f"'{path.name}' has no 'offset x y z', so no origin is added.")
+        return Offset(
+            None,
+            crs,
+            tr("'{file}' has no 'offset x y z'. No origin is added.", file=path.name),
+        )
     origin = checked_origin([float(number) for number in found.groups()])
     if origin is None:
-        return Offset(None, crs, f"The offset in '{path.name}' is no place, so none is added.")
+        return Offset(
+            None,
+            crs,
+            tr("The offset in '{file}' is not a position. No origin is added.", file=path.name),
+        )
     return Offset(origin, crs, said)
 
 
@@ -75,7 +86,11 @@ def crs_or_problem(text: object, where: str) -> tuple[str | None, str | None]:
             return parse_crs(text)[0], None
         except InputError:
             pass
-    return None, f"The CRS in '{where}' is no projected CRS that is known; declare it yourself."
+    return None, tr(
+        "The coordinate reference system (CRS) in '{file}' is not a known projected one. "
+        "Declare it yourself.",
+        file=where,
+    )
 
 
 def checked_origin(numbers: object) -> tuple[float, float, float] | None:

@@ -87,8 +87,18 @@ def choose_reader(path: Path, head: bytes) -> Reader:
             return reader
     if by_extension:
         return by_extension[0]
-    what = f"a file of type '{path.suffix}'" if path.suffix else "a file without an extension"
-    sentence = f"No reader for {what}; what can be read: {what_can_be_read()}."
+    sentence = (
+        tr(
+            "Files of type '{suffix}' cannot be read. Supported: {formats}.",
+            suffix=path.suffix,
+            formats=what_can_be_read(),
+        )
+        if path.suffix
+        else tr(
+            "A file without an extension cannot be read. Supported: {formats}.",
+            formats=what_can_be_read(),
+        )
+    )
     if found.broken:
         sentence += f" ({'; '.join(found.broken)})"
     raise InputError(sentence, file=path)

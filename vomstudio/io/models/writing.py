@@ -17,6 +17,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.plugins import Found, find_plugins
 from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
 
 GROUP = "vomstudio.writers"
 
@@ -39,7 +40,11 @@ def choose_writer(path: Path) -> Writer:
         if ending in writer.extensions:
             return writer
     known = ", ".join(e for w in find_writers() for e in w.extensions)
-    sentence = f"the ending says what to write, and '{ending}' is not one of {known}."
+    sentence = tr(
+        "The format follows from the name of the file, and '{ending}' is not one of {known}.",
+        ending=ending,
+        known=known,
+    )
     if broken := find_all().broken:
         sentence += f" ({'; '.join(broken)})"
     raise UsageError(sentence, file=path)

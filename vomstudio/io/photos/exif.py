@@ -92,7 +92,7 @@ def from_tags(
     if orientation not in range(1, 9):
         # 0 and what is missing mean as stored.
         if orientation not in (None, 0):
-            said.append(f"its orientation tag is {orientation}; taken as stored")
+            said.append(tr("unknown orientation tag {tag}, taken as stored", tag=orientation))
         orientation = 1
     latitude, longitude = _position(gps, said)
     altitude, reference = _altitude(gps) if latitude is not None else (None, None)
@@ -126,21 +126,31 @@ def _position(gps: Mapping[int, Any], said: list[str]) -> tuple[float | None, fl
         return None, None
     status = _text(gps.get(9))
     if status == "V":
-        said.append("its GPS had no fix; the position is not used")
+        said.append(tr("GPS position without a fix, not used"))
         return None, None
     north, east = (_text(gps.get(tag)) or "" for tag in (1, 3))
     latitude, longitude = _sexagesimal(gps.get(2)), _sexagesimal(gps.get(4))
     if latitude is None or longitude is None:
-        said.append("its GPS position is not a number and is not used")
+        said.append(tr("GPS position is not a number, not used"))
     elif north[:1].upper() not in ("N", "S") or east[:1].upper() not in ("E", "W"):
         said.append(
-            f"its GPS position is marked '{north}' for latitude and '{east}' for longitude, where "
-            "N or S and E or W belong; it is not used"
+            tr(
+                "GPS position marked '{latitude}' for latitude and '{longitude}' for longitude "
+                "instead of N or S and E or W, not used",
+                latitude=north,
+                longitude=east,
+            )
         )
     elif abs(latitude) > 90 or abs(longitude) > 180:
-        said.append(f"its GPS position {latitude:g}, {longitude:g} is not on Earth; it is not used")
+        said.append(
+            tr(
+                "GPS position {latitude:g}, {longitude:g} is not on Earth, not used",
+                latitude=latitude,
+                longitude=longitude,
+            )
+        )
     elif latitude == 0 and longitude == 0:
-        said.append("its GPS position is 0, 0, which receivers write without a fix; it is not used")
+        said.append(tr("GPS position 0, 0, which receivers write without a fix, not used"))
     else:
         return (
             -latitude if north[:1].upper() == "S" else latitude,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from vomstudio.errors import InputError
 from vomstudio.io.photos.pixels import opened
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -93,13 +94,27 @@ class MaskFinder:
             with opened(mask) as image:
                 size = image.size
         except InputError as error:
-            return None, f"its mask {mask.name} is not used: {error.message.rstrip('.')}"
+            return None, tr(
+                "the mask {mask} is not used: {reason}",
+                mask=mask.name,
+                reason=error.message.rstrip("."),
+            )
         if size == (photo.width, photo.height):
             return mask, None
-        said = f"{size[0]} x {size[1]} pixels, the photo {photo.width} x {photo.height}"
+        sizes = {
+            "mask_size": f"{size[0]} x {size[1]}",
+            "photo_size": f"{photo.width} x {photo.height}",
+        }
         if abs(size[0] * photo.height / (size[1] * photo.width) - 1) <= SAME_SHAPE:
-            return mask, f"its mask has {said}; it is stretched"
-        return None, f"its mask has another shape ({said}) and is not used"
+            return mask, tr(
+                "the mask has {mask_size} pixels, the photo {photo_size}; the mask is scaled",
+                **sizes,
+            )
+        return None, tr(
+            "the mask has {mask_size} pixels, the photo {photo_size}; the mask has another aspect "
+            "ratio and is not used",
+            **sizes,
+        )
 
     def left(self) -> list[Path]:
         return [path for path in self._by_name.values() if path not in self._used]

@@ -39,11 +39,11 @@ def opened(path: str | Path) -> Iterator[Image.Image]:
     except FileNotFoundError as error:
         raise InputError(tr("There is no such file. Check its name."), file=path) from error
     except UnidentifiedImageError as error:
-        said = "this is not a picture, or a damaged one."
+        said = tr("This is not a picture, or it is damaged.")
         if Path(path).suffix.lower() in (".tif", ".tiff"):
-            said = (
-                "this TIFF is damaged, or of a kind that is not read (16 bits for each colour); "
-                "save it with 8 bits for each colour."
+            said = tr(
+                "This TIFF is damaged or of a kind that cannot be read (16 bits per channel). "
+                "Save it with 8 bits per channel."
             )
         raise InputError(said, file=path) from error
     except MemoryError as error:

@@ -24,23 +24,28 @@ from vomstudio.io.photos.pixels import opened
 from vomstudio.io.photos.xmp import DroneTags, read_drone_tags
 from vomstudio.progress import Progress, Silent
 from vomstudio.reprs import Shown
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr, tr_n
 
 PHOTO_ENDINGS = PICTURES
 _OTHERS = {
     **dict.fromkeys(
-        (".heic", ".heif", ".avif"), "is HEIF: save it as JPEG with its EXIF, at full size"
+        (".heic", ".heif", ".avif"),
+        to_translate("HEIF is not supported. Save it as JPEG with its EXIF, at full size"),
     ),
     **dict.fromkeys(
         (".cr2", ".cr3", ".nef", ".arw", ".dng", ".orf", ".rw2", ".raf", ".pef", ".srw"),
-        "is raw data of a sensor: develop it to JPEG or TIFF",
+        to_translate("Raw sensor data are not supported. Develop the photo to JPEG or TIFF"),
     ),
     **dict.fromkeys(
         (".mp4", ".mov", ".avi", ".mkv", ".mts"),
-        "is a video: take its sharp frames with vomstudio frames",
+        to_translate("This is a video. Extract its sharp frames with vomstudio frames"),
     ),
-    **dict.fromkeys((".webp", ".bmp", ".gif", ".jp2"), "is no JPEG, TIFF or PNG: convert it"),
+    **dict.fromkeys(
+        (".webp", ".bmp", ".gif", ".jp2"),
+        to_translate("This format is not supported. Convert the picture to JPEG, TIFF or PNG"),
+    ),
 }
+"""What is said of files that are not read, by ending; as all reasons without the last stop."""
 _DEEPEST = 3
 _FILM_WIDTH_MM = 36.0
 
@@ -106,7 +111,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     result = PhotoFolder(root, [])
     pictures = candidates
     candidates = _without_twins(_with_text_names(pictures, root, result), root, result)
-    progress.stage("reading photos", len(candidates))
+    progress.stage(tr("Reading photos"), len(candidates))
     found_masks = MaskFinder(root, masks)
     problems: dict[str, list[str]] = defaultdict(list)
     for done, path in enumerate(candidates):
@@ -127,9 +132,11 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     for path in files:
         reason = _OTHERS.get(path.suffix.lower())
         if reason and not _has_photo_beside(path, pictures):
-            result.skipped.append((_said(path.relative_to(root).as_posix()), reason))
+            result.skipped.append((_said(path.relative_to(root).as_posix()), tr(reason)))
     for path in found_masks.left():
-        result.skipped.append((path.relative_to(root).as_posix(), "is a mask without its photo"))
+        result.skipped.append(
+            (path.relative_to(root).as_posix(), tr("This is a mask without its photo"))
+        )
     result.warnings.extend(f"{_names(names)}: {words}" for words, names in problems.items())
     result.photos.sort(key=lambda photo: _natural(photo.name))
     if not result.photos:
@@ -162,8 +169,12 @@ def _listed(root: Path) -> list[Path]:
     """Files down to the deepest level, sorted. Raises InputError."""
     try:
         if not root.is_dir():
-            what = "is a file, not a folder" if root.exists() else "there is no such folder"
-            raise InputError(tr("{problem}. Choose a folder of photos.", problem=what), file=root)
+            raise InputError(
+                tr("This is a file, not a folder. Choose a folder of photos.")
+                if root.exists()
+                else tr("There is no such folder. Choose a folder of photos."),
+                file=root,
+            )
         os.listdir(root)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
@@ -224,7 +235,7 @@ def _with_text_names(paths: Sequence[Path], root: Path, result: PhotoFolder) -> 
         if _said(name) == name:
             kept.append(path)
         else:
-            result.skipped.append((_said(name), "has a name that is no text (UTF-8); rename it"))
+            result.skipped.append((_said(name), tr("The name of the file is not UTF-8. Rename it")))
     return kept
 
 
@@ -253,7 +264,7 @@ def _without_twins(paths: Sequence[Path], root: Path, result: PhotoFolder) -> li
     for path, other in twins.items():
         name, of = path.relative_to(root).as_posix(), other.relative_to(root).as_posix()
         result.duplicates.append((name, of))
-        result.skipped.append((name, f"is the same photo as {of}"))
+        result.skipped.append((name, tr("This is the same photo as {photo}", photo=of)))
     return [path for path in paths if path not in twins]
 
 
@@ -390,15 +401,22 @@ def _focal(
         reshaped = abs(was[0] * short_side / (was[1] * long_side) - 1.0) > SAME_SHAPE
         if long_side > 1.02 * was[0]:
             said.append(
-                f"has {width} x {height} pixels but was taken with {was[0]} x {was[1]}: it was "
-                "enlarged, and holds no more detail for it"
+                tr(
+                    "{size} pixels but taken with {original}: enlarged, which adds no detail",
+                    size=f"{width} x {height}",
+                    original=f"{was[0]} x {was[1]}",
+                )
             )
         elif reshaped and was[1] >= short_side:
             # Cut out, not resized: the pixels are the sensor's.
             as_taken, note = float(was[0]), f", cut from {was[0]} x {was[1]}"
             said.append(
-                f"was cut to {width} x {height} from {was[0]} x {was[1]}; the centre of the "
-                "lens is no longer in its middle: use uncut photos"
+                tr(
+                    "cropped to {size} from {original} pixels; the principal point is no longer "
+                    "near the centre: use uncropped photos",
+                    size=f"{width} x {height}",
+                    original=f"{was[0]} x {was[1]}",
+                )
             )
     shown = long_side / as_taken
     if tags.focal_35mm is not None and 2.0 <= tags.focal_35mm <= 5000.0:
@@ -418,7 +436,12 @@ def _focal(
             if 1.0 <= sensor <= 100.0:
                 focal = tags.focal_mm / sensor * as_taken
                 return focal, f"focal plane resolution{note}", sensor * shown, said
-            said.append(f"its focal plane resolution means a sensor of {sensor:.3g} mm; not used")
+            said.append(
+                tr(
+                    "focal plane resolution implies a sensor of {width:.3g} mm, not used",
+                    width=sensor,
+                )
+            )
     if drone.focal_px is not None and 0.2 < drone.focal_px / long_side < 20:
         return drone.focal_px, "calibration by the maker", None, said
     return None, None, None, said
@@ -435,17 +458,28 @@ def _has_photo_beside(path: Path, photos: Sequence[Path]) -> bool:
 
 def _names(names: Sequence[str]) -> str:
     if len(names) <= 2:
-        return " and ".join(names)
-    return f"{names[0]} and {len(names) - 1} more"
+        return ", ".join(names)
+    return tr("{name} and {count} more", name=names[0], count=len(names) - 1)
 
 
 def _nothing(skipped: Sequence[tuple[str, str]], files: Sequence[Path]) -> str:
-    said = "there are no photos in this folder that can be used" if skipped else (
-        "there are no photos in this folder"
-    )  # fmt: skip
     if skipped:
         name, reason = skipped[0]
-        more = f", and {len(skipped) - 1} more are not usable" if len(skipped) > 1 else ""
-        return f"{said}: {name} {reason}{more}; name a folder of JPEG, TIFF or PNG photos."
-    held = f", only {len(files)} other files" if files else ""
-    return f"{said} (JPEG, TIFF, PNG){held}; name another folder, or a file in it."
+        return tr_n(
+            "The folder has no photos that can be used ({photo}: {reason}). Choose a folder of "
+            "JPEG, TIFF or PNG photos.",
+            "The folder has no photos that can be used: {count} files were refused, the first of "
+            "them {photo}: {reason}. Choose a folder of JPEG, TIFF or PNG photos.",
+            len(skipped),
+            photo=name,
+            reason=reason,
+        )
+    if files:
+        return tr_n(
+            "The folder has no photos (JPEG, TIFF, PNG), only {count} other file. Choose another "
+            "folder.",
+            "The folder has no photos (JPEG, TIFF, PNG), only {count} other files. Choose another "
+            "folder.",
+            len(files),
+        )
+    return tr("The folder has no photos (JPEG, TIFF, PNG). Choose another folder.")

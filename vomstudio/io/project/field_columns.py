@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from vomstudio.io.project.field_table import FieldTable, is_orientation, number_in
 from vomstudio.io.text.orientation_columns import ALIASES
 from vomstudio.io.text.tables import COORDINATES, plain
+from vomstudio.words import tr
 
 _NAMES = {"name", "label", "reading", "measurement", "station", "locality", "site", "dataid"}
 _DEGREES = {"longitude": {"longitude", "long", "lon", "lng"}, "latitude": {"latitude", "lat"}}
@@ -87,10 +88,20 @@ def guess(table: FieldTable) -> Guess:
     declination = first({"declination", "magneticdeclination", "magdec", "decl"})
     if declination is not None:
         values = sorted({row[declination] for row in table.rows} - {""})
-        what = values[0] if len(values) == 1 else f"{len(values)} different values"
         remarks.append(
-            f"The column “{table.label(declination)}” ({what}) is not applied by itself: choose "
-            "the north and type the declination."
+            tr(
+                "The column “{column}” ({value}) is not applied automatically. Choose the north "
+                "reference and enter the declination.",
+                column=table.label(declination),
+                value=values[0],
+            )
+            if len(values) == 1
+            else tr(
+                "The column “{column}” ({count} different values) is not applied automatically. "
+                "Choose the north reference and enter the declination.",
+                column=table.label(declination),
+                count=len(values),
+            )
         )
     return Guess(_once(found), notation, tuple(remarks))
 

@@ -78,8 +78,19 @@ def read_field_table(path: str | Path) -> FieldTable:
         while len(row) > width and not row[-1]:
             row.pop()
         if len(row) != width:
-            ragged[i] = f"it has {len(row)} cells and not {width}" + (
-                "; put a cell with commas in quotation marks" if len(row) > width else ""
+            ragged[i] = (
+                tr(
+                    "The row has {count} cells instead of {expected}. Put cells with commas in "
+                    "quotation marks.",
+                    count=len(row),
+                    expected=width,
+                )
+                if len(row) > width
+                else tr(
+                    "The row has {count} cells instead of {expected}.",
+                    count=len(row),
+                    expected=width,
+                )
             )
             row[:] = (row + [""] * width)[:width]
     return FieldTable(path, names, width, delimiter, rows, numbers, ragged, tuple(notes))

@@ -379,7 +379,7 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
             if summed and number != seq + 1:
                 notice = _missing(seq + 1, number - 1)
             elif summed and stored != checksum(total, values):
-                problem = "it is not what was written (its checksum differs)"
+                problem = tr("The checksum differs from what was written.")
             seq, total = number, str(stored)
             yield Row(
                 number,
@@ -419,8 +419,13 @@ def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[Row]:
 
 
 def _missing(first: int, last: int) -> str:
-    rows = f"row {first} is" if first == last else f"rows {first} to {last} are"
-    return f"journal {rows} missing: what was done there is lost"
+    if first == last:
+        return tr("Journal row {row} is missing. What was done there is lost.", row=first)
+    return tr(
+        "Journal rows {first} to {last} are missing. What was done there is lost.",
+        first=first,
+        last=last,
+    )
 
 
 def _text(raw: bytes) -> str:

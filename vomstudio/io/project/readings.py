@@ -20,7 +20,7 @@ from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.project.field_table import FieldTable, number_in
 from vomstudio.io.text.orientation_reading import plane_of
 from vomstudio.io.text.tables import FARTHEST_M, lines_in_words
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/plunge")
 """What the two angles of a row are; the last one makes them lines."""
@@ -54,7 +54,7 @@ class BadRow:
     reason: str
 
     def __str__(self) -> str:
-        return f"line {self.line}: {self.reason}"
+        return tr("Line {line}: {reason}", line=self.line, reason=self.reason)
 
 
 @dataclass(frozen=True)
@@ -94,20 +94,34 @@ class Turn:
     def sentence(self) -> str:
         """What will be done to the azimuths, in words."""
         if self.north == "grid":
-            return "Azimuths are kept as read: they are taken to be from grid north."
+            return tr("Azimuths are relative to grid north and are kept as read.")
         steps = []
         if self.north == "magnetic":
-            side = "E" if self.declination_deg >= 0 else "W"
-            verb = "adds" if self.declination_deg >= 0 else "subtracts"
-            steps.append(f"{verb} {abs(self.declination_deg):.4g}° {side} declination")
+            steps.append(
+                tr(
+                    "declination {angle:.4g}° E added"
+                    if self.declination_deg >= 0
+                    else "declination {angle:.4g}° W subtracted",
+                    angle=abs(self.declination_deg),
+                )
+            )
         if self.convergence_deg is None:
-            steps.append("no meridian convergence, for no CRS says it")
+            steps.append(tr("meridian convergence unknown (no CRS)"))
         else:
-            verb = "subtracts" if self.convergence_deg >= 0 else "adds"
-            steps.append(f"{verb} {abs(self.convergence_deg):.2f}° meridian convergence")
-        said = ", ".join(steps)
+            steps.append(
+                tr(
+                    "meridian convergence {angle:.2f}° subtracted"
+                    if self.convergence_deg >= 0
+                    else "meridian convergence {angle:.2f}° added",
+                    angle=abs(self.convergence_deg),
+                )
+            )
         sign = "−" if round(self.deg, 2) < 0 else "+"
-        return f"{said[0].upper()}{said[1:]}: azimuths {sign} {abs(self.deg):.2f}°."
+        return tr(
+            "Azimuths {change}°: {steps}.",
+            change=f"{sign} {abs(self.deg):.2f}",
+            steps=", ".join(steps),
+        )
 
 
 # --- understanding ---------------------------------------------------------------------------
@@ -115,12 +129,15 @@ def what_is_missing(columns: Mapping[str, int], notation: str | None) -> str | N
     """Why the table cannot be understood yet; None where it can."""
     if "text" not in columns:
         if "azimuth" not in columns and "inclination" not in columns:
-            return "Say which columns hold the two angles, or which one holds both."
-        if "azimuth" not in columns or "inclination" not in columns:
-            other = "azimuth" if "inclination" in columns else "dip or plunge"
-            return f"Say which column holds the {other}."
+            return tr("Choose the columns of the two angles, or the one column that holds both.")
+        if "azimuth" not in columns:
+            return tr("Choose the column of the azimuth.")
+        if "inclination" not in columns:
+            return tr("Choose the column of the dip or plunge.")
     if notation is None:
-        return "Say what the angles are: the numbers do not tell a strike from a dip direction."
+        return tr(
+            "Choose the notation: strike and dip direction cannot be told apart by their numbers."
+        )
     return None
 
 
@@ -178,18 +195,31 @@ def understand(
     remarks = list(table.notes)
     if turned_over:
         remarks.append(
-            f"{len(turned_over)} lines plunge upward and are given by their other end: "
-            f"{lines_in_words(turned_over)}."
+            tr_n(
+                "{count} lineation plunges upward and is given by its downward end ({lines}).",
+                "{count} lineations plunge upward and are given by their downward ends ({lines}).",
+                len(turned_over),
+                lines=lines_in_words(turned_over),
+            )
         )
     if placeless:
-        n = len(placeless)
-        why = "have no whole position (x, y and z)" if n > 1 else "has no whole position"
-        if "longitude" in columns and to_grid is None:
-            why = "have" if n > 1 else "has"
-            why += " a position in degrees, which needs a project with a CRS,"
+        in_degrees = "longitude" in columns and to_grid is None
         remarks.append(
-            f"{n} reading{'s' if n > 1 else ''} {why} and come{'' if n > 1 else 's'} without one: "
-            f"{lines_in_words(placeless)}."
+            tr_n(
+                "{count} reading is imported without position: degrees need a project with a CRS "
+                "({lines}).",
+                "{count} readings are imported without position: degrees need a project with a "
+                "CRS ({lines}).",
+                len(placeless),
+                lines=lines_in_words(placeless),
+            )
+            if in_degrees
+            else tr_n(
+                "{count} reading is imported without position: x, y or z is missing ({lines}).",
+                "{count} readings are imported without position: x, y or z is missing ({lines}).",
+                len(placeless),
+                lines=lines_in_words(placeless),
+            )
         )
     return FieldReadings(tuple(rows), tuple(bad), tuple(remarks))
 
@@ -211,9 +241,10 @@ def _orientation(
         return "plane", plane.dip_direction_deg, plane.dip_deg
     if is_empty:
         raise InputError(tr("The row has no angles."))
-    for cell, what in zip(given, ("azimuth", "dip or plunge"), strict=True):
-        if cell.casefold() in _EMPTY:
-            raise InputError(tr("The row has no {what}.", what=what))
+    if given[0].casefold() in _EMPTY:
+        raise InputError(tr("The row has no azimuth."))
+    if given[1].casefold() in _EMPTY:
+        raise InputError(tr("The row has no dip or plunge."))
     if notation == "trend/plunge":
         return _line(given[0], given[1], table)
     azimuth, dip = (number_in(cell, table) for cell in given)

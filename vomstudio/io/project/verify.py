@@ -12,6 +12,7 @@ from vomstudio.document.records import Asset, Feature, Mask, Model, Record
 from vomstudio.errors import InputError
 from vomstudio.io.project.assets import asset_path, is_sound
 from vomstudio.io.project.journal import read_schema_and_replay
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ def verify(folder: Path) -> Verification:
         try:
             path = asset_path(folder, asset)
             if not is_sound(path):
-                problems.append(f"{path}: holds something else than was written")
+                problems.append(tr("{file}: The content differs from what was written.", file=path))
         except (InputError, OSError) as error:
             problems.append(str(error))
     return Verification(

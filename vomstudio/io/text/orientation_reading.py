@@ -257,7 +257,7 @@ class _Reading:
             )
         self._from_azimuth(0, 1)
         if not told:
-            self.said.append("there is no header: strike or dip direction by the file's name")
+            self.said.append(tr("no header: strike or dip direction by the name of the file"))
 
     def _from_azimuth(self, azimuth: int, dip: int) -> None:
         if self.azimuth == "strike":
@@ -278,7 +278,12 @@ class _Reading:
     def _from_dip_direction(self, direction: int, dip: int) -> None:
         self.dip = self.columns.inclinations(dip, 0.0)
         self.dip_direction = self.columns.azimuths(direction, self.dip == 0.0)
-        self.said.append(f"planes by dip direction/dip ({self.columns.named(direction, dip)})")
+        self.said.append(
+            tr(
+                "planes as dip direction/dip ({columns})",
+                columns=self.columns.named(direction, dip),
+            )
+        )
 
     def _from_strike(self, strike: int, dip: int, quadrant: int | None) -> None:
         table = self.table
@@ -286,15 +291,22 @@ class _Reading:
         if quadrant is not None:
             self._from_text([strike, dip, quadrant], "strike/dip")
             self.said.append(
-                f"planes by strike/dip and the quadrant they dip to ({named}, "
-                f"{self.columns.named(quadrant)}); right-hand rule where that is empty"
+                tr(
+                    "planes as strike/dip with the dip quadrant ({columns}, {quadrant}); "
+                    "right-hand rule where that is empty",
+                    columns=named,
+                    quadrant=self.columns.named(quadrant),
+                )
             )
             return
         if self.columns.has_letters(strike) or self.columns.has_letters(dip):
             self._from_text([strike, dip], "strike/dip")
             self.said.append(
-                f"planes by strike/dip with the quadrant in the cells ({named}); "
-                "right-hand rule where there is none"
+                tr(
+                    "planes as strike/dip with the quadrant in the cells ({columns}); right-hand "
+                    "rule where there is none",
+                    columns=named,
+                )
             )
             return
         left = re.search(r"lhr|left", table.label(strike), re.IGNORECASE) is not None
@@ -302,8 +314,11 @@ class _Reading:
         azimuths = self.columns.azimuths(strike, self.dip == 0.0)
         self.dip_direction = wrap360(azimuths + (270.0 if left else 90.0))
         self.dip_direction[self.dip == 0.0] = 0.0
-        hand = "left" if left else "right"
-        self.said.append(f"planes by strike ({hand}-hand rule)/dip ({named})")
+        self.said.append(
+            tr("planes as strike (left-hand rule)/dip ({columns})", columns=named)
+            if left
+            else tr("planes as strike (right-hand rule)/dip ({columns})", columns=named)
+        )
 
     def _read_poles_or_text(self, attitude: int | None) -> None:
         trend, plunge = self.columns.take("pole trend"), self.columns.take("pole plunge")
@@ -312,14 +327,21 @@ class _Reading:
             self.dip_direction = wrap360(self.columns.azimuths(trend, down == 90.0) + 180.0)
             self.dip = 90.0 - down
             self.said.append(
-                f"planes by the trend/plunge of their poles ({self.columns.named(trend, plunge)})"
+                tr(
+                    "planes as trend/plunge of their poles ({columns})",
+                    columns=self.columns.named(trend, plunge),
+                )
             )
         elif attitude is not None:
             meaning = {"strike": "strike/dip", "dipdir": "dipdir/dip"}.get(self.azimuth or "")
             self._from_text([attitude], meaning)
             pair = "strike/dip" if self.azimuth == "strike" else "dip direction/dip"
             self.said.append(
-                f"planes as written in {self.columns.named(attitude)}; two bare numbers are {pair}"
+                tr(
+                    "planes as written in {column}; two bare numbers are {notation}",
+                    column=self.columns.named(attitude),
+                    notation=pair,
+                )
             )
 
     def _from_text(self, columns: list[int], notation: str | None) -> None:
@@ -389,7 +411,9 @@ class _Reading:
             )
         self.plunge = self.columns.inclinations(plunge, -90.0)
         self.trend = self.columns.azimuths(trend, np.abs(self.plunge) == 90.0)
-        self.said.append(f"lines by trend/plunge ({self.columns.named(trend, plunge)})")
+        self.said.append(
+            tr("lines as trend/plunge ({columns})", columns=self.columns.named(trend, plunge))
+        )
 
     def _geometry(
         self, has_plane: NDArray[np.bool_], has_line: NDArray[np.bool_]

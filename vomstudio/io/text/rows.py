@@ -192,14 +192,16 @@ def read_text(path: Path) -> tuple[str, list[str]]:
                 file=path,
             ) from error
         refuse_binary(path, text.encode("utf-8", "replace"))
-        notes.append("read as UTF-16 text")
+        notes.append(tr("The file is UTF-16 text."))
     else:
         refuse_binary(path, raw)
         try:
             text = raw.decode("utf-8-sig")
         except UnicodeDecodeError:
             text = raw.decode("cp1252", errors="replace")
-            notes.append("not UTF-8: read as Windows-1252; check names with accents")
+            notes.append(
+                tr("The file is not UTF-8. It is read as Windows-1252: check names with accents.")
+            )
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     return text, notes
@@ -209,12 +211,13 @@ def refuse_binary(path: Path, raw: bytes) -> None:
     if len(raw.translate(None, _CONTROL)) == len(raw):
         return
     if raw[:4] == b"PK\x03\x04":
-        said = "this is a workbook or archive, not a text table; save the sheet as CSV."
+        said = tr("This is a workbook or archive, not a text table. Save the sheet as CSV.")
     else:
         place = next(i for i, byte in enumerate(raw) if byte in _CONTROL)
-        said = (
-            f"this is not a text table (byte {place + 1} is 0x{raw[place]:02x}); "
-            "export it as text, UTF-8."
+        said = tr(
+            "This is not a text table (byte {place} is 0x{value:02x}). Export it as text, UTF-8.",
+            place=place + 1,
+            value=raw[place],
         )
     raise InputError(said, file=path)
 

@@ -174,14 +174,25 @@ class TextTable:
             number = int(key) if len(key) < 10 else 0
             if 1 <= number <= self.width:
                 return number - 1
-            said = f"there is no column {key}; the table has {self.width} columns."
+            said = tr_n(
+                "There is no column {key}. The table has {count} column.",
+                "There is no column {key}. The table has {count} columns.",
+                self.width,
+                key=key,
+            )
         elif self.names is None:
-            said = (
-                f"there is no column '{key}', for the table has no header; give the column's "
-                f"number, 1 to {self.width}."
+            said = tr(
+                "There is no column '{key}': the table has no header. Give the number of the "
+                "column, 1 to {last}.",
+                key=key,
+                last=self.width,
             )
         else:
-            said = f"there is no column '{key}'; the columns are {', '.join(self.names)}."
+            said = tr(
+                "There is no column '{key}'. The columns are {columns}.",
+                key=key,
+                columns=", ".join(self.names),
+            )
         raise UsageError(said, file=self.path, line=self.header_line, field=key)
 
     def has(self, name: str) -> bool:
@@ -220,10 +231,11 @@ def plain(name: str) -> str:
 def lines_in_words(lines: Sequence[int], limit: int = 8) -> str:
     """`line 4`, `lines 4, 7 and 9`, or `lines 4, 5, 6, 7, 8, 9, 10, 11 and 90 more`."""
     if len(lines) == 1:
-        return f"line {lines[0]}"
+        return tr("line {number}", number=lines[0])
     head = ", ".join(str(n) for n in (lines[:-1] if len(lines) <= limit else lines[:limit]))
-    tail = str(lines[-1]) if len(lines) <= limit else f"{len(lines) - limit} more"
-    return f"lines {head} and {tail}"
+    if len(lines) <= limit:
+        return tr("lines {numbers} and {last}", numbers=head, last=lines[-1])
+    return tr("lines {numbers} and {count} more", numbers=head, count=len(lines) - limit)
 
 
 def read_table(path: str | Path) -> TextTable:

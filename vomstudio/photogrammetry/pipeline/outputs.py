@@ -13,7 +13,7 @@ from vomstudio.errors import TargetError, VomError
 from vomstudio.files.lock import FolderLock
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.base.stage_folders import WORK
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 RESULT = "reconstruction.json"
 # A worker whose window was killed may still be in native code that nothing interrupts.
@@ -108,14 +108,12 @@ def folder_locked(outputs: Outputs) -> Iterator[None]:
     """No other run works in the folder, and what a killed one has left half written is removed."""
     lock = FolderLock(
         outputs.folder / WORK / "lock",
-        tr(
+        to_translate(
             "Another reconstruction is running in this folder ({holder}). Wait for it, or name "
-            "another folder.",
-            holder="{}",
+            "another folder."
         ),
-        tr(
-            "This folder cannot be written ({error}). Free some space, or name another folder.",
-            error="{}",
+        to_translate(
+            "This folder cannot be written ({reason}). Free some space, or name another folder."
         ),
         _PATIENCE_S,
     )

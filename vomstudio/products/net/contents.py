@@ -19,6 +19,7 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
 )
 from vomstudio.geology.statistics import axial_mean
+from vomstudio.words import tr
 
 OKABE_ITO = (
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442", "#000000",
@@ -178,7 +179,7 @@ def means_of(
         else:
             text = format_line(line, decimals)
         # Colour and symbol tell whose mean it is; a name would not fit where sets are many.
-        label = text if len(chosen) > 1 else f"mean {text}"
+        label = text if len(chosen) > 1 else tr("Mean {orientation}", orientation=text)
         means.append(NetMean(line, label, s.color, s.marker))
     return tuple(means)
 

@@ -8,6 +8,7 @@ from functools import lru_cache
 from vomstudio.geology.notation import format_plane
 from vomstudio.products.net.contents import NetContents, NetEllipse, NetSet, circles_shown
 from vomstudio.products.net.style import NetStyle
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,10 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
         circles = s.kind == "plane" and circles_shown(net)
         terse = s.name
         if s.kind == "line" and names.count(s.name) > 1:
-            terse += ", lines"
-        what = "lines" if s.kind == "line" else "poles" if net.poles else "planes"
+            terse = tr("{set}, lines", set=terse)
         entries.append(
             Entry(
-                f"{terse} ({len(s):,})" if net.compact else f"{s.name}, {what} (n = {len(s):,})",
+                f"{terse} ({len(s):,})" if net.compact else _said(s, net.poles),
                 style.color(s.color),
                 s.marker if net.poles else None,
                 "-" if circles else None,
@@ -47,17 +47,30 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
         if fold.max_confidence95_deg is not None and fold.min_confidence95_deg is not None:
             major, minor = fold.max_confidence95_deg, fold.min_confidence95_deg
             errors = f"±{major:.1f}° / ±{minor:.1f}°"
-            text = f"β {errors}" if net.compact else f"β, joint 95 %: {errors}"
+            text = f"β {errors}" if net.compact else tr("β, joint 95 %: {errors}", errors=errors)
         entries.append(Entry(text, style.ink, "*"))
         plane = format_plane(fold.pi_plane, net.notation, net.decimals)
-        name = "π" if net.compact else "π-plane"
-        entries.append(Entry(f"{name} {plane}", style.ink, None, "--"))
+        text = f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
+        entries.append(Entry(text, style.ink, None, "--"))
     if net.means:
-        entries.append(Entry("open: mean", style.net, "o", None, outlined=True))
+        entries.append(Entry(tr("Open symbol: mean"), style.net, "o", None, outlined=True))
     if net.ellipses and not net.compact:
-        what = "pole" if isinstance(net.ellipses[0], NetEllipse) else "line"
-        entries.append(Entry(f"joint 95 % of the selected {what}", style.ink, None, "-"))
+        text = (
+            tr("Joint 95 % of the selected pole")
+            if isinstance(net.ellipses[0], NetEllipse)
+            else tr("Joint 95 % of the selected line")
+        )
+        entries.append(Entry(text, style.ink, None, "-"))
     return entries
+
+
+def _said(s: NetSet, poles: bool) -> str:
+    """The entry of a set where there is room."""
+    if s.kind == "line":
+        return tr("{set}, lines (n = {count:,})", set=s.name, count=len(s))
+    if poles:
+        return tr("{set}, poles (n = {count:,})", set=s.name, count=len(s))
+    return tr("{set}, planes (n = {count:,})", set=s.name, count=len(s))
 
 
 @lru_cache(maxsize=4096)

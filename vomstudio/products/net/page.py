@@ -17,19 +17,23 @@ from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents, circles_s
 from vomstudio.products.net.labels import Box, free_place
 from vomstudio.products.net.legend import Entry, legend_entries, shortened, text_width
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding, layer
+from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
 DENSITY_NAMES = {
-    "kamb": "Density after Kamb, 3 σ",
-    "exponential_kamb": "Density, exponential Kamb, 3 σ",
-    "linear_kamb": "Density, linear Kamb, 3 σ",
-    "schmidt": "Density after Schmidt",
+    "kamb": to_translate("Density after Kamb, 3 σ"),
+    "exponential_kamb": to_translate("Density after Kamb, exponential kernel, 3 σ"),
+    "linear_kamb": to_translate("Density after Kamb, linear kernel, 3 σ"),
+    "schmidt": to_translate("Density after Schmidt"),
 }
 
-PROJECTION_NAMES = {"area": "Equal area", "angle": "Equal angle"}
+PROJECTION_NAMES = {
+    "area": to_translate("Equal area, lower hemisphere"),
+    "angle": to_translate("Equal angle, lower hemisphere"),
+}
 
 
 class Page:
@@ -46,8 +50,8 @@ class Page:
         self.foot = list(net.notes)
         planes = sum(len(s) for s in net.sets if s.kind == "plane")
         if net.circles is None and planes > AUTO_CIRCLES:
-            self.foot.append(f"great circles left out ({planes:,} planes)")
-        self.foot.append(f"{PROJECTION_NAMES[net.projection]}, lower hemisphere")
+            self.foot.append(tr("Great circles of {count:,} planes not drawn", count=planes))
+        self.foot.append(tr(PROJECTION_NAMES[net.projection]))
         self.heading = 1.9 * self.row if net.title else 0.0
         self.text_boxes: list[Box] = []
         self.outlines: list[Array] = []
@@ -110,7 +114,7 @@ class Page:
         """Width of a legend beside the net; long names are shortened rather than the net."""
         texts = [*self.foot]
         if self.net.contour is not None:
-            texts += [DENSITY_NAMES[self.net.contour], nets.DENSITY_UNITS[self.net.contour]]
+            texts += [tr(DENSITY_NAMES[self.net.contour]), tr(nets.DENSITY_UNITS[self.net.contour])]
         entries = [2.2 * self.font + text_width(e.text, self.font) for e in self.entries]
         widest = min(max(entries, default=0.0), 24.0 * self.font)
         title = text_width(self.net.title[:40], 1.15 * self.font, "bold")
@@ -229,8 +233,8 @@ class Page:
         if self.beside:
             tall = min(1.5 * self.font * n, 0.4 * self.height)
             left, low = self.legend_x, self.pad + (len(self.foot) + 0.8) * self.row
-            self.text(left, low + tall + 0.8 * self.row, nets.DENSITY_UNITS[method])
-            self.text(left, low + tall + 1.8 * self.row, DENSITY_NAMES[method])
+            self.text(left, low + tall + 0.8 * self.row, tr(nets.DENSITY_UNITS[method]))
+            self.text(left, low + tall + 1.8 * self.row, tr(DENSITY_NAMES[method]))
         else:
             tall = min(1.5 * self.font * n, 1.2 * self.radius)
             left, low = self.width - self.pad - 3.2 * self.font, self.cy - tall / 2
@@ -379,7 +383,7 @@ class Page:
                 room = self.legend_width - offset - 2.2 * self.font
                 text = entry.text
                 if hidden and i == len(self.rows) - 1 and (offset, entry) == row[-1]:
-                    text = f"and {hidden + 1} more"
+                    text = tr("and {count} more", count=hidden + 1)
                     self._legend_entry(offset, y, replace(entry, text=text, marker=None, line=None))
                     continue
                 text = shortened(text, self.font, room)

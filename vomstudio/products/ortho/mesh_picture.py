@@ -14,6 +14,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raycast import GridHits, cast_grid, cast_quarters
 from vomstudio.products.ortho.textures import TextureStore, picture_size
 from vomstudio.products.ortho.tiles import TILE, Grid, Tile, TilePicture, empty
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -85,7 +86,7 @@ class MeshSource:
 
     def warnings(self) -> list[str]:
         return [
-            f"{path}: this texture cannot be read; its faces are drawn without it."
+            tr("{file}: This texture cannot be read. Its faces are drawn without it.", file=path)
             for path in sorted(self._store.unreadable)
         ]
 

@@ -39,12 +39,15 @@ from vomstudio.products.ortho.sheet import draw_sheet
 from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
 from vomstudio.progress import Progress, Silent
 from vomstudio.version import __version__
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
 
 MAX_THREADS = 8
-_NO_CRS = "the model names no CRS, so the picture has the model's coordinates without one."
+_NO_CRS = to_translate(
+    "The model has no coordinate reference system (CRS). The orthophoto is written in the model's "
+    "coordinates, without a CRS."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +70,9 @@ def outputs_of(image: str | Path) -> tuple[Path, Path, Path]:
     path = Path(image)
     if path.suffix.lower() not in (".tif", ".tiff"):
         raise UsageError(
-            tr("an orthophoto is a GeoTIFF; let its name end in .tif."), file=path, field="--output"
+            tr("An orthophoto is a GeoTIFF. Choose a name that ends in .tif."),
+            file=path,
+            field="--output",
         )
     return (
         path.with_name(f"{path.stem}_depth.tif"),
@@ -107,12 +112,12 @@ def write_orthophoto(
     for target in (*targets, world):
         check_target(target, force=force)
     grid = plan.grid
-    warnings = [*plan.notes, *([_NO_CRS] if is_map and crs is None else [])]
+    warnings = [*plan.notes, *([tr(_NO_CRS)] if is_map and crs is None else [])]
     transform = _transform(plan)
     facts = picture_facts(plan, crs if is_map else None)
     shown_crs = crs if is_map else VIEW_PLANE_CRS
     raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
-    progress.stage("preparing the model")
+    progress.stage(tr("Preparing the model"))
     source = drawn or source_of(data, plan)
     small = _Reduced(grid) if sheet is not None else None
     with contextlib.ExitStack() as files:
@@ -203,7 +208,7 @@ def drawn_tiles(
 ) -> Iterator[tuple[Tile, TilePicture]]:
     """Yield (tile, picture) as they are done; a few at a time, so that memory stays bounded."""
     tiles = grid.tiles()
-    progress.stage("casting rays", len(tiles))
+    progress.stage(tr("Casting rays"), len(tiles))
     workers = max(1, min(threads or os.cpu_count() or 1, MAX_THREADS, len(tiles)))
     waiting = iter(tiles)
     running: dict[Future[TilePicture], Tile] = {}

@@ -69,7 +69,7 @@ def plan(
     """
     vertices = data.vertices if isinstance(data, Mesh) else data.points
     if not len(vertices) or (isinstance(data, Mesh) and not len(data.faces)):
-        raise InputError(tr("there is no surface in this model to look at."))
+        raise InputError(tr("This model has no surface to draw."))
     world = in_world(to_world, vertices)
     if isinstance(data, Mesh):
         used = np.zeros(len(world), bool)
@@ -90,27 +90,34 @@ def plan(
             np.minimum(high[:2], centre[:2] + half),
         )
         if (low[:2] > high[:2]).any():
-            raise InputError(tr("nothing of this model is in the chosen part of the view."))
+            raise InputError(tr("The chosen part of the view shows nothing of this model."))
     extent = np.maximum(high - low, 0.0)[:2]
     if gsd is None:
         gsd, why = default_gsd(data, to_world, float(extent.max()))
         least = _least_gsd(extent)
         if least > gsd:
             gsd = least
-            why = f"the finest that stays under {MAX_PIXELS // 1_000_000} million pixels"
-        notes.append(f"gsd {gsd:g} m per pixel: {why}")
+            why = tr(
+                "the finest that stays below {count} million pixels",
+                count=MAX_PIXELS // 1_000_000,
+            )
+        notes.append(
+            tr("Ground sampling distance {gsd:g} m per pixel: {reason}.", gsd=gsd, reason=why)
+        )
     if not math.isfinite(gsd) or gsd <= 0:
-        raise UsageError(tr("the size of a pixel must be a length in metres."), field="--gsd")
+        raise UsageError(
+            tr("The ground sampling distance must be a positive length in metres."), field="--gsd"
+        )
     least = _least_gsd(extent)
     pixels = math.prod(max(1, math.ceil(v / gsd)) for v in extent.tolist())
     if pixels > MAX_PIXELS:
         raise UsageError(
             tr(
-                "pixels of {gsd:g} m would make a picture of {pixels:.0f} million pixels; at "
-                "most {MAX_PIXELS} million are made: --gsd {least:g} would do.",
+                "A ground sampling distance of {gsd:g} m needs {pixels:.0f} million pixels; the "
+                "limit is {limit} million. Use --gsd {least:g} or larger.",
                 gsd=gsd,
-                pixels=pixels / 1000000.0,
-                MAX_PIXELS=MAX_PIXELS // 1000000,
+                pixels=pixels / 1_000_000,
+                limit=MAX_PIXELS // 1_000_000,
                 least=least,
             ),
             field="--gsd",
@@ -134,16 +141,16 @@ def default_gsd(
         if sizes:
             share = np.cumsum([area for _, area in sizes])
             found = sizes[int(np.searchsorted(share, 0.5 * share[-1]))][0] * scale
-            why = "the texture's own resolution on the surface"
+            why = tr("the resolution of the texture on the surface")
     if not math.isfinite(found):
         found = resolution(data) * scale
         why = (
-            "the mean length of the mesh's edges"
+            tr("the mean edge length of the mesh")
             if isinstance(data, Mesh)
-            else "the cloud's mean spacing"
+            else tr("the mean point spacing of the cloud")
         )
     if not math.isfinite(found) or found <= 0:
-        found, why = max(extent, 1.0) / 1000, "a thousandth of the model's size"
+        found, why = max(extent, 1.0) / 1000, tr("a thousandth of the size of the model")
     return float(f"{found:.2g}"), why
 
 

@@ -31,7 +31,7 @@ def format_of(path: str | Path) -> str:
     ending = Path(path).suffix.lower()
     if ending not in FORMATS:
         raise UsageError(
-            tr("the ending says how the sheet is written: .png, .jpg or .pdf."),
+            tr("The format of the sheet follows from its name. Let it end in .png, .jpg or .pdf."),
             file=path,
             field="--sheet",
         )
@@ -51,15 +51,31 @@ def end_labels(view: View) -> tuple[str, str, str]:
     azimuth = wrap360(math.degrees(math.atan2(frame.right[0], frame.right[1])))
     steep = abs(view.plunge_deg) >= STEEP_DEG
     if not view.north_known:
-        left, right = (f"{round(a) % 360:03d}, local" for a in (azimuth + 180.0, azimuth))
-        return left, right, "y" if steep else "up"
-    return _wind(azimuth + 180.0), _wind(azimuth), "N" if steep else "up"
+        left, right = (
+            tr("{azimuth:03d}, local", azimuth=round(a) % 360) for a in (azimuth + 180.0, azimuth)
+        )
+        return left, right, "y" if steep else tr("up")
+    return _wind(azimuth + 180.0), _wind(azimuth), "N" if steep else tr("up")
 
 
 def direction_in_words(view: View) -> str:
     """Which way the viewer looks, and in which sense."""
     trend = format_azimuth(view.trend_deg, 1)
-    return f"View toward {trend}/{view.plunge_deg:.1f} (trend/plunge, deg), {view.sense}"
+    return tr(
+        "View toward {trend}/{plunge:.1f} (trend/plunge, deg), {sense}",
+        trend=trend,
+        plunge=view.plunge_deg,
+        sense=tr(view.sense),
+    )
+
+
+def _unknown(view: View) -> str | None:
+    """What a model without registration leaves unknown, in words."""
+    if view.north_known:
+        return None if view.metric else tr("Not registered: scale unknown")
+    if view.metric:
+        return tr("Not registered: north unknown")
+    return tr("Not registered: north and scale unknown")
 
 
 def draw_sheet(
@@ -85,14 +101,11 @@ def draw_sheet(
     pad, line = 2 * size, round(1.5 * size)
     room = max(picture.width, _NARROWEST)
     left, right, up = end_labels(view)
-    unknown = [
-        *([] if view.north_known else ["north"]),
-        *([] if view.metric else ["scale"]),
-    ]
+    unknown = _unknown(view)
     text = [
         direction_in_words(view),
         *_wrapped(view.reason, round((room - pad) / (0.52 * size))),
-        *([f"Not registered: {' and '.join(unknown)} not known"] if unknown else []),
+        *([unknown] if unknown else []),
     ]
     widest = max(font.getlength(words) for words in text)
     width = max(room, math.ceil(widest)) + 2 * pad
@@ -110,7 +123,7 @@ def draw_sheet(
     draw.text((x + picture.width / 2 + side, pad // 2), right, _INK, font, anchor="ra")
     _arrow(draw, width // 2, pad // 2, size, up, font)
     length = bar_length(picture.width * metres_per_pixel)
-    words = _metres(length) if view.metric else f"{length:g} units"
+    words = _metres(length) if view.metric else tr("{length:g} units", length=length)
     _bar(draw, x, bottom + pad // 2, words, length / metres_per_pixel, size, font)
     x_words = min(x, width - pad - widest)
     for i, words in enumerate(text):

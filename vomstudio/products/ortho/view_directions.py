@@ -15,9 +15,19 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.ortho.world_points import in_world
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
+
+_OPPOSITE = {
+    to_translate("down-plunge"): "up-plunge",
+    to_translate("up-plunge"): "down-plunge",
+    to_translate("against the upward normal"): "along the upward normal",
+    to_translate("along the upward normal"): "against the upward normal",
+    to_translate("as given"): "against the given direction",
+    to_translate("against the given direction"): "as given",
+}
+"""The sense of a view from the other side. Senses are data in sidecars."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +36,7 @@ class View:
 
     trend_deg, plunge_deg : the way the viewer looks; a negative plunge looks up
     sense : "as given", "against the upward normal", "along the upward normal", "down-plunge",
-        "up-plunge"
+        "up-plunge", "against the given direction"
     reason : one sentence
     north_known, metric : False for a model whose north or whose scale is not known: the sheet then
         names no winds, and counts units
@@ -45,19 +55,11 @@ class View:
 
     def flipped(self) -> View:
         """From the other side: a mirror image."""
-        other = {
-            "down-plunge": "up-plunge",
-            "up-plunge": "down-plunge",
-            "against the upward normal": "along the upward normal",
-            "along the upward normal": "against the upward normal",
-            "as given": "against the given direction",
-            "against the given direction": "as given",
-        }
         return View(
             wrap360(self.trend_deg + 180.0),
             0.0 - self.plunge_deg,
-            other[self.sense],
-            f"Flipped by request; {_lower(self.reason)}",
+            _OPPOSITE[self.sense],
+            tr("Flipped by request. Before: {reason}", reason=self.reason),
         )
 
 
@@ -65,11 +67,14 @@ def view_along_line(trend_deg: float, plunge_deg: float) -> View:
     """A view as typed. Raises UsageError for a plunge beyond 90 degrees."""
     if not (math.isfinite(trend_deg) and math.isfinite(plunge_deg)) or abs(plunge_deg) > 90:
         raise UsageError(
-            tr("a view needs a trend in degrees and a plunge from -90 (up) to 90 (down)."),
+            tr("A view needs a trend in degrees and a plunge from -90 (up) to 90 (down)."),
             field="--plunge",
         )
     return View(
-        wrap360(trend_deg), plunge_deg, "as given", "The viewer looks along the direction given."
+        wrap360(trend_deg),
+        plunge_deg,
+        "as given",
+        tr("The viewer looks along the given direction."),
     )
 
 
@@ -79,7 +84,7 @@ def view_of_plane(plane: Plane) -> View:
     return _along(
         -plane.normal(),
         "against the upward normal",
-        "The viewer looks against the upward normal of the plane.",
+        tr("The viewer looks against the upward normal of the plane."),
     )
 
 
@@ -92,15 +97,33 @@ def view_along_axis(
     if plunge_deg < 0:
         down = -down
     away, guessed = _facing_away(data, ViewFrame.looking(down), to_world)
-    how = ", judged by surfaces taken to face up" if guessed else ""
-    if math.isfinite(away) and away > 0.5:
-        return _along(
-            -down,
-            "up-plunge",
-            f"Down-plunge {away:.0%} of what is hit faces away from the viewer{how}.",
+    if math.isnan(away):
+        return _along(down, "down-plunge", tr("Down-plunge."))
+    if away > 0.5:
+        reason = (
+            tr(
+                "Up-plunge: seen down-plunge, {share:.0%} of the visible surface faces away from "
+                "the viewer (normals estimated, taken to point up).",
+                share=away,
+            )
+            if guessed
+            else tr(
+                "Up-plunge: seen down-plunge, {share:.0%} of the visible surface faces away from "
+                "the viewer.",
+                share=away,
+            )
         )
-    share = "" if math.isnan(away) else f": {1 - away:.0%} of what is hit faces the viewer{how}"
-    return _along(down, "down-plunge", f"Down-plunge{share}.")
+        return _along(-down, "up-plunge", reason)
+    reason = (
+        tr(
+            "Down-plunge: {share:.0%} of the visible surface faces the viewer (normals estimated, "
+            "taken to point up).",
+            share=1 - away,
+        )
+        if guessed
+        else tr("Down-plunge: {share:.0%} of the visible surface faces the viewer.", share=1 - away)
+    )
+    return _along(down, "down-plunge", reason)
 
 
 def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool = True) -> str:
@@ -108,13 +131,25 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
     the direction of tilt, displacements h sin d along the view), in a sentence. error_deg: the
     larger 95 % semi-axis of the direction; None where unknown, and 5 degrees are supposed."""
     off = 5.0 if error_deg is None else error_deg
-    unit = "m" if metric else "units"
-    known = "" if error_deg is None else ", the semi-axis of its 95 % confidence,"
-    return (
-        f"an axis wrong by {off:.1f} deg{known} shortens lengths in the direction of tilt by "
-        f"{1 - math.cos(math.radians(off)):.1%} and displaces points against each other by up to "
-        f"{depth_m * math.sin(math.radians(off)):.3g} {unit} over the {depth_m:.3g} {unit} that "
-        "this view is deep."
+    figures = {
+        "angle": off,
+        "share": 1 - math.cos(math.radians(off)),
+        "displacement": depth_m * math.sin(math.radians(off)),
+        "depth": depth_m,
+        "unit": "m" if metric else tr("units"),
+    }
+    if error_deg is None:
+        return tr(
+            "The error of the axis is unknown. An error of {angle:.1f} deg would shorten lengths "
+            "in the direction of tilt by {share:.1%} and displace points against each other by up "
+            "to {displacement:.3g} {unit} over the depth of the view ({depth:.3g} {unit}).",
+            **figures,
+        )
+    return tr(
+        "The 95 % error of the axis, {angle:.1f} deg, shortens lengths in the direction of tilt by "
+        "{share:.1%} and displaces points against each other by up to {displacement:.3g} {unit} "
+        "over the depth of the view ({depth:.3g} {unit}).",
+        **figures,
     )
 
 
@@ -125,14 +160,14 @@ def _facing_away(
         from vomstudio.products.ortho import mesh_picture
 
         if not len(data.faces):
-            raise InputError(tr("there is no surface in this model to look at."))
+            raise InputError(tr("This model has no surface to draw."))
         world = in_world(to_world, data.vertices)
         return mesh_picture.share_facing_away(frame.to_view(world, world[0]), data.faces), False
     from vomstudio.geometry.transform import rotate
     from vomstudio.products.ortho import cloud_picture
 
     if not len(data.points):
-        raise InputError(tr("there is no point in this model to look at."))
+        raise InputError(tr("This model has no points to draw."))
     world = in_world(to_world, data.points)
     normals = None
     if data.normals is not None:
@@ -144,7 +179,3 @@ def _facing_away(
 def _along(direction: Array, sense: str, reason: str) -> View:
     trend, plunge, _ = vectors_to_lines(direction, directed=True)
     return View(float(trend[0]), float(plunge[0]), sense, reason)
-
-
-def _lower(text: str) -> str:
-    return text[:1].lower() + text[1:]

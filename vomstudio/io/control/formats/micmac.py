@@ -31,10 +31,20 @@ def points_of(path: Path) -> list[ControlPoint]:
     root = read_xml(path)
     found = [each for top in root.iter(POINTS) for each in top.findall(_POINT)]
     if not found:
-        said = f"has no ground point ({POINTS} with {_POINT})"
-        if next(root.iter(MARKS), None) is not None:
-            said = f"holds marks in photos ({MARKS}) and no ground points ({POINTS}); name it as "
-            said += "the marks"
+        said = (
+            tr(
+                "The file has image marks ({marks}) and no ground points ({points}). Use it as "
+                "the file of marks.",
+                marks=MARKS,
+                points=POINTS,
+            )
+            if next(root.iter(MARKS), None) is not None
+            else tr(
+                "The file has no ground points ({points} with {point}).",
+                points=POINTS,
+                point=_POINT,
+            )
+        )
         raise InputError(said, file=path, field=root.tag)
     points = []
     labels = Once(path)

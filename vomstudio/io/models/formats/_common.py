@@ -14,7 +14,12 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr, tr_n
+
+UNKNOWN_CRS = to_translate(
+    "The coordinate reference system (CRS) is not a known projected one. Declare it yourself."
+)
+"""Said of a file that names a CRS which cannot be used."""
 
 BLOCK_BYTES = 8 * 1024 * 1024
 READERS = 3
@@ -30,7 +35,7 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray
         size = os.stat(path).st_size
         data = np.empty(size + len(tail), np.uint8)
         view = data.data
-        progress.stage("Reading the file", size)
+        progress.stage(tr("Reading the file"), size)
 
         def fill(start: int) -> int:
             stop = min(start + BLOCK_BYTES, size)
@@ -70,10 +75,40 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray
     return data
 
 
-def some(n: int, what: str) -> str:
-    """'1 face', '1,200 faces'."""
-    plural = {"vertex": "vertices"}.get(what, what + "s")
-    return f"{n:,} {what if n == 1 else plural}"
+def faces_without_vertices(count: int) -> str:
+    """What is said of faces that name vertices which are not there."""
+    return tr_n(
+        "{count:,} face left out: it refers to vertices that the file does not have.",
+        "{count:,} faces left out: they refer to vertices that the file does not have.",
+        count,
+    )
+
+
+def faces_without_area(count: int) -> str:
+    """What is said of faces with one or two corners."""
+    return tr_n(
+        "{count:,} face with fewer than 3 corners left out.",
+        "{count:,} faces with fewer than 3 corners left out.",
+        count,
+    )
+
+
+def values_not_numbers(count: int, line: int) -> str:
+    return tr_n(
+        "{count:,} value is not a number, in line {line}.",
+        "{count:,} values are not numbers, the first of them in line {line}.",
+        count,
+        line=line,
+    )
+
+
+def points_missing(found: int, promised: int) -> str:
+    """What is said of a cloud that is cut short."""
+    return tr(
+        "The file is cut short: it has {found:,} of the {promised:,} points its header promises.",
+        found=found,
+        promised=promised,
+    )
 
 
 def scale_colors(colors: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
@@ -110,17 +145,36 @@ def drop_unsound(mesh: Mesh, said: list[str], path: Path) -> Mesh | PointCloud:
         uv = None if uv is None else uv[finite]
         colors = None if colors is None else colors[finite]
         fields = {name: values[finite] for name, values in fields.items()}
-        also = f", and {some(n_faces, 'face')} with them" if n_faces else ""
-        said.append(f"{some(n_bad, 'vertex')} left out whose coordinates are no numbers{also}.")
+        said.append(
+            tr_n(
+                "{count:,} vertex without valid coordinates left out.",
+                "{count:,} vertices without valid coordinates left out.",
+                n_bad,
+            )
+        )
+        if n_faces:
+            said.append(
+                tr_n(
+                    "{count:,} face left out: a corner of it has no valid coordinates.",
+                    "{count:,} faces left out: a corner of each has no valid coordinates.",
+                    n_faces,
+                )
+            )
     if len(vertices) == 0:
         raise InputError(tr("No vertex has valid coordinates. Export the model again."), file=path)
     if len(faces) == 0:
-        said.append("It has no sound faces, so it is opened as a point cloud.")
+        said.append(tr("The file has no valid faces. It is opened as a point cloud."))
         return PointCloud(vertices, colors, None, fields)
     a, b, c = faces[:, 0], faces[:, 1], faces[:, 2]
     n_degenerate = int(np.count_nonzero((a == b) | (b == c) | (c == a)))
     if n_degenerate:
-        said.append(f"{some(n_degenerate, 'face')} without area: a corner stands twice.")
+        said.append(
+            tr_n(
+                "{count:,} face has no area: two of its corners are the same vertex.",
+                "{count:,} faces have no area: two of their corners are the same vertex.",
+                n_degenerate,
+            )
+        )
     return Mesh(vertices, np.ascontiguousarray(faces), mesh.materials, offsets, uv, colors, fields)
 
 
@@ -133,7 +187,13 @@ def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> Point
     n_bad = int(len(finite) - np.count_nonzero(finite))
     if n_bad == len(finite):
         raise InputError(tr("No point has valid coordinates. Export the cloud again."), file=path)
-    said.append(f"{some(n_bad, 'point')} left out whose coordinates are no numbers.")
+    said.append(
+        tr_n(
+            "{count:,} point without valid coordinates left out.",
+            "{count:,} points without valid coordinates left out.",
+            n_bad,
+        )
+    )
     return PointCloud(
         cloud.points[finite],
         None if cloud.colors is None else cloud.colors[finite],

@@ -13,6 +13,7 @@ from vomstudio.geometry.mesh import Material
 from vomstudio.io.models import image_store
 from vomstudio.io.models.formats._gltf_document import Document, numbers
 from vomstudio.io.models.mtl import check_image
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -75,10 +76,18 @@ def materials_of(document: Document, used: list[int], said: list[str]) -> tuple[
                 images[source] = _image(document, source, name)
             texture, problem = images[source]
             if problem:
-                said.append(f"Texture of material '{name}': {problem}.")
+                said.append(
+                    tr(
+                        "Texture of material '{material}': {problem}.",
+                        material=name,
+                        problem=problem,
+                    )
+                )
         result.append(Material(name, texture, _diffuse(document, entry)))
     if extra:
-        said.append("Only colours are used; its maps of relief, shadow or light are not.")
+        said.append(
+            tr("Only the colour textures are used. Normal, occlusion and emission maps are not.")
+        )
     return tuple(result)
 
 
@@ -110,7 +119,7 @@ def _image_of(document: Document, info: dict[str, Any]) -> object:
 def _image(document: Document, index: object, material: str) -> tuple[Path | None, str | None]:
     """The file of an image, or what is wrong with it."""
     if index is None:
-        return None, "it has no image of a kind that can be read"
+        return None, tr("it has no image in a format that can be read")
     entry = document.item("images", index)
     where = f"images[{index}]"
     name = entry.get("name")
@@ -125,12 +134,16 @@ def _image(document: Document, index: object, material: str) -> tuple[Path | Non
                 return (None, wrong) if wrong else (source, None)
             content = source
     except InputError as error:
-        return None, error.message.removesuffix("; export the file again.").rstrip(".")
+        return None, error.message.rstrip(".")
     if image_store.ending_of(content) == ".img":
-        return None, f"'{label}' is not an image that can be read"
+        return None, tr("'{image}' is not an image that can be read", image=label)
     try:
         kept = image_store.keep(content, Path(label).stem if "." in label else label)
     except OSError as error:
-        return None, f"it cannot be kept in {image_store.folder()} ({error.strerror})"
+        return None, tr(
+            "it cannot be written to {folder} ({reason})",
+            folder=image_store.folder(),
+            reason=error.strerror,
+        )
     wrong = check_image(kept)
     return (None, wrong) if wrong else (kept, None)

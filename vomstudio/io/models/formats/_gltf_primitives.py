@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.models.formats._common import scale_colors, some
+from vomstudio.io.models.formats._common import faces_without_vertices, scale_colors
 from vomstudio.io.models.formats._gltf_document import Document, numbers
 from vomstudio.io.models.formats._gltf_materials import color_map, moved, uv_set
 from vomstudio.words import tr
@@ -44,7 +44,7 @@ def pieces_of(document: Document, said: list[str]) -> Iterator[Piece]:
             uses[_key(key)] = uses.get(_key(key), 0) + 1
     total = lines = 0
     progress = document.progress
-    progress.stage("Reading the scene", len(placed))
+    progress.stage(tr("Reading the scene"), len(placed))
     for done, (index, matrix) in enumerate(placed):
         for primitive in _primitives(document, index):
             mode = primitive.get("mode", TRIANGLES)
@@ -68,7 +68,7 @@ def pieces_of(document: Document, said: list[str]) -> Iterator[Piece]:
                 yield piece
         progress.step(done + 1)
     if lines:
-        said.append("It has lines, which are left out.")
+        said.append(tr("Lines in the file are left out."))
 
 
 def _key(index: object) -> object:
@@ -106,7 +106,7 @@ def _placed_meshes(document: Document, said: list[str]) -> Iterator[tuple[object
         seen.add(index)
         matrix = above @ _local_matrix(document, node, index)
         if "skin" in node:
-            said.append("It has a skeleton; the model is shown as it is without its pose.")
+            said.append(tr("The file has a skeleton. The model is shown without its pose."))
         if "mesh" in node:
             yield node["mesh"], matrix
         waiting.extend((child, matrix) for child in reversed(_children(document, index)))
@@ -230,6 +230,6 @@ def _faces(
     sound: Array = np.asarray((faces < n).all(axis=1))
     if not sound.all():
         bad = int(len(sound) - np.count_nonzero(sound))
-        said.append(f"{some(bad, 'face')} left out that name vertices the file does not have.")
+        said.append(faces_without_vertices(bad))
         faces = faces[sound]
     return faces

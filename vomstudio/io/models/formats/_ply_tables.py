@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.models.formats._common import some
+from vomstudio.io.models.formats._common import points_missing, values_not_numbers
 from vomstudio.io.models.formats._ply_header import Element, Header
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.generic]
 
@@ -30,8 +30,18 @@ class Table:
 
 def _missing(element: Element, found: int, said: list[str]) -> None:
     """The header promised more than there is."""
-    what = "points" if element.name == "vertex" else f"'{element.name}' records"
-    said.append(f"The file is cut short: {found:,} of {element.count:,} promised {what} are there.")
+    if element.name == "vertex":
+        said.append(points_missing(found, element.count))
+        return
+    said.append(
+        tr(
+            "The file is cut short: it has {found:,} of the {promised:,} records '{element}' its "
+            "header promises.",
+            found=found,
+            promised=element.count,
+            element=element.name,
+        )
+    )
 
 
 def read_binary(
@@ -39,7 +49,7 @@ def read_binary(
 ) -> dict[str, Table]:
     tables: dict[str, Table] = {}
     at = header.body
-    progress.stage("Reading the model", len(header.elements))
+    progress.stage(tr("Reading the model"), len(header.elements))
     for i, element in enumerate(header.elements):
         if element.properties and element.count:
             # Never believe a count: each record takes at least so many bytes.
@@ -163,7 +173,8 @@ def read_text(
     at = header.body
     wrong = 0
     first_wrong: int | None = None
-    progress.stage("Reading the model", len(buffer))
+    said_before = len(said)
+    progress.stage(tr("Reading the model"), len(buffer))
     for element in header.elements:
         if not element.count or not element.properties:
             tables.setdefault(element.name, Table(0))
@@ -200,11 +211,11 @@ def read_text(
             element.name,
             _text_table(element, np.concatenate(parts or [np.empty(0)]), starts[: row + 1], said),
         )
-    if cut and not any("cut short" in s for s in said):
-        said.append("The last line has no line end: its last number may have been cut short.")
+    if cut and len(said) == said_before:
+        said.append(tr("The last line has no line end: its last number may be incomplete."))
     if first_wrong is not None:
         line = 1 + buffer.count(b"\n", 0, first_wrong)
-        said.append(f"{some(wrong, 'value')} not a number, first in line {line}.")
+        said.append(values_not_numbers(wrong, line))
     return tables
 
 
@@ -236,8 +247,13 @@ def _text_table(
     k.walk_rows(values, starts, is_list, places, counts)
     short = int(np.count_nonzero(counts[:, ~is_list].min(axis=1, initial=1) == 0)) if n else 0
     if short and not is_list.any():
-        what = "vertex" if element.name == "vertex" else "record"
-        said.append(f"{some(short, what)} with too few values in their line.")
+        said.append(
+            tr_n(
+                "{count:,} line has too few values.",
+                "{count:,} lines have too few values.",
+                short,
+            )
+        )
     table = Table(n)
     for j, p in enumerate(element.properties):
         if p.count_type:

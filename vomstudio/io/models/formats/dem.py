@@ -13,10 +13,10 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.gis.raster import libtiff_silent
-from vomstudio.io.models.formats._common import drop_unsound, some
+from vomstudio.io.models.formats._common import UNKNOWN_CRS, drop_unsound
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[Any]
 
@@ -51,7 +51,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     import rasterio
     from rasterio.errors import RasterioError
 
-    progress.stage("Reading the heights")
+    progress.stage(tr("Reading the heights"))
     said: list[str] = []
     try:
         with libtiff_silent(), rasterio.Env(), _opened(path) as dataset:
@@ -133,7 +133,7 @@ def _check_is_dem(dataset: Any, path: Path, said: list[str]) -> None:
     if dataset.transform.determinant == 0:
         raise InputError(tr("The pixels have no area. Export the file again."), file=path)
     if dataset.count > 1:
-        said.append(f"Only the first of its {dataset.count} bands is taken for heights.")
+        said.append(tr("Only the first of {count} bands is read as heights.", count=dataset.count))
 
 
 def _crs_of(dataset: Any, path: Path, said: list[str]) -> tuple[str | None, float]:
@@ -162,7 +162,7 @@ def _crs_of(dataset: Any, path: Path, said: list[str]) -> tuple[str | None, floa
     try:
         return parse_crs(text)
     except InputError:
-        said.append("Its reference system is no projected one that is known; declare it yourself.")
+        said.append(tr(UNKNOWN_CRS))
         return None, 1.0
 
 
@@ -171,11 +171,16 @@ def _step_of(dataset: Any, said: list[str]) -> int:
     while -(-width // step) * -(-height // step) > MOST_VERTICES:
         step += 1
     if step > 1:
-        size = f"{width:,} x {height:,} pixels"
-        nth = {2: "second", 3: "third"}.get(step, f"{step}th")
         said.append(
-            f"Its {size} are thinned to every {nth} in both directions "
-            f"({-(-width // step):,} x {-(-height // step):,}); cut out a part for all of them."
+            tr(
+                "Of {width:,} x {height:,} pixels, {columns:,} x {rows:,} are read (one in {step} "
+                "in both directions). Open a part of the file to have all of them.",
+                width=width,
+                height=height,
+                columns=-(-width // step),
+                rows=-(-height // step),
+                step=step,
+            )
         )
     return step
 
@@ -189,7 +194,7 @@ def _heights(
     width, height = dataset.width, dataset.height
     rows_at_once = max(1, PIXELS_PER_STEP // width // step) * step
     heights = np.empty((-(-height // step), -(-width // step)))
-    progress.stage("Reading the heights", height)
+    progress.stage(tr("Reading the heights"), height)
     for start in range(0, height, rows_at_once):
         rows = min(rows_at_once, height - start)
         window = Window(0, start, width, rows)  # type: ignore[call-arg, unused-ignore]
@@ -206,21 +211,40 @@ def _heights(
             n = int(np.count_nonzero(empty))
             if n:
                 heights[empty] = np.nan
-                said.append(f"{some(n, 'pixel')} of {value:g} taken for holes.")
+                said.append(
+                    tr_n(
+                        "{count:,} pixel with the value {value:g} is taken as no data.",
+                        "{count:,} pixels with the value {value:g} are taken as no data.",
+                        n,
+                        value=value,
+                    )
+                )
     unit = (dataset.units[0] or "").strip()
     factor = UNITS.get(unit.lower(), None if unit else metres)
     if factor is None:
-        said.append(f"The unit of its heights ({unit}) is not known; taken as that of the CRS.")
+        said.append(
+            tr(
+                "The unit of the heights ({unit}) is unknown. It is taken to be that of the "
+                "coordinate reference system.",
+                unit=unit,
+            )
+        )
         factor = metres
     heights *= dataset.scales[0] * factor / metres
     heights += dataset.offsets[0] * factor / metres
     if factor != metres:
-        said.append(f"Its heights were in {unit}; they are now in the unit of x and y.")
+        said.append(tr("The heights were converted from {unit} to the unit of x and y.", unit=unit))
     wild = np.abs(heights) > HIGHEST_M
     n = int(np.count_nonzero(wild))
     if n:
         heights[wild] = np.nan
-        said.append(f"{some(n, 'pixel')} left out that cannot be heights (beyond 100 km).")
+        said.append(
+            tr_n(
+                "{count:,} pixel left out: it is beyond 100 km and cannot be a height.",
+                "{count:,} pixels left out: they are beyond 100 km and cannot be heights.",
+                n,
+            )
+        )
     return heights
 
 

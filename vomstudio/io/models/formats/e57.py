@@ -11,10 +11,15 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.io.models.formats._common import Columns, drop_unsound_points, some
+from vomstudio.io.models.formats._common import (
+    UNKNOWN_CRS,
+    Columns,
+    drop_unsound_points,
+    points_missing,
+)
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[Any]
 
@@ -78,7 +83,7 @@ def _read_scans(
 ) -> PointCloud:
     scans = list(image.root()["data3D"]) if image.root().isDefined("data3D") else []
     total = sum(int(scan["points"].childCount()) for scan in scans)
-    progress.stage("Reading the points", total)
+    progress.stage(tr("Reading the points"), total)
     columns = Columns()
     done = n_invalid = 0
     names = [_names(e57, scan) for scan in scans]
@@ -88,7 +93,7 @@ def _read_scans(
     for number, (scan, known) in enumerate(zip(scans, names, strict=True)):
         place = next((axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known), None)
         if place is None:
-            said.append(f"Scan {number + 1} has no coordinates and is left out.")
+            said.append(tr("Scan {number} has no coordinates and is left out.", number=number + 1))
             continue
         wanted = [*place, *(c for c in COLORS if colored), *(["intensity"] if bright else [])]
         flags = [name for name in INVALID if name in known and name[:4] == place[0][:4]]
@@ -119,11 +124,17 @@ def _read_scans(
     if n == 0:
         raise InputError(tr("The file has no valid points. Export it again."), file=path)
     if n_invalid:
-        said.append(f"{some(n_invalid, 'point')} left out that the file marks as invalid.")
+        said.append(
+            tr_n(
+                "{count:,} point left out that the file marks as invalid.",
+                "{count:,} points left out that the file marks as invalid.",
+                n_invalid,
+            )
+        )
     if done < total:
-        said.append(f"The file is cut short: {done:,} of {total:,} promised points are there.")
+        said.append(points_missing(done, total))
     if unread:
-        said.append(f"Not read: {', '.join(sorted(unread))}.")
+        said.append(tr("These fields are not read: {fields}.", fields=", ".join(sorted(unread))))
     points = columns.take("points", n)
     assert points is not None
     fields: dict[str, Array] = {}
@@ -214,7 +225,7 @@ def _crs(image: Any, said: list[str]) -> str | None:
     try:
         return parse_crs(text)[0]
     except InputError:
-        said.append("Its reference system is no projected one that is known; declare it yourself.")
+        said.append(tr(UNKNOWN_CRS))
         return None
 
 

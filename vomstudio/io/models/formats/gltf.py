@@ -60,13 +60,19 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 def _read(document: Document) -> LoadedModel:
     said: list[str] = []
     for name in document.unknown_extensions():
-        said.append(f"It uses '{name}', which is not understood here; look whether all is there.")
+        said.append(
+            tr(
+                "The file uses the extension '{extension}', which is not supported. Check whether "
+                "the model is complete.",
+                extension=name,
+            )
+        )
     pieces = list(pieces_of(document, said))
     solid = [p for p in pieces if p.faces is not None]
     if not pieces:
         raise document.wrong(tr("The scene has no triangles and no points"))
     if solid and len(solid) < len(pieces):
-        said.append("It has loose points beside its triangles; they are left out.")
+        said.append(tr("Points that belong to no triangle are left out."))
     origin, crs, declared = _origin(document, said)
     data: Mesh | PointCloud
     if solid:
@@ -92,14 +98,17 @@ def _origin(
     if "origin" in extras:
         inside = checked_origin(extras["origin"])
         if inside is None:
-            said.append("The origin in its asset.extras is no place and is not added.")
+            said.append(tr("The origin in asset.extras is not a position and is not added."))
     crs, problem = crs_or_problem(extras.get("crs"), path.name)
     beside = read_offset(path)
     said.extend(text for text in (problem, beside.problem) if text)
     if inside is not None and beside.origin not in (None, inside):
         said.append(
-            f"'{offset_path(path).name}' has another origin than the file itself, whose own is"
-            " taken."
+            tr(
+                "'{file}' has another origin than the model file. The origin in the model file is "
+                "used.",
+                file=offset_path(path).name,
+            )
         )
     origin = inside or beside.origin
     crs = crs or beside.crs
@@ -200,8 +209,10 @@ def _warn_if_z_looks_up(pieces: list[Piece], said: list[str]) -> None:
         area += float(np.sqrt((turned**2).sum(axis=1)).sum())
     if area > 0 and abs(total[2]) > 0.7 * area and abs(total[1]) < 0.3 * area:
         said.append(
-            "Its surface faces along Z, as if Z were up in the file, where the format says Y: if it"
-            " lies on its side, convert it with --up z."
+            tr(
+                "The surface faces along Z, as if Z were up in the file, where the format says Y. "
+                "If the model lies on its side, convert it with --up z."
+            )
         )
 
 

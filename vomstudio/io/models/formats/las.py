@@ -12,7 +12,12 @@ import numpy.typing as npt
 
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.models.formats._common import Columns, drop_unsound_points, scale_colors
+from vomstudio.io.models.formats._common import (
+    Columns,
+    drop_unsound_points,
+    points_missing,
+    scale_colors,
+)
 from vomstudio.io.models.formats._las_header import check_header, mended
 from vomstudio.io.models.formats._las_records import STANDARD_FIELDS
 from vomstudio.io.models.reader import LoadedModel, Reader
@@ -125,7 +130,7 @@ def _read_points(
     # Hardly any file has more points than bytes, and room that is not used costs nothing.
     columns = Columns(min(size, ROWS_AT_MOST))
     done = 0
-    progress.stage("Reading the points", limit)
+    progress.stage(tr("Reading the points"), limit)
     while done < limit:
         n = min(at_once, limit - done)
         try:
@@ -159,14 +164,14 @@ def _read_points(
             tr("The file holds no points that can be read. Copy or export it again."), file=path
         )
     if done < promised:
-        said.append(f"The file is cut short: {done:,} of {promised:,} promised points are there.")
+        said.append(points_missing(done, promised))
     rgb16 = columns.take("colors", done)
     colors = None
     if rgb16 is not None:
         if rgb16.any():
             colors = scale_colors(rgb16)
         else:
-            said.append("Its colours are all black and are not used.")
+            said.append(tr("All colours are black. They are not used."))
     fields: dict[str, Array] = {}
     for name in wanted:
         values = columns.take(f"field {name}", done)
@@ -193,7 +198,12 @@ def _crs(header: Any, said: list[str]) -> str | None:
         code = found.to_epsg()
         return f"EPSG:{code}" if code else str(found.to_wkt())
     except Exception as error:  # noqa: BLE001  whatever pyproj dislikes, the points are sound
-        said.append(f"Its coordinate reference system cannot be understood ({_short(error)}).")
+        said.append(
+            tr(
+                "The coordinate reference system cannot be read ({error}). Declare it yourself.",
+                error=_short(error),
+            )
+        )
         return None
 
 

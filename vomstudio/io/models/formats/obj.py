@@ -21,11 +21,17 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.io.models.formats._common import drop_unsound, read_whole, scale_colors, some
+from vomstudio.io.models.formats._common import (
+    drop_unsound,
+    faces_without_area,
+    read_whole,
+    scale_colors,
+    values_not_numbers,
+)
 from vomstudio.io.models.mtl import decode, find_beside, read_library, unquote
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 BLOCK_BYTES = 8 * 1024 * 1024
 LOOKED_AT_ONCE = 1 << 18
@@ -105,8 +111,8 @@ class _Reading:
 
     def _why_nothing(self) -> str:
         if self.n_odd == 0:
-            return "The file holds no vertices ('v x y z'); export the model again."
-        return "This is not a Wavefront OBJ text: no vertices ('v x y z') were found in it."
+            return tr("The file has no vertices ('v x y z'). Export the model again.")
+        return tr("This is not a Wavefront OBJ file: it has no vertices ('v x y z').")
 
     def _line(self, offset: int) -> int:
         """The 1-based line of a byte, in the file as it stands on the disk."""
@@ -128,8 +134,10 @@ class _Reading:
             data[data == 13] = 10
         if size and data[size - 1] != 10:
             self.said.append(
-                "The last line has no line end, so the file may have been cut short: compare its"
-                " number of faces with the program that wrote it."
+                tr(
+                    "The last line has no line end, so the file may be cut short. Compare its "
+                    "number of faces with the program that wrote it."
+                )
             )
         # Many times as fast as the expression, and hardly any file has a backslash.
         steps = range(0, size, LOOKED_AT_ONCE)
@@ -163,7 +171,7 @@ class _Reading:
         blocks = self._blocks()
         counts = np.zeros((len(blocks), k.COUNTS), np.int64)
         threads = max(1, min(os.cpu_count() or 1, MAX_THREADS, len(blocks)))
-        self.progress.stage("Reading the model", 2 * len(blocks))
+        self.progress.stage(tr("Reading the model"), 2 * len(blocks))
         with ThreadPoolExecutor(threads) as pool:
             jobs = [pool.submit(k.count, data, a, b, counts[i]) for i, (a, b) in enumerate(blocks)]
             self._wait(jobs, 0)
@@ -222,12 +230,18 @@ class _Reading:
             self._wait([pool.submit(parse, i) for i in range(len(blocks))], len(blocks))
         if total[k.N_SHORT_FACES]:
             n = int(total[k.N_SHORT_FACES])
-            self.said.append(f"{some(n, 'face')} with fewer than 3 corners left out.")
+            self.said.append(faces_without_area(n))
         if total[k.N_LINE_ELEMENTS]:
             n = int(total[k.N_LINE_ELEMENTS])
-            self.said.append(f"{some(n, 'line or point element')} ('l', 'p') not read.")
+            self.said.append(
+                tr_n(
+                    "{count:,} line or point element ('l', 'p') left out.",
+                    "{count:,} line or point elements ('l', 'p') left out.",
+                    n,
+                )
+            )
         if self.n_odd:
-            self.said.append(f"{some(self.n_odd, 'line')} not understood and left out.")
+            self.said.append(_not_understood(self.n_odd))
 
     def _wait(self, jobs: list[Future[None]], before: int) -> None:
         try:
@@ -269,20 +283,30 @@ class _Reading:
                     value = float("nan")
                 targets[target][at] = value
         if where:
-            self.said.append(
-                f"{some(wrong, 'value')} not a number, first in line {self._line(min(where))}."
-            )
+            self.said.append(values_not_numbers(wrong, self._line(min(where))))
         bad, line = self._first(k.R_BAD_CORNERS, k.R_FIRST_BAD_CORNER)
         if bad:
             self.said.append(
-                f"{some(bad, 'face')} left out that name vertices the file does not have, first in"
-                f" line {line}."
+                tr_n(
+                    "{count:,} face left out: it refers to vertices that the file does not have "
+                    "(line {line}).",
+                    "{count:,} faces left out: they refer to vertices that the file does not have "
+                    "(first in line {line}).",
+                    bad,
+                    line=line,
+                )
             )
         bad, line = self._first(k.R_BAD_UVS, k.R_FIRST_BAD_UV)
         if bad:
             self.said.append(
-                f"{some(bad, 'face corner')} without texture: they name texture coordinates the"
-                f" file does not have, first in line {line}."
+                tr_n(
+                    "{count:,} corner of a face without texture: it refers to texture coordinates "
+                    "that the file does not have (line {line}).",
+                    "{count:,} corners of faces without texture: they refer to texture "
+                    "coordinates that the file does not have (first in line {line}).",
+                    bad,
+                    line=line,
+                )
             )
 
     def _mesh(self) -> Mesh | PointCloud:
@@ -351,7 +375,7 @@ class _Reading:
                 starts.append(triangle)
                 ids.append(id_)
         if odd:
-            self.said.append(f"{some(odd, 'line')} not understood and left out.")
+            self.said.append(_not_understood(odd))
         n = len(self.corners)
         if starts[-1] == n and len(starts) > 1:
             starts.pop()
@@ -375,7 +399,7 @@ class _Reading:
                 self.said.extend(said)
         if not libraries and any(names):
             self.said.append(
-                "The file uses materials but names no material file (mtllib): they are grey."
+                tr("The file uses materials but names no material file (mtllib). They are grey.")
             )
         by_case = {name.casefold(): material for name, material in found.items()}
         result = []
@@ -387,8 +411,11 @@ class _Reading:
             result.append(Material(name, like.texture, like.diffuse) if like else Material(name))
         if missing:
             listed = ", ".join(f"'{n}'" for n in missing[:LISTED])
-            more = f" and {len(missing) - LISTED} more" if len(missing) > LISTED else ""
-            self.said.append(f"Not in any material file, so grey: {listed}{more}.")
+            if len(missing) > LISTED:
+                listed = tr("{names} and {count} more", names=listed, count=len(missing) - LISTED)
+            self.said.append(
+                tr("These materials are in no material file and are grey: {names}.", names=listed)
+            )
         return tuple(result)
 
     def _library_paths(self, entry: str) -> list[Path]:
@@ -396,7 +423,7 @@ class _Reading:
         found, problem = find_beside(self.path.parent, entry)
         if found is not None:
             if problem:
-                self.said.append(f"Material file: {problem}.")
+                self.said.append(tr("Material file: {problem}.", problem=problem))
             return [found]
         paths = []
         for name in entry.split():
@@ -404,8 +431,21 @@ class _Reading:
             if found is not None:
                 paths.append(found)
             if said:
-                self.said.append(f"Material file: {said if len(entry.split()) > 1 else problem}.")
+                self.said.append(
+                    tr(
+                        "Material file: {problem}.",
+                        problem=said if len(entry.split()) > 1 else problem,
+                    )
+                )
         return paths
+
+
+def _not_understood(count: int) -> str:
+    return tr_n(
+        "{count:,} line that is not understood left out.",
+        "{count:,} lines that are not understood left out.",
+        count,
+    )
 
 
 READER = Reader("Wavefront OBJ", (".obj",), matches, read)

@@ -21,16 +21,17 @@ from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.formats._common import (
     drop_unsound,
     drop_unsound_points,
+    faces_without_area,
+    faces_without_vertices,
     read_whole,
     scale_colors,
-    some,
 )
 from vomstudio.io.models.formats._ply_header import MAGIC, MAX_HEADER_BYTES, Header, read_header
 from vomstudio.io.models.formats._ply_tables import Table, read_binary, read_text
 from vomstudio.io.models.mtl import check_image, find_beside
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.generic]
 
@@ -186,7 +187,7 @@ def _triangles(
     key = next((n for n in FACE_NAMES if n in face.lists), None)
     indices: npt.NDArray[Any]
     if key is None:
-        said.append("Its faces have no list 'vertex_indices'.")
+        said.append(tr("The faces have no list 'vertex_indices' and are left out."))
         counts, indices = np.zeros(0, np.int64), np.zeros(0, np.int64)
     else:
         counts, raw = face.lists[key]
@@ -221,11 +222,9 @@ def _triangles(
         found = _Triangles(corners[:n], uv_corners[:n], face_of[:n], have_uv)
         polygons = polygons[:p]
     if out_of_range:
-        said.append(
-            f"{some(out_of_range, 'face')} left out that name vertices the file does not have."
-        )
+        said.append(faces_without_vertices(out_of_range))
     if short:
-        said.append(f"{some(short, 'face')} with fewer than 3 corners left out.")
+        said.append(faces_without_area(short))
     if len(polygons):
         from vomstudio.io.models.formats import _polygons
 
@@ -258,14 +257,19 @@ def _dressed(
         wrong = odd & (ids != -1)  # -1 is how a face without texture is written
         if wrong.any():
             said.append(
-                f"{some(int(wrong.sum()), 'face')} with a texture number the header does not"
-                " have: without texture."
+                tr_n(
+                    "{count:,} face without texture: the header has no texture of its number.",
+                    "{count:,} faces without texture: the header has no textures of their numbers.",
+                    int(wrong.sum()),
+                )
             )
         if odd.any():
             ids[odd] = len(materials)
             materials = (*materials, Material("no texture"))
     elif len(materials) > 1:
-        said.append("Several textures, but no 'texnumber' per face: the first is used.")
+        said.append(
+            tr("There are several textures but no 'texnumber' per face. The first is used.")
+        )
     if np.any(np.diff(ids) < 0):
         order = np.argsort(ids, kind="stable")
         ids, faces = ids[order], faces.ordered(order)
@@ -309,7 +313,7 @@ def _texture(name: str, index: int, path: Path, said: list[str]) -> Material:
         if wrong:
             found, problem = None, wrong
     if problem:
-        said.append(f"Texture {index + 1}: {problem}.")
+        said.append(tr("Texture {number}: {problem}.", number=index + 1, problem=problem))
     return Material(name, found)
 
 

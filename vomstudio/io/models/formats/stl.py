@@ -17,11 +17,11 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.formats._common import drop_unsound, read_whole, some
+from vomstudio.io.models.formats._common import drop_unsound, read_whole
 from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 HEADER_BYTES, RECORD_BYTES = 84, 50
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -79,12 +79,25 @@ def _binary(
             file=path,
         )
     if there < promised:
-        said.append(f"The file is cut short: {there:,} of {promised:,} promised faces are there.")
+        said.append(
+            tr(
+                "The file is cut short: it has {found:,} of the {promised:,} faces its header "
+                "promises.",
+                found=there,
+                promised=promised,
+            )
+        )
     elif there > promised:
-        said.append(f"Bytes follow after its {some(promised, 'face')}; they are not read.")
+        said.append(
+            tr_n(
+                "The bytes after the {count:,} face that the header promises are not read.",
+                "The bytes after the {count:,} faces that the header promises are not read.",
+                promised,
+            )
+        )
     records = data[HEADER_BYTES : HEADER_BYTES + count * RECORD_BYTES].view(RECORD)
     if records["attribute"].any():
-        said.append("Its faces have attributes (colours in some programs), which are not used.")
+        said.append(tr("The faces have attributes (colours in some programs), which are not used."))
     return np.ascontiguousarray(records["corners"]).reshape(-1, 3)
 
 
@@ -109,10 +122,16 @@ def _text(
     whole = (counts == 3) & (kept > 0)
     odd = int(len(kept) - np.count_nonzero(whole))
     if odd:
-        said.append(f"{some(odd, 'face')} left out that do not have three corners.")
+        said.append(
+            tr_n(
+                "{count:,} face left out that does not have three corners.",
+                "{count:,} faces left out that do not have three corners.",
+                odd,
+            )
+        )
     rows = first[whole][:, None] + np.arange(3)
     if b"endsolid" not in text[-4096:].lower():
-        said.append("The file is cut short: it does not end with 'endsolid'.")
+        said.append(tr("The file is cut short: it does not end with 'endsolid'."))
     return np.ascontiguousarray(numbers[rows.reshape(-1)])
 
 

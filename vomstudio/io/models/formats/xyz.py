@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.models.formats._common import drop_unsound_points, read_whole, scale_colors, some
+from vomstudio.io.models.formats._common import drop_unsound_points, read_whole, scale_colors
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.rows import (
     LARGEST_FILE,
@@ -30,7 +30,7 @@ from vomstudio.io.text.rows import (
 )
 from vomstudio.io.text.tables import FARTHEST_M, TextTable, coordinate_columns, plain, read_points
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[Any]
 
@@ -96,7 +96,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     said: list[str] = []
     layout = _layout(data[:HEAD_BYTES], len(data) > HEAD_BYTES, path)
     columns = _columns(layout, path, said)
-    progress.stage("Reading the numbers")
+    progress.stage(tr("Reading the numbers"))
     table = _numbers(data, layout, path)
     del data
     cloud = _cloud(table, columns, layout, path, said)
@@ -226,8 +226,15 @@ def _columns_by_value(layout: Layout, path: Path, said: list[str]) -> Columns:
             columns.others[at] = f"column {at + 1}"
             at += 1
             continue
-        what = "red, green and blue" if columns.rgb[:1] == [at] else "normals"
-        said.append(f"Columns {at + 1} to {at + 3} have no names; they are taken for {what}.")
+        said.append(
+            tr(
+                "Columns {first} to {last} have no names. They are taken as red, green and blue."
+                if columns.rgb[:1] == [at]
+                else "Columns {first} to {last} have no names. They are taken as normals.",
+                first=at + 1,
+                last=at + 3,
+            )
+        )
         at += 3
     return columns
 
@@ -332,7 +339,13 @@ def _cloud(table: Any, columns: Columns, layout: Layout, path: Path, said: list[
     far = np.abs(points) > FARTHEST_M
     if far.any():
         points[far] = np.nan
-        said.append(f"{some(int(far.any(axis=1).sum()), 'point')} too far away to be in metres.")
+        said.append(
+            tr_n(
+                "{count:,} point too far away to be in metres.",
+                "{count:,} points too far away to be in metres.",
+                int(far.any(axis=1).sum()),
+            )
+        )
     colors, normals = _triple(columns.rgb, numeric), _triple(columns.normals, numeric)
     fields: dict[str, Array] = {}
     words = []
@@ -342,14 +355,17 @@ def _cloud(table: Any, columns: Columns, layout: Layout, path: Path, said: list[
             words.append(f"'{name}'")
         else:
             fields[name] = np.ascontiguousarray(values)
-    for name, wanted, found in (
-        ("Colours", columns.rgb, colors),
-        ("Normals", columns.normals, normals),
-    ):
-        if wanted and found is None:
-            said.append(f"{name} are not used: there are words among their numbers.")
+    if columns.rgb and colors is None:
+        said.append(tr("The colours are not used: some of them are not numbers."))
+    if columns.normals and normals is None:
+        said.append(tr("The normals are not used: some of them are not numbers."))
     if words:
-        said.append(f"Not numbers, so left out: {', '.join(words[:8])}.")
+        said.append(
+            tr(
+                "These columns are left out, for they hold more than numbers: {columns}.",
+                columns=", ".join(words[:8]),
+            )
+        )
     return PointCloud(
         points,
         None if colors is None else scale_colors(colors),

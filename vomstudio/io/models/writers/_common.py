@@ -20,7 +20,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.models.image_store import ending_of, plain_name
 from vomstudio.io.models.writer import Outgoing
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[Any]
 
@@ -49,23 +49,39 @@ def field_names(
         used.add(free.casefold())
         result[name] = free
         if free != name:
-            said.append(f"The field '{name}' is called '{free}' in this format.")
+            said.append(renamed(name, free))
     return result
 
 
-def lost(what: str, names: Iterable[str] = ()) -> str:
-    listed = ", ".join(names)
-    return f"This format cannot hold {what}{f' ({listed})' if listed else ''}; left out."
+def renamed(name: str, new: str) -> str:
+    """What is said of a field whose name does not fit."""
+    return tr("The field '{field}' is named '{new}' in this format.", field=name, new=new)
+
+
+def lost_fields(names: Iterable[str]) -> str:
+    return tr("This format has no fields. Left out: {fields}.", fields=", ".join(names))
+
+
+def lost_textures(names: Iterable[str]) -> str:
+    return tr("This format has no textures. Left out: {images}.", images=", ".join(names))
 
 
 def bare_points(data: Mesh | PointCloud, said: list[str]) -> None:
     """Says what of a mesh is lost where only its corners are written."""
     if not isinstance(data, Mesh):
         return
-    said.append(lost(f"the {len(data.faces):,} faces of a mesh, only its corners are written"))
+    said.append(
+        tr_n(
+            "This format has no faces. The {count:,} face of the mesh is left out, its vertices "
+            "are written.",
+            "This format has no faces. The {count:,} faces of the mesh are left out, its vertices "
+            "are written.",
+            len(data.faces),
+        )
+    )
     images = [m.texture.name for m in data.materials if m.texture is not None]
     if images:
-        said.append(lost("textures", images))
+        said.append(lost_textures(images))
 
 
 def step_rows(n: int, out: Outgoing, title: str) -> Iterator[slice]:
@@ -193,7 +209,13 @@ def prj_beside(out: Outgoing, said: list[str], esri: bool = False) -> list[tuple
     path = out.path.with_suffix(".prj")
     if out.crs is None:
         if path.exists():
-            said.append(f"'{path.name}' beside it names a CRS that is not this model's; remove it.")
+            said.append(
+                tr(
+                    "'{file}' names a coordinate reference system that this model does not have. "
+                    "Remove that file.",
+                    file=path.name,
+                )
+            )
         return []
     text = prj_text(out.crs, esri)
     return [] if says_the_same(path, text, out.crs) else [(path, text)]

@@ -8,7 +8,14 @@ from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.dxf import Drawing, color_number, color_numbers, layer_names
 from vomstudio.io.models.writer import Outgoing, Writer
-from vomstudio.io.models.writers._common import lost, positions_of, prj_beside, step_rows
+from vomstudio.io.models.writers._common import (
+    lost_fields,
+    lost_textures,
+    positions_of,
+    prj_beside,
+    step_rows,
+)
+from vomstudio.words import tr
 
 
 def write(out: Outgoing) -> list[str]:
@@ -18,17 +25,17 @@ def write(out: Outgoing) -> list[str]:
     data = out.data
     mesh = data if isinstance(data, Mesh) and len(data.faces) else None
     if data.fields:
-        said.append(lost("fields", data.fields))
+        said.append(lost_fields(data.fields))
     if not isinstance(data, Mesh) and data.normals is not None:
-        said.append(lost("normals"))
+        said.append(tr("This format has no normals. They are left out."))
     if mesh is not None:
         images = [m.texture.name for m in mesh.materials if m.texture is not None]
         if images:
-            said.append(lost("textures", images))
+            said.append(lost_textures(images))
         if mesh.colors is not None:
-            said.append(lost("colours of a mesh"))
+            said.append(tr("This format has no colours of mesh vertices. They are left out."))
     elif data.colors is not None:
-        said.append("Colours become the nearest of the 255 that DXF of release 12 has.")
+        said.append(tr("Colours are reduced to the 255 colours of DXF release 12."))
     beside = prj_beside(out, said)
     materials = [] if mesh is None else [m.name or "mesh" for m in mesh.materials]
     names = layer_names(materials or ["mesh" if mesh is not None else "points"])
@@ -46,7 +53,7 @@ def write(out: Outgoing) -> list[str]:
             crs = "" if out.crs is None or len(out.crs) > 19 else f" of {out.crs}"
             drawing = Drawing(file, shades, data.bounds, f"VOM Studio, coordinates{crs}, metres")
             if mesh is None:
-                for rows in step_rows(len(points), out, "Writing points"):
+                for rows in step_rows(len(points), out, tr("Writing points")):
                     colors = None if data.colors is None else color_numbers(data.colors[rows])
                     drawing.points(points[rows], next(iter(names.values())), colors)
             else:
@@ -54,7 +61,7 @@ def write(out: Outgoing) -> list[str]:
                 if mesh.materials:
                     sizes = np.diff(mesh.material_offsets)
                     owner = np.repeat(np.arange(len(mesh.materials)), sizes)
-                for rows in step_rows(len(mesh.faces), out, "Writing faces"):
+                for rows in step_rows(len(mesh.faces), out, tr("Writing faces")):
                     corners = points[mesh.faces[rows]]
                     for number in np.unique(owner[rows]).tolist():
                         layer = names[materials[number]] if materials else names["mesh"]

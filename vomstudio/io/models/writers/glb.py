@@ -19,7 +19,7 @@ from vomstudio.io.models.offset_file import offset_path, offset_text
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import image_bytes, positions_of
 from vomstudio.version import __version__
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[Any]
 
@@ -55,7 +55,7 @@ def write(out: Outgoing) -> list[str]:
     with atomic_group(paths, out.force, out.inputs) as (model, beside):
         beside.write_text(text, encoding="utf-8")
         with open(model, "wb") as file:
-            out.progress.stage("Writing the file", len(scene.parts))
+            out.progress.stage(tr("Writing the file"), len(scene.parts))
             body = sum(len(part) for part in scene.parts)
             file.write(struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(chunks[0]) + 8 + body))
             file.write(struct.pack("<I4s", len(chunks[0]), b"JSON") + chunks[0])
@@ -112,12 +112,15 @@ class _Scene:
             self._add(self.out.path.stem, slice(None), extra, {"mode": 0})
         if self._error > ROUNDING_M:
             self.said.append(
-                f"The model is too wide for float32: positions are rounded by up to"
-                f" {self._error * 1000:.2g} mm."
+                tr(
+                    "The model is too large for float32: positions are rounded by up to "
+                    "{error:.2g} mm.",
+                    error=self._error * 1000,
+                )
             )
         for name, values in data.fields.items():
             if not _fits_float32(values):
-                self.said.append(f"The field '{name}' is rounded to float32.")
+                self.said.append(tr("The field '{field}' is rounded to float32.", field=name))
 
     def _add_mesh(self, mesh: Mesh) -> None:
         materials = mesh.materials or (None,)
@@ -146,7 +149,13 @@ class _Scene:
             self._add(name, rows, extra, primitive)
         loose = len(mesh.vertices) - len(np.unique(mesh.faces))
         if loose:
-            self.said.append(f"{loose:,} vertices that no face uses are left out.")
+            self.said.append(
+                tr_n(
+                    "{count:,} vertex that no face uses is left out.",
+                    "{count:,} vertices that no face uses are left out.",
+                    loose,
+                )
+            )
 
     def _add(
         self, name: str, rows: Any, attributes: dict[str, int], primitive: dict[str, Any]

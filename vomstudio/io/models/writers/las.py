@@ -16,7 +16,14 @@ from vomstudio.files.atomic import atomic_write
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Outgoing, Writer
-from vomstudio.io.models.writers._common import bare_points, field_names, positions_of, step_rows
+from vomstudio.io.models.writers._common import (
+    bare_points,
+    field_names,
+    positions_of,
+    renamed,
+    step_rows,
+)
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -47,7 +54,7 @@ def write(out: Outgoing) -> list[str]:
     offset, scales = np.array(grids).T
     rounding = _rounding(points, offset, scales)
     if rounding > 1e-9 * max(1.0, float(np.abs(data.bounds).max()) * 1e-6):
-        said.append(f"Coordinates are rounded to {scales.max() * 1000:g} mm.")
+        said.append(tr("Coordinates are rounded to {step:g} mm.", step=scales.max() * 1000))
     header = laspy.LasHeader(version="1.4", point_format=7 if data.colors is not None else 6)
     header.scales, header.offsets = scales, offset
     columns = _columns(data, header, said)
@@ -68,7 +75,7 @@ def write(out: Outgoing) -> list[str]:
             closefd=False,
         ) as writer,
     ):
-        for rows in step_rows(len(points), out, "Writing points"):
+        for rows in step_rows(len(points), out, tr("Writing points")):
             record = laspy.ScaleAwarePointRecord.zeros(rows.stop - rows.start, header=header)
             whole = np.rint((points[rows] - offset) / scales).astype(np.int32)
             record.X, record.Y, record.Z = whole.T
@@ -154,7 +161,7 @@ def _columns(data: Mesh | PointCloud, header: Any, said: list[str]) -> list[tupl
         else:
             rest[name] = values
     if isinstance(data, PointCloud) and data.normals is not None:
-        said.append("Normals become the fields normal_x, normal_y and normal_z.")
+        said.append(tr("Normals are written as the fields normal_x, normal_y and normal_z."))
         for k, axis in enumerate("xyz"):
             rest.setdefault(f"normal_{axis}", data.normals[:, k])
     short = _short_names(rest, said)
@@ -188,7 +195,7 @@ def _short_names(fields: dict[str, Array], said: list[str]) -> dict[str, Array]:
         while label in result or (label != name and label in fields):
             label, number = f"{short}_{number}", number + 1
         if label != name:
-            said.append(f"The field '{name}' is called '{label}' in this format.")
+            said.append(renamed(name, label))
         result[label] = values
     return result
 

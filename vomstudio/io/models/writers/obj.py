@@ -15,7 +15,7 @@ from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import (
     Images,
     copy_images,
-    lost,
+    lost_fields,
     plan_images,
     positions_of,
     prj_beside,
@@ -23,6 +23,7 @@ from vomstudio.io.models.writers._common import (
     step_rows,
     write_lines,
 )
+from vomstudio.words import tr
 
 
 def write(out: Outgoing) -> list[str]:
@@ -31,10 +32,10 @@ def write(out: Outgoing) -> list[str]:
     said: list[str] = []
     data = out.data
     if data.fields:
-        said.append(lost("fields", data.fields))
+        said.append(lost_fields(data.fields))
     mesh = data if isinstance(data, Mesh) else None
     if mesh is None and data.normals is not None:  # type: ignore[union-attr]
-        said.append(lost("normals of points"))
+        said.append(tr("This format has no normals of points. They are left out."))
     images = plan_images(mesh, out) if mesh else Images([], [])
     beside = prj_beside(out, said)
     library = out.path.with_suffix(".mtl") if mesh and mesh.materials else None
@@ -84,7 +85,7 @@ def _write_model(path: Path, out: Outgoing, names: list[str], library: str | Non
             file.write(f"# CRS {' '.join(out.crs.split())}\n")
         if library is not None:
             file.write(f"mtllib {library}\n")
-        for rows in step_rows(len(points), out, "Writing vertices"):
+        for rows in step_rows(len(points), out, tr("Writing vertices")):
             columns = [points[rows, k].tolist() for k in range(3)]
             form = "v %r %r %r"
             if data.colors is not None:
@@ -97,7 +98,7 @@ def _write_model(path: Path, out: Outgoing, names: list[str], library: str | Non
         if data.uv is not None:
             finite: npt.NDArray[Any] = np.asarray(np.isfinite(data.uv).all(axis=1))
             has = finite[data.faces].all(axis=1)
-            for rows in step_rows(len(points), out, "Writing texture coordinates"):
+            for rows in step_rows(len(points), out, tr("Writing texture coordinates")):
                 uv = np.where(finite[rows, None], data.uv[rows], np.float32(0))
                 write_lines(file, [shortest(uv[:, 0]), shortest(uv[:, 1])], "vt %r %r")
         starts = data.material_offsets if names else np.array([0, len(data.faces)])
@@ -108,7 +109,7 @@ def _write_model(path: Path, out: Outgoing, names: list[str], library: str | Non
 
 
 def _write_faces(file, out, mesh, start, stop, has) -> None:  # type: ignore[no-untyped-def]
-    for block in step_rows(stop - start, out, "Writing faces"):
+    for block in step_rows(stop - start, out, tr("Writing faces")):
         faces = mesh.faces[start + block.start : start + block.stop].astype(np.int64) + 1
         textured = np.zeros(len(faces), bool) if has is None else has[start:stop][block]
         plain = faces[~textured]

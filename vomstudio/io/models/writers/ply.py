@@ -14,12 +14,12 @@ from vomstudio.io.models.writers._common import (
     Images,
     copy_images,
     field_names,
-    lost,
     plan_images,
     positions_of,
     prj_beside,
     step_rows,
 )
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -49,7 +49,12 @@ def write(out: Outgoing) -> list[str]:
     images = plan_images(mesh, out) if mesh else Images([], [])
     if mesh is not None and any(m.texture is None for m in mesh.materials):
         bare = [m.name or "untextured" for m in mesh.materials if m.texture is None]
-        said.append(lost("materials without a texture", bare))
+        said.append(
+            tr(
+                "This format has no materials without a texture. Left out: {materials}.",
+                materials=", ".join(bare),
+            )
+        )
     beside = prj_beside(out, said)
     columns = _columns(out, said)
     paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in beside)]
@@ -61,7 +66,7 @@ def write(out: Outgoing) -> list[str]:
             file.write(_header(out, columns, mesh, images))
             n = len(positions_of(data))
             record = np.dtype([(name, values.dtype.newbyteorder("<")) for name, values in columns])
-            for rows in step_rows(n, out, "Writing vertices"):
+            for rows in step_rows(n, out, tr("Writing vertices")):
                 block = np.empty(rows.stop - rows.start, record)
                 for name, values in columns:
                     block[name] = values[rows]
@@ -93,7 +98,7 @@ def _storable(values: Array, name: str, said: list[str]) -> Array:
         return values
     wide = values.astype(np.float64)
     if values.dtype.kind in "iu" and not (wide.astype(values.dtype) == values).all():
-        said.append(f"The field '{name}' is rounded to 53 bits.")
+        said.append(tr("The field '{field}' is rounded to 53 bits.", field=name))
     return wide
 
 
@@ -133,7 +138,7 @@ def _write_faces(file, out, mesh, images) -> None:  # type: ignore[no-untyped-de
         kinds.append(("image", "<i4"))
     numbers = [-1 if name is None else files.index(name) for name in images.names]
     per_face = np.repeat(np.array(numbers, np.int32), np.diff(mesh.material_offsets))
-    for rows in step_rows(len(mesh.faces), out, "Writing faces"):
+    for rows in step_rows(len(mesh.faces), out, tr("Writing faces")):
         block = np.zeros(rows.stop - rows.start, np.dtype(kinds))
         faces = mesh.faces[rows]
         block["n"], block["corners"] = 3, faces

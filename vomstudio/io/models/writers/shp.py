@@ -12,7 +12,13 @@ from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.shapefile import Column, column, is_too_large, short_names, write_points
 from vomstudio.io.models.writer import Outgoing, Writer
-from vomstudio.io.models.writers._common import bare_points, positions_of, prj_beside, step_rows
+from vomstudio.io.models.writers._common import (
+    bare_points,
+    positions_of,
+    prj_beside,
+    renamed,
+    step_rows,
+)
 from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
@@ -41,7 +47,7 @@ def write(out: Outgoing) -> list[str]:
         cpg.write_text("UTF-8", encoding="ascii")
         for (_, text), temporary in zip(beside, rest, strict=True):
             temporary.write_text(text, encoding="utf-8")
-        blocks = step_rows(len(points), out, "Writing points")
+        blocks = step_rows(len(points), out, tr("Writing points"))
         write_points(shp, shx, dbf, points, columns, blocks)
     return said
 
@@ -58,7 +64,7 @@ def _columns(out: Outgoing, said: list[str]) -> list[Column]:
     names = short_names([*values, *own])
     for name in own:
         if names[name] != name:
-            said.append(f"The field '{name}' is called '{names[name]}' in this format.")
+            said.append(renamed(name, names[name]))
     values |= own
     if not values:
         # The format wants at least one attribute.

@@ -19,6 +19,7 @@ from vomstudio.io.models.writers._common import (
     step_rows,
     write_lines,
 )
+from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 
@@ -50,7 +51,7 @@ def write(out: Outgoing) -> list[str]:
             temporary.write_text(text, encoding="utf-8")
         with open(temporaries[0], "w", encoding="utf-8", newline="\n") as file:
             file.write(mark.join(name for name, _ in columns) + "\n")
-            for rows in step_rows(len(points), out, "Writing points"):
+            for rows in step_rows(len(points), out, tr("Writing points")):
                 write_lines(file, [_plain(values[rows]) for _, values in columns], form)
     return said
 
