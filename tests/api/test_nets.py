@@ -48,7 +48,7 @@ def test_ones_own_axes_are_drawn_on(library: Any) -> None:
     assert vs.stereonet((DIRECTION, DIP), ax=ax) is ax
     assert ax.lines
     plain = figure.add_subplot()
-    with pytest.raises(vs.errors.InputError, match="axes of mplstereonet"):
+    with pytest.raises(vs.errors.InputError, match="Axes of mplstereonet"):
         vs.stereonet((DIRECTION, DIP), ax=plain)
 
 

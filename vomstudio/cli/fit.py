@@ -59,10 +59,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) -> GeometryError:
     first = skipped[0]
     if by is None:
-        return GeometryError(tr("no plane: {reason}.", reason=first["reason"]), file=path)
+        return GeometryError(
+            tr("No plane can be fitted: {reason}.", reason=first["reason"]), file=path
+        )
     return GeometryError(
         tr(
-            "none of its {count} planes can be fitted; the first: {reason}.",
+            "None of the {count} planes can be fitted. The first: {reason}.",
             count=len(skipped),
             reason=first["reason"],
         ),

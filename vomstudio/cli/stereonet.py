@@ -87,6 +87,8 @@ def _format(path: str) -> str:
     ending = Path(path).suffix.lower().removeprefix(".")
     if ending not in FORMATS:
         raise UsageError(
-            tr("the ending says what to draw: .svg, .pdf or .png."), file=path, field="--output"
+            tr("The ending of the name decides the format: .svg, .pdf or .png."),
+            file=path,
+            field="--output",
         )
     return ending

@@ -85,7 +85,7 @@ def checked_names(given: Sequence[str]) -> list[str]:
     """Names of two or more different sets. Raises UsageError."""
     names = [name.strip() for name in given]
     if len(names) < 2 or not all(names) or len({n.casefold() for n in names}) < len(names):
-        raise UsageError(tr("name two or three different sets, as in --sets A,B."), field="--sets")
+        raise UsageError(tr("Name two or three different sets, as in --sets A,B."), field="--sets")
     return names
 
 
