@@ -87,8 +87,8 @@ def crs_or_problem(text: object, where: str) -> tuple[str | None, str | None]:
         except InputError:
             pass
     return None, tr(
-        "The coordinate reference system (CRS) in '{file}' is not a known projected one. Declare it "
-        "yourself.",
+        "The coordinate reference system (CRS) in '{file}' is not a known projected one. "
+        "Declare it yourself.",
         file=where,
     )
 
