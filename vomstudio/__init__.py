@@ -1,5 +1,54 @@
-"""VOM Studio: virtual outcrop models of geological structures."""
+"""VOM Studio: virtual outcrop models of geological structures.
+
+`import vomstudio as vs` is the Python interface: see docs/api.md, or `help(vs.fit_plane)`. What is
+asked for is imported then; nothing slow stands in the way before.
+"""
+
+import importlib
 
 from vomstudio.version import __version__
 
-__all__ = ["__version__"]
+# Text only: nothing below the application imports this module, and it imports nothing of them.
+_PLACES = {
+    "read": "models",
+    "Mesh": "models",
+    "PointCloud": "models",
+    "read_photos": "surveys",
+    "check": "surveys",
+    "plan": "surveys",
+    "fit_plane": "planes",
+    "fit_planes": "planes",
+    "PlaneFit": "planes",
+    "LineFit": "planes",
+    "read_orientations": "tables",
+    "stats": "sets",
+    "fold": "sets",
+    "stereonet": "nets",
+    "orthophoto": "orthophotos",
+    "Orthophoto": "orthophotos",
+    "register": "registrations",
+    "reconstruct": "reconstructions",
+    "Project": "projects",
+    "ProjectModel": "projects",
+    "sample": "samples",
+}
+_ELSEWHERE = {"CancelToken": "vomstudio.progress"}
+
+__all__ = [*sorted([*_PLACES, *_ELSEWHERE, "errors"]), "__version__"]
+
+
+def __getattr__(name: str) -> object:
+    if name == "errors":
+        found: object = importlib.import_module("vomstudio.errors")
+    elif name in _PLACES:
+        found = getattr(importlib.import_module(f"vomstudio.api.{_PLACES[name]}"), name)
+    elif name in _ELSEWHERE:
+        found = getattr(importlib.import_module(_ELSEWHERE[name]), name)
+    else:
+        raise AttributeError(f"module 'vomstudio' has no attribute {name!r}")
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -95,6 +95,10 @@ class WorkerError(VomError):
     exit_code = 1
 
 
+class VomWarning(UserWarning):
+    """Something was noticed that does not stop the work: what a command says as a warning."""
+
+
 def from_dict(error: dict[str, object], exit_code: int) -> VomError:
     """The error that another process told of by its `as_dict()`."""
 

@@ -10,16 +10,25 @@ from vomstudio.errors import Cancelled
 
 
 class CancelToken:
-    """Set from any thread; work asks it between steps."""
+    """Set from any thread; work asks it between steps.
+
+    >>> import vomstudio as vs
+    >>> token = vs.CancelToken()
+    >>> token.cancel()
+    >>> token.cancelled
+    True
+    """
 
     def __init__(self) -> None:
         self._event = threading.Event()
 
     def cancel(self) -> None:
+        """The work is not wanted any more."""
         self._event.set()
 
     @property
     def cancelled(self) -> bool:
+        """Whether that was said."""
         return self._event.is_set()
 
     def check(self) -> None:

@@ -11,6 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 UNDER_THE_WINDOW = (
+    "reprs",
     "errors",
     "paths",
     "progress",
@@ -29,6 +30,7 @@ UNDER_THE_WINDOW = (
     "tools",
     "workspace",
     "cli",
+    "api",
 )
 QT_AND_VTK = ("PySide6", "shiboken6", "qtpy", "qtawesome", "vtk", "vtkmodules", "pyvista")
 SLOW_TO_IMPORT = ("scipy", "pandas", "matplotlib", "mplstereonet", "numba", "laspy", "pyproj")

@@ -53,7 +53,7 @@ def test_the_copy_is_seen_in_its_photos_without_the_model_it_was_copied_from(
     window, saved, tmp_path
 ) -> None:
     (model,) = window.studio.session.of(Model)
-    assert f"Copy the 12 photos of {model.name} too?" in copy(window, Button.No)[0]
+    assert f"Copy the 12 photos of {model.name} as well?" in copy(window, Button.No)[0]
     wait(lambda: in_the_project(window), "the copy", 60.0)
     shutil.rmtree(tmp_path / "models")
     found = photos_of_the_model(window)

@@ -15,10 +15,10 @@ from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geometry import transform
+from vomstudio.rendering.view.first_view import first_view
 from vomstudio.tools.line import LineTool
 from vomstudio.ui.interpret.tool_panels.line import LinePanel
 from vomstudio.ui.interpret.tool_panels.measure import MeasurePanel
-from vomstudio.ui.scene.first_view import first_view
 
 OTHER = "B07"
 """A plane at an angle with B01; a fault for once."""

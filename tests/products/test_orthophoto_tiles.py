@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rasterio
-from vomstudio.products.ortho.views import view_along_line
 
 from tests.marked import UTM
 from vomstudio.geometry.cloud import PointCloud
@@ -19,6 +18,7 @@ from vomstudio.products.ortho import orthophoto, tiles
 from vomstudio.products.ortho.orthophoto import _drawn, write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.tiles import TILE, Grid, Tile, TilePicture
+from vomstudio.products.ortho.view_directions import view_along_line
 from vomstudio.progress import Silent
 
 SAME = np.eye(4)

@@ -10,7 +10,7 @@ from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.ui.scene.first_view import first_view
+from vomstudio.rendering.view.first_view import first_view
 
 HERE = np.eye(4)
 

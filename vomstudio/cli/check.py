@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
-from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -32,26 +31,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.io.photos.reading import read_photos
-    from vomstudio.survey.check import check_photos
+    from vomstudio.survey.folder_check import check_folder
 
-    if args.distance is not None and not 0 < args.distance < 1e6:
-        raise UsageError(tr("a distance is a positive number of metres."), field="--distance")
-    progress = progress_of(args)
     scene = None
     if args.scene is not None:
         from vomstudio.photogrammetry.base.scene import SparseScene
 
         scene = SparseScene.load(args.scene)
-    folder = read_photos(args.photos, progress)
-    report = check_photos(folder, distance_m=args.distance, progress=progress)
-    result: dict[str, Any] = {
-        "folder": str(Path(args.photos)),
-        **report.as_dict(),
-        "skipped": [{"name": name, "reason": reason} for name, reason in folder.skipped],
-        "warnings": list(folder.warnings),
-    }
-    out.text(_in_words(report))
+    checked, folder = check_folder(args.photos, args.distance, progress_of(args))
+    out.text(_in_words(checked.report))
     if scene is not None:
         from vomstudio.photogrammetry.align.scene_check import check_scene
 
@@ -59,13 +47,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
         after = check_scene(
             scene,
             unregistered=[p.name for p in folder.photos if p.name not in placed],
-            blur={p.name: p.blur for p in report.photos if p.blur is not None},
+            blur={p.name: p.blur for p in checked.photos if p.blur is not None},
         )
-        result["aligned"] = after.as_dict()
+        checked = replace(checked, aligned=after)
         out.text("\nAfter the alignment\n" + _in_words(after))
-    out.result(result)
-    out.warn([f"{name} {reason}" for name, reason in folder.skipped])
-    out.warn(folder.warnings)
+    out.result(checked.as_dict())
+    out.warn([f"{name} {reason}" for name, reason in checked.skipped])
+    out.warn(checked.warnings)
 
 
 def _in_words(report: SurveyReport) -> str:

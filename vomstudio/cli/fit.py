@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.output import Output
 from vomstudio.errors import GeometryError
 from vomstudio.words import tr
-
-if TYPE_CHECKING:
-    from vomstudio.io.text.tables import PointGroups
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -34,12 +31,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
     """Raises GeometryError where no plane at all can be fitted."""
     from vomstudio.files.atomic import check_target
     from vomstudio.io.text.tables import read_points
+    from vomstudio.tables.fitted_planes import fitted_planes
     from vomstudio.tables.orientation_table import write_orientation_csv
 
     if args.output is not None:
         check_target(args.output, force=args.force, inputs=[args.points])
     groups = read_points(args.points, args.by)
-    rows, skipped = _fitted(groups, args.method)
+    fitted = fitted_planes(groups.ids, groups.points, groups.offsets, method=args.method)
+    rows, skipped = fitted.rows, fitted.skipped
     if not rows:
         raise _nothing_fitted(args.points, args.by, skipped)
     result: dict[str, Any] = {
@@ -55,25 +54,6 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.warn(groups.warnings)
     out.warn([f"plane {item['id']} skipped: {item['reason']}" for item in skipped])
     out.text(_in_words(rows))
-
-
-def _fitted(groups: PointGroups, method: Any) -> tuple[list[dict[str, Any]], list[dict[str, str]]]:
-    from vomstudio.geology.quality import judge
-    from vomstudio.geometry.planes import fit_planes
-    from vomstudio.tables.orientation_table import plane_row
-
-    fits = fit_planes(groups.points, groups.offsets, method=method)
-    rows: list[dict[str, Any]] = []
-    skipped: list[dict[str, str]] = []
-    for i, name in enumerate(groups.ids):
-        reason = fits.error[i]
-        if reason is not None:
-            skipped.append({"id": name, "reason": reason})
-            continue
-        fit = fits[i]
-        verdict = judge(fit, resolution_m=None, outcrop_normal=None)
-        rows.append(plane_row(fit, verdict, id=name, frame="as given"))
-    return rows, skipped
 
 
 def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) -> GeometryError:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.arguments import (
@@ -15,12 +14,11 @@ from vomstudio.cli.arguments import (
 )
 from vomstudio.cli.output import Output
 from vomstudio.cli.text_tables import azimuth
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.io.models.reader import LoadedModel
-    from vomstudio.products.ortho.view_directions import View
+    from vomstudio.geology.table_folds import TableFold
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -65,37 +63,35 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.photos.cameras_file import scale_known
-    from vomstudio.products.ortho import orthophoto, planning, view_directions
+    from vomstudio.products.ortho import orthophoto, requests
     from vomstudio.products.ortho.sheet import format_of
 
-    _one_direction(args)
+    requests.check_direction(args.trend, args.plunge, args.plane, args.fold)
     if args.unit <= 0 or args.unit != args.unit or args.unit == float("inf"):
         raise UsageError(tr("a unit has a length in metres, such as 0.001 for mm."), field="--unit")
-    if args.gsd is not None and not 0 < args.gsd < float("inf"):
-        raise UsageError(tr("the size of a pixel must be a length in metres."), field="--gsd")
+    requests.check_gsd(args.gsd)
     if args.sheet is not None:
         format_of(args.sheet)
     for target in (args.output, *orthophoto.outputs_of(args.output)[:2], args.sheet):
         if target is not None:
             check_target(target, force=args.force)
-    fixed = _fixed_view(args)
-    fold, warnings = (None, []) if args.fold is None else _fold(args)
+    fold = None if args.fold is None else _fold(args)
+    direction = requests.direction_of(args.trend, args.plunge, args.plane, fold)
     progress = progress_of(args)
     loaded = read_model(args.model, progress)
-    to_world = Frame(unit_m=args.unit, up_axis=args.up).to_world()
-    view = fixed or _fold_view(fold, loaded, to_world)
-    if args.flip:
-        view = view.flipped()
-    unknown = loaded.crs is None and scale_known(loaded.path) is False
-    if unknown:
-        view = replace(view, north_known=False, metric=args.unit != 1.0)
-    try:
-        plan = planning.plan(loaded.data, view, to_world=to_world, gsd=args.gsd)
-    except InputError as error:
-        raise InputError(error.message, file=args.model) from error
+    asked = requests.request_picture(
+        loaded.data,
+        direction,
+        to_world=Frame(unit_m=args.unit, up_axis=args.up).to_world(),
+        path=args.model,
+        gsd_m=args.gsd,
+        flip=args.flip,
+        placed=loaded.crs is not None or scale_known(loaded.path) is not False,
+        metric=args.unit != 1.0,
+    )
     made = orthophoto.write_orthophoto(
         loaded.data,
-        plan,
+        asked.plan,
         args.output,
         # Other axes or units than the file's are no longer coordinates of its CRS.
         crs=loaded.crs if args.up == "z" and args.unit == 1.0 else None,
@@ -105,93 +101,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
         force=args.force,
         progress=progress,
     )
-    if fold is not None:
-        deep = float(plan.points[:, 2].max() - plan.points[:, 2].min())
-        fold["cost"] = view_directions.cost_of_direction(
-            fold["beta"]["max_confidence95_deg"], deep, metric=view.metric
-        )
-        warnings.append(fold["cost"])
-    if unknown:
-        warnings.append(
-            "the model was made of photos without control or GPS: north is not known, nor the "
-            "unit, unless --unit says it"
-        )
-    warnings = [*loaded.warnings, *warnings, *made.warnings]
-    facts = made.facts
-    result = {
-        "image": args.output,
-        "sidecar": str(made.sidecar),
-        "depth": str(made.depth),
-        "world_file": None if made.world_file is None else str(made.world_file),
-        "sheet": args.sheet,
-        **{
-            key: facts[key]
-            for key in (
-                "width", "height", "gsd_m", "trend_deg", "plunge_deg", "right", "down",
-                "direction", "sense", "sense_reason", "coverage", "reference_point",
-                "pixel_to_world", "crs", "holes_filled_px", "holes_filled_up_to_m",
-            )
-        },
-        "fold": fold,
-        "warnings": warnings,
-    }  # fmt: skip
-    out.result(result)
-    out.warn(warnings)
-    out.text(_in_words(result))
+    found = requests.written(made, asked, args.output, args.sheet, loaded.warnings)
+    out.result(found.as_dict())
+    out.warn(found.warnings)
+    out.text(_in_words(found.as_dict()))
 
 
-def _one_direction(args: argparse.Namespace) -> None:
-    ways = [
-        args.trend is not None or args.plunge is not None,
-        args.plane is not None,
-        args.fold is not None,
-    ]
-    if sum(ways) != 1:
-        raise UsageError(
-            tr("say once where to look: --trend T --plunge P, or --plane DD/D, or --fold TABLE.")
-        )
-    if ways[0] and (args.trend is None or args.plunge is None):
-        raise UsageError(
-            tr("a direction has both a trend and a plunge."),
-            field="--plunge" if args.plunge is None else "--trend",
-        )
+def _fold(args: argparse.Namespace) -> TableFold:
+    from vomstudio.geology.table_folds import table_fold
+    from vomstudio.io.text.orientation_reading import read_orientations
 
-
-def _fixed_view(args: argparse.Namespace) -> View | None:
-    from vomstudio.geology.notation import parse_plane
-    from vomstudio.products.ortho.view_directions import view_along_line, view_of_plane
-
-    if args.fold is not None:
-        return None
-    if args.plane is None:
-        return view_along_line(args.trend, args.plunge)
-    try:
-        return view_of_plane(parse_plane(args.plane, "dipdir/dip"))
-    except InputError as error:
-        raise UsageError(error.message, field="--plane") from error
-
-
-def _fold(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
-    from vomstudio.cli.fold import axis_of
-
-    axis, choice = axis_of(args.fold, args.azimuth)
-    found = axis.as_dict()
-    fold = {
-        key: found[key] for key in ("beta", "valid", "verdict", "reasons")
-    } | {"used": int(choice.use.sum()), "left_out": choice.left_out}  # fmt: skip
-    warnings = list(choice.table.warnings)
-    if axis.valid != "yes":
-        judged = "only conditionally valid" if axis.valid == "conditional" else "not valid"
-        warnings.append(f"a view along this axis is {judged}: {axis.verdict}; see vomstudio fold.")
-    return fold, warnings
-
-
-def _fold_view(fold: dict[str, Any] | None, loaded: LoadedModel, to_world: Any) -> View:
-    from vomstudio.products.ortho.view_directions import view_along_axis
-
-    assert fold is not None
-    beta = fold["beta"]
-    return view_along_axis(beta["trend_deg"], beta["plunge_deg"], loaded.data, to_world)
+    return table_fold(read_orientations(args.fold, args.azimuth))
 
 
 def _in_words(result: dict[str, Any]) -> str:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
-from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -61,89 +59,26 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
+    from vomstudio.jobs.reconstruction_orders import order_reconstruction
+    from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT
     from vomstudio.jobs.run_job import run_job
 
-    photos, folder = Path(args.photos), Path(args.output)
-    if not photos.is_dir():
-        raise InputError(tr("is no folder of photos"), file=photos)
-    if args.threads is not None and args.threads < 1:
-        raise UsageError(tr("is 1 or more"), field="--threads")
-    if folder.resolve() == photos.resolve():
-        raise UsageError(tr("is the photos' own folder; name another"), field="--output")
-    crs = None if args.crs is None else _crs(args.crs)
-    control, marks, said = _control(args)
-    order = ReconstructionOrder(
-        photos.resolve(),
-        folder.resolve(),
-        args.quality,
-        crs,
-        control,
-        marks,
-        args.threads,
-        args.seed,
-        args.scheduler,
+    order, said = order_reconstruction(
+        args.photos,
+        args.output,
+        quality=args.quality,
+        control=args.gcp,
+        marks=args.marks,
+        crs=args.crs,
+        scheduler=args.scheduler,
+        threads=args.threads,
+        seed=args.seed,
     )
     result = run_job(RECONSTRUCT, order, progress_of(args))
     result = replace(result, warnings=(*said, *result.warnings))
     out.result(result.as_dict())
     out.warn(result.warnings)
     out.text(_in_words(result))
-
-
-def _crs(text: str) -> str:
-    from vomstudio.io.gis.crs import parse_crs
-
-    try:
-        crs, metres = parse_crs(text)
-    except InputError as error:
-        raise UsageError(error.message, field="--crs") from error
-    if metres != 1.0:
-        raise UsageError(
-            tr("is not in metres; choose one that is, such as a UTM zone"), field="--crs"
-        )
-    return crs
-
-
-def _control(args: argparse.Namespace) -> tuple[Path | None, Path | None, list[str]]:
-    """Tables of control points and of marks, and what there is to say about them."""
-    from vomstudio.io.control.control_files import find_control, marks_beside
-    from vomstudio.io.control.points import MARKS
-    from vomstudio.io.photos.reading import photo_names
-    from vomstudio.photogrammetry.place.mark_prediction import usable_tables
-
-    named = None if args.marks is None else Path(args.marks).resolve()
-    photos = Path(args.photos).resolve()
-    with_photos = photos / MARKS
-    if args.gcp is None or args.gcp.casefold() == "none":
-        found, marks = find_control(photos) or (
-            None,
-            with_photos if with_photos.is_file() else None,
-        )
-        marks = named or marks
-        _require_file(marks, "--marks")
-        if args.gcp is not None:
-            return None, marks, []
-        names = [] if found is None else photo_names(photos)
-        control, marks, why_not = usable_tables(found, marks, names)
-        said = [f"{found}: not used. {why_not}"] if why_not else []
-        return control, marks, said
-    control = Path(args.gcp).resolve()
-    marks = named
-    _require_file(control, "--gcp")
-    if marks is None and with_photos.is_file() and not marks_beside(control).is_file():
-        marks = with_photos
-    if marks is None and not (marks := marks_beside(control)).is_file():
-        raise InputError(
-            tr("there is no such file; name the marks with --marks"), file=marks, field="--marks"
-        )
-    _require_file(marks, "--marks")
-    return control, marks, []
-
-
-def _require_file(path: Path | None, field: str) -> None:
-    if path is not None and not path.is_file():
-        raise InputError(tr("there is no such file"), file=path, field=field)
 
 
 def _in_words(result: Reconstruction) -> str:

@@ -3,20 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command
 from vomstudio.cli.output import Output
 from vomstudio.words import tr
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from vomstudio.io.text.orientation_reading import OrientationTable
-
-UNNAMED = "unassigned"
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -34,62 +26,16 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.geology.statistics import set_statistics
+    from vomstudio.geology.table_statistics import table_statistics
     from vomstudio.io.text.orientation_reading import read_orientations
 
     table = read_orientations(args.table, args.azimuth)
-    warnings = list(table.warnings)
-    vectors = table.vectors()
-    found: dict[str, dict[str, Any]] = {}
-    for name, members in _sets(table, args.set_column, warnings).items():
-        of = "poles" if table.is_plane[members[0]] else "lines"
-        found[name] = set_statistics(vectors[members], of=of, directed=args.directed)
-    out.result(
-        {
-            "n": len(table),
-            "sets": found,
-            "convention": table.convention,
-            "dropped_lines": list(table.dropped),
-            "warnings": warnings,
-        }
-    )
-    out.note(f"read as {table.convention}")
-    out.warn(warnings)
-    out.text("\n\n".join(_in_words(name, of_set) for name, of_set in found.items()))
-
-
-def _sets(
-    table: OrientationTable, column: str | None, warnings: list[str]
-) -> dict[str, NDArray[np.int64]]:
-    """Rows of each set, in order of appearance. Poles and lines are not averaged together: a set
-    of both becomes two."""
-    import numpy as np
-
-    names = ["all"] * len(table) if column is None else table.column(column)
-    if column is not None and not all(names):
-        warnings.append(f"rows with nothing in column '{column}' make the set '{UNNAMED}'")
-        names = [name or UNNAMED for name in names]
-    rows: dict[str, list[int]] = {}
-    for i, name in enumerate(names):
-        rows.setdefault(name, []).append(i)
-    result: dict[str, NDArray[np.int64]] = {}
-    for name, members in rows.items():
-        where = np.asarray(members, dtype=np.int64)
-        plane = table.is_plane[where]
-        kinds = {} if table.kinds is None else dict.fromkeys(table.kinds[i] for i in members)
-        if len(kinds) > 1:
-            said = ", ".join(kind or "no kind" for kind in kinds)
-            warnings.append(
-                f"set '{name}' pools planes or lines of {len(kinds)} kinds ({said}); "
-                "use --set to describe them apart"
-            )
-        if plane.all() or not plane.any():
-            result[name] = where
-            continue
-        warnings.append(f"set '{name}' has planes and lines; they are described apart")
-        result[f"{name} (poles)"] = where[plane]
-        result[f"{name} (lines)"] = where[~plane]
-    return result
+    found = table_statistics(table, args.set_column, args.directed)
+    result = found.as_dict()
+    out.result(result)
+    out.note(f"read as {found.convention}")
+    out.warn(found.warnings)
+    out.text("\n\n".join(_in_words(name, of_set) for name, of_set in result["sets"].items()))
 
 
 def _in_words(name: str, found: dict[str, Any]) -> str:

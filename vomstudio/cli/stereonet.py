@@ -4,18 +4,11 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command, add_output
 from vomstudio.cli.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
-
-if TYPE_CHECKING:
-    from vomstudio.io.text.orientation_reading import OrientationTable
-    from vomstudio.products.net.contents import NetContents
-
-UNNAMED = "unassigned"
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -49,6 +42,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import atomic_write, check_target
     from vomstudio.geology.stereonet import DENSITY_METHODS
     from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.products.net.table_net import net_of_table
 
     format_ = _format(args.output)
     if args.contour is not None and args.contour not in DENSITY_METHODS:
@@ -62,7 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     check_target(args.output, force=args.force, inputs=[args.table])
     table = read_orientations(args.table, args.azimuth)
-    net = _net(table, args)
+    net = net_of_table(table, args.set_column, projection=args.projection, contour=args.contour)
 
     from vomstudio.products.net.figure import write_stereonet
 
@@ -96,48 +90,3 @@ def _format(path: str) -> str:
             tr("the ending says what to draw: .svg, .pdf or .png."), file=path, field="--output"
         )
     return ending
-
-
-def _net(table: OrientationTable, args: argparse.Namespace) -> NetContents:
-    from vomstudio.geology.statistics import no_fisher_reason
-    from vomstudio.products.net.contents import NetContents, make_sets, means_of
-
-    groups: dict[str, tuple[str, Any, Any]] = {}
-    for name, members in _members(table, args.set_column).items():
-        for kind, wanted in (("plane", True), ("line", False)):
-            rows = [i for i in members if table.is_plane[i] == wanted]
-            if not rows:
-                continue
-            both = len(rows) < len(members)
-            label = f"{name} ({kind}s)" if both else name
-            azimuth, angle = (
-                (table.dip_direction_deg, table.dip_deg)
-                if wanted
-                else (table.trend_deg, table.plunge_deg)
-            )
-            groups[label] = (kind, azimuth[rows], angle[rows])
-    sets = make_sets(groups)
-    # A mean of a girdle, or of a scatter, is a mark that means nothing.
-    clustered = [s for s in sets if no_fisher_reason(s.vectors(), False) is None]
-    return NetContents(
-        sets=sets,
-        projection=args.projection,
-        contour=args.contour,
-        means=means_of(clustered),
-    )
-
-
-def _members(table: OrientationTable, column: str | None) -> dict[str, list[int]]:
-    """Rows by the column asked for, else by set, else by kind, else all together."""
-    if column is not None:
-        names = table.column(column)
-    elif table.sets is not None and any(table.sets):
-        names = list(table.sets)
-    elif table.kinds is not None and any(table.kinds):
-        names = list(table.kinds)
-    else:
-        names = ["planes" if plane else "lines" for plane in table.is_plane]
-    rows: dict[str, list[int]] = {}
-    for i, name in enumerate(names):
-        rows.setdefault(name or UNNAMED, []).append(i)
-    return rows

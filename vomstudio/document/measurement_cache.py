@@ -29,6 +29,11 @@ class Measurements:
         self._thresholds = thresholds or Thresholds()
         self._kept: dict[str, tuple[tuple[Record | None, ...], Measurement]] = {}
 
+    @property
+    def thresholds(self) -> Thresholds:
+        """By which planes are judged."""
+        return self._thresholds
+
     def of(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
         """The measurements of those `ids` that are features; new ones are fitted in one batch."""
         # The window asks for all of thousands at every edit: one pass, no generators.

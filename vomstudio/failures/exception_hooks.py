@@ -11,9 +11,9 @@ import traceback
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from vomstudio import __version__
 from vomstudio.failures import crashes, log
 from vomstudio.failures.error_collector import ERRORS
+from vomstudio.version import __version__
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs

@@ -11,9 +11,9 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from importlib import metadata
 
-from vomstudio import __version__
 from vomstudio.failures import crashes, log
 from vomstudio.failures.redaction import scrub
+from vomstudio.version import __version__
 
 _LIBRARIES = (
     "PySide6-Essentials", "vtk", "pyvista", "pyvistaqt", "numpy", "scipy", "numba", "pandas",

@@ -16,7 +16,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -29,7 +30,12 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
     rake_of,
 )
-from vomstudio.geology.statistics import flip_to, orientation_tensor, unit_vectors
+from vomstudio.geology.statistics import (
+    LineFigures,
+    flip_to,
+    orientation_tensor,
+    unit_vectors,
+)
 from vomstudio.words import to_translate, tr
 
 MIN_ARC = 1e-10
@@ -49,6 +55,41 @@ JUDGING_LATER = to_translate(
     "whether the poles fit one axis (cylindrical), a cone, one dip or two axes "
     "was not tested: judge by the net"
 )
+
+
+@dataclass(frozen=True)
+class BetaFigures:
+    """A fold axis with the semi-axes of its joint 95 % region, degrees; as in `FoldAxis`."""
+
+    trend_deg: float
+    plunge_deg: float
+    max_confidence95_deg: float | None
+    min_confidence95_deg: float | None
+    confidence_direction_deg: float | None
+    confidence_axis: LineFigures | None
+
+
+@dataclass(frozen=True)
+class PlaneFigures:
+    """A plane by dip direction and dip, and by its right-hand-rule strike, degrees."""
+
+    dip_direction_deg: float
+    dip_deg: float
+    strike_rhr_deg: float
+
+
+@dataclass(frozen=True)
+class AxisFigures:
+    """What is said of a fold axis, as in `FoldAxis`."""
+
+    beta: BetaFigures
+    pi_plane: PlaneFigures
+    eigenvalues: tuple[float, float, float]
+    rms_deg: float
+    arc_deg: float
+    valid: str
+    verdict: str
+    reasons: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,32 +122,33 @@ class FoldAxis:
     verdict: str
     reasons: tuple[str, ...]
 
-    def as_dict(self) -> dict[str, object]:
-        """What `fold` promises of an axis, ready for JSON."""
+    @property
+    def figures(self) -> AxisFigures:
+        """What is said of it, as plain numbers and words."""
         swing = self.confidence_axis
-        return {
-            "beta": {
-                "trend_deg": self.beta.trend_deg,
-                "plunge_deg": self.beta.plunge_deg,
-                "max_confidence95_deg": self.max_confidence95_deg,
-                "min_confidence95_deg": self.min_confidence95_deg,
-                "confidence_direction_deg": self.confidence_direction_deg,
-                "confidence_axis": None
-                if swing is None
-                else {"trend_deg": swing.trend_deg, "plunge_deg": swing.plunge_deg},
-            },
-            "pi_plane": {
-                "dip_direction_deg": self.pi_plane.dip_direction_deg,
-                "dip_deg": self.pi_plane.dip_deg,
-                "strike_rhr_deg": self.pi_plane.strike_rhr_deg,
-            },
-            "eigenvalues": list(self.eigenvalues),
-            "rms_deg": self.rms_deg,
-            "arc_deg": self.arc_deg,
-            "valid": self.valid,
-            "verdict": self.verdict,
-            "reasons": list(self.reasons),
-        }
+        return AxisFigures(
+            BetaFigures(
+                self.beta.trend_deg,
+                self.beta.plunge_deg,
+                self.max_confidence95_deg,
+                self.min_confidence95_deg,
+                self.confidence_direction_deg,
+                None if swing is None else LineFigures(swing.trend_deg, swing.plunge_deg),
+            ),
+            PlaneFigures(
+                self.pi_plane.dip_direction_deg, self.pi_plane.dip_deg, self.pi_plane.strike_rhr_deg
+            ),
+            self.eigenvalues,
+            self.rms_deg,
+            self.arc_deg,
+            self.valid,
+            self.verdict,
+            self.reasons,
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """The same, ready for JSON."""
+        return asdict(self.figures)
 
 
 def fold_axis(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FoldAxis:

@@ -9,13 +9,15 @@ resultant. Axial data are never averaged by summing vectors as they come.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array, Line
+from vomstudio.reprs import Shown
 from vomstudio.words import tr
 
 ZERO_EIGENVALUE = 1e-20
@@ -165,46 +167,105 @@ def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> str | None:
     return tr("no preferred orientation, close to a uniform scatter ({numbers})", numbers=numbers)
 
 
+@dataclass(frozen=True)
+class LineFigures:
+    """An axis: trend in [0, 360), plunge downward, degrees."""
+
+    trend_deg: float
+    plunge_deg: float
+
+
+@dataclass(frozen=True)
+class FisherFigures:
+    """Fisher's mean direction and statistics, as in `Fisher`."""
+
+    trend_deg: float
+    plunge_deg: float
+    kappa: float | None
+    alpha95_deg: float | None
+    R: float
+
+
+@dataclass(frozen=True)
+class TensorFigures:
+    """Eigenvalues S1 >= S2 >= S3 of the orientation tensor, sum 1, and their axes."""
+
+    eigenvalues: tuple[float, float, float]
+    axes: tuple[LineFigures, LineFigures, LineFigures]
+
+
+@dataclass(frozen=True)
+class WoodcockFigures:
+    """Shape K, None where S2 = S3, and strength C, None where infinite."""
+
+    K: float | None
+    C: float | None
+
+
+@dataclass(frozen=True)
+class VollmerFigures:
+    """Point, girdle and random index, sum 1."""
+
+    P: float
+    G: float
+    R: float
+
+
+@dataclass(frozen=True, repr=False)
+class SetStatistics(Shown):
+    """What is said of one set of orientations.
+
+    n : how many. of : "poles" of planes, or "lines". axial : a vector and its opposite are the same
+    fisher : None where a mean would mislead. fisher_reason : why, or what is missing in it
+    tensor, woodcock, vollmer : as in `orientation_tensor`, `woodcock`, `vollmer`
+    """
+
+    n: int
+    of: str
+    axial: bool
+    fisher: FisherFigures | None
+    fisher_reason: str | None
+    tensor: TensorFigures
+    woodcock: WoodcockFigures
+    vollmer: VollmerFigures
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON: None, never NaN."""
+        return asdict(self)
+
+
 def set_statistics(
     vectors: npt.ArrayLike, of: str = "poles", directed: bool = False
-) -> dict[str, object]:
-    """What `stats` promises of one set, ready for JSON (None, never NaN).
+) -> SetStatistics:
+    """The statistics of one set.
 
-    vectors: (n, 3), poles of planes (of="poles") or lines (of="lines"); `fisher_reason` says why
-    `fisher` is None, or what is missing in it. Raises GeometryError for an empty set.
+    vectors: (n, 3), poles of planes (of="poles") or lines (of="lines"). Raises GeometryError for an
+    empty set.
     """
     if of not in ("poles", "lines"):
         raise ValueError(of)
     v = unit_vectors(vectors)
     values, axes = orientation_tensor(v)
-    shape, strength = woodcock(values)
-    point, girdle, random = vollmer(values)
     reason = no_fisher_reason(v, directed)
-    found: dict[str, object] | None = None
+    found: FisherFigures | None = None
     if reason is None:
         f = fisher(v, directed)
-        found = {
-            "trend_deg": f.mean.trend_deg,
-            "plunge_deg": f.mean.plunge_deg,
-            "kappa": f.kappa,
-            "alpha95_deg": f.alpha95_deg,
-            "R": f.R,
-        }
+        found = FisherFigures(f.mean.trend_deg, f.mean.plunge_deg, f.kappa, f.alpha95_deg, f.R)
         if f.kappa is None:
             reason = tr("all orientations are the same: kappa is infinite")
         elif f.alpha95_deg is None:
-            reason = tr("too scattered: no cone holds the mean with 95 %")
-    lines = [Line.from_vector(axis) for axis in axes]
-    return {
-        "n": len(v),
-        "of": of,
-        "axial": not directed,
-        "fisher": found,
-        "fisher_reason": reason,
-        "tensor": {
-            "eigenvalues": [float(s) for s in values],
-            "axes": [{"trend_deg": a.trend_deg, "plunge_deg": a.plunge_deg} for a in lines],
-        },
-        "woodcock": {"K": shape, "C": strength},
-        "vollmer": {"P": point, "G": girdle, "R": random},
-    }
+            reason = "too scattered: no cone holds the mean with 95 %"
+    s1, s2, s3 = (float(s) for s in values)
+    first, second, third = (
+        LineFigures(line.trend_deg, line.plunge_deg) for line in map(Line.from_vector, axes)
+    )
+    return SetStatistics(
+        len(v),
+        of,
+        not directed,
+        found,
+        reason,
+        TensorFigures((s1, s2, s3), (first, second, third)),
+        WoodcockFigures(*woodcock(values)),
+        VollmerFigures(*vollmer(values)),
+    )

@@ -29,17 +29,19 @@ IMPORT_LIBRARIES = Job("warm", Lane.MODELS, Nothing, Nothing, _warm)
 """Import what reading a model needs, so that the first model opens at once."""
 
 
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
 def _compile_kernels(asked: Nothing, progress: Progress) -> Nothing:
     import importlib
     import os
     import pkgutil
 
-    import vomstudio
     from vomstudio.geometry.kernels.jit import make_ready
 
     if hasattr(os, "nice"):
         os.nice(10)
-    for module in pkgutil.walk_packages(vomstudio.__path__, "vomstudio."):
+    for module in pkgutil.walk_packages([str(_PACKAGE)], "vomstudio."):
         if module.name.endswith("_kernels"):
             progress.step(0)
             make_ready(importlib.import_module(module.name))

@@ -10,6 +10,7 @@ from typing import Any
 from vomstudio.jobs import serialisation
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
+from vomstudio.reprs import Shown
 from vomstudio.survey.check_results import SurveyReport
 
 
@@ -33,8 +34,8 @@ class ReconstructionOrder:
     masks: Mapping[str, Path] | None = None
 
 
-@dataclass(frozen=True)
-class Reconstruction:
+@dataclass(frozen=True, repr=False)
+class Reconstruction(Shown):
     """What was made, in figures and file names: the object that `vomstudio reconstruct` prints.
 
     frame : "EPSG:n" or "local"; seconds : by stage; dense_gsd_m : a pixel of the depth maps on the

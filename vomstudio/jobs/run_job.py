@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
 import queue
 
 from vomstudio.errors import Cancelled, from_dict
 from vomstudio.jobs.events import Done, Event, Failed, Stage
 from vomstudio.jobs.job import Job, Request, Result
 from vomstudio.jobs.supervisor import Worker
-from vomstudio.progress import Progress
+from vomstudio.progress import CancelToken, Progress
+
+# How often it is asked whether the job is still wanted.
+_LOOK_S = 0.1
 
 
-def run_job(job: Job[Request, Result], request: Request, progress: Progress) -> Result:
+def run_job(
+    job: Job[Request, Result],
+    request: Request,
+    progress: Progress,
+    cancel: CancelToken | None = None,
+) -> Result:
     """Do a job in a process of its own and return its result.
 
-    A native crash ends that process only, and is a WorkerError here. Ctrl+C, or a progress that
-    raises Cancelled, stops the job and raises Cancelled. Raises what the job failed with.
+    A native crash ends that process only, and is a WorkerError here. Ctrl+C, a progress that raises
+    Cancelled, or a token that is set from another thread, stops the job and raises Cancelled.
+    Raises what the job failed with.
     """
     events: queue.SimpleQueue[Event] = queue.SimpleQueue()
     worker = Worker()
@@ -23,7 +33,7 @@ def run_job(job: Job[Request, Result], request: Request, progress: Progress) -> 
         number = worker.submit(job, request, events.put)
         try:
             while True:
-                event = events.get()
+                event = _next(events, cancel)
                 if isinstance(event, Done):
                     result: Result = event.result
                     return result
@@ -40,3 +50,12 @@ def run_job(job: Job[Request, Result], request: Request, progress: Progress) -> 
             raise Cancelled() from error
     finally:
         worker.close()
+
+
+def _next(events: queue.SimpleQueue[Event], cancel: CancelToken | None) -> Event:
+    """The next event; raises Cancelled once the token is set."""
+    while cancel is not None:
+        cancel.check()
+        with contextlib.suppress(queue.Empty):
+            return events.get(timeout=_LOOK_S)
+    return events.get()

@@ -141,7 +141,7 @@ def _next(fit: Similarity, a: Array, b: Array, used: npt.NDArray[np.bool_]) -> i
     variance = float(_squares(fit, a[used], b[used]).sum()) / freedom
     variance /= float(chi2.cdf(cut, 5) / share)
     centre = fit(a[used]).mean(axis=0)
-    moves = [_jacobian(p) for p in fit(a) - centre]
+    moves = [jacobian(p) for p in fit(a) - centre]
     information = sum((m.T @ m for m, u in zip(moves, used, strict=True) if u), np.zeros((7, 7)))
     inverse = np.linalg.pinv(information)
     misses = b - fit(a)
@@ -156,7 +156,7 @@ def _next(fit: Similarity, a: Array, b: Array, used: npt.NDArray[np.bool_]) -> i
     return int(outside[at]) if statistic[at] <= limit else None
 
 
-def _jacobian(position: Array) -> Array:
+def jacobian(position: Array) -> Array:
     """(3, 7) how a point moves with a small turn, a relative change of scale, and a shift."""
     x, y, z = position
     turn = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
@@ -185,8 +185,8 @@ def rotation_covariance(positions: npt.ArrayLike, sigma: float | Array) -> Array
     information = np.zeros((4, 4))
     for place in p:
         # The shift is that of the mean.
-        jacobian = _jacobian(place)[:, :4]
-        information += jacobian.T @ weight @ jacobian
+        moves = jacobian(place)[:, :4]
+        information += moves.T @ weight @ moves
     values, axes = np.linalg.eigh(information)
     with np.errstate(divide="ignore"):
         inverse = np.where(values > values[-1] * 1e-12, 1 / values, 1e6)

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import UsageError
+from vomstudio.reprs import Shown
 from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane, smallest_plane
 from vomstudio.survey.plan_camera import PlanCamera
 from vomstudio.words import tr, tr_n
@@ -92,8 +93,8 @@ class ControlPoint:
         }
 
 
-@dataclass(frozen=True)
-class SurveyPlan:
+@dataclass(frozen=True, repr=False)
+class SurveyPlan(Shown):
     """footprint_m, spacing_m : along and up the outcrop. depth_of_field_m : nearest and farthest
     sharp distance, the latter None for infinity. views_least, views_median : photos that see a
     place of the outcrop."""
@@ -121,6 +122,11 @@ class SurveyPlan:
         return smallest_plane(self.gsd_m)
 
     @property
+    def photos(self) -> int:
+        """How many."""
+        return len(self.stations)
+
+    @property
     def target_size_m(self) -> float:
         """Of a control point's mark: twenty pixels across."""
         return _TARGET_PIXELS * self.gsd_m
@@ -134,7 +140,7 @@ class SurveyPlan:
             "gsd_m": self.gsd_m,
             "footprint_m": list(self.footprint_m),
             "spacing_m": list(self.spacing_m),
-            "photos": len(self.stations),
+            "photos": self.photos,
             "smallest_plane_m": self.smallest_plane_m,
             "depth_of_field_m": list(self.depth_of_field_m),
             "distance_m": self.distance_m,

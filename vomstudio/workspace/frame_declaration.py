@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.document.records import Frame, UpAxis
-from vomstudio.errors import UsageError
+from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.units import METRES
 from vomstudio.words import tr
 from vomstudio.workspace.models import frame_of
@@ -51,6 +51,8 @@ def declared_frame(
         return _in_crs(declared.crs, file_crs, up, declared.unit)
     metres = 1.0 if declared.unit is None else METRES[declared.unit]
     own = frame_of(path, file_crs)
+    if own.crs is not None:
+        return FrameWithWarnings(Frame(own.kind, own.crs, _unit_of(own.crs, declared.unit), up))
     if own.kind != "undeclared":
         return FrameWithWarnings(Frame(own.kind, own.crs, metres, up))
     if declared == DeclaredFrame():
@@ -63,10 +65,19 @@ def declared_frame(
     return FrameWithWarnings(Frame("local", None, metres, up))
 
 
-def _in_crs(crs: str, file_crs: str | None, up: UpAxis, unit: str | None) -> FrameWithWarnings:
+def _unit_of(crs: str, unit: str | None) -> float:
+    """Metres per unit of a CRS that a file names. Raises UsageError for another unit."""
     from vomstudio.io.gis.crs import parse_crs
 
-    code, metres = parse_crs(crs)
+    try:
+        code, metres = parse_crs(crs)
+    except InputError:  # no projected one: it is taken as it was
+        return 1.0 if unit is None else METRES[unit]
+    _require_unit(code, metres, unit)
+    return metres
+
+
+def _require_unit(code: str, metres: float, unit: str | None) -> None:
     if unit is not None and METRES[unit] != metres:
         raise UsageError(
             tr(
@@ -77,6 +88,13 @@ def _in_crs(crs: str, file_crs: str | None, up: UpAxis, unit: str | None) -> Fra
             ),
             field="--unit",
         )
+
+
+def _in_crs(crs: str, file_crs: str | None, up: UpAxis, unit: str | None) -> FrameWithWarnings:
+    from vomstudio.io.gis.crs import parse_crs
+
+    code, metres = parse_crs(crs)
+    _require_unit(code, metres, unit)
     warnings: tuple[str, ...] = ()
     if file_crs not in (None, code):
         warnings = (

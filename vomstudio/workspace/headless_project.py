@@ -19,11 +19,12 @@ from vomstudio.document.edit import change
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import FeatureType, Model, Point, Record, get
 from vomstudio.document.session import Session
-from vomstudio.errors import DocumentError, GeometryError, UsageError, VomError
+from vomstudio.errors import DocumentError, GeometryError, InputError, UsageError, VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.geometry.surface import Surface
 from vomstudio.io.models import model_cache
+from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.project.folder import Project
 from vomstudio.io.settings import Settings
 from vomstudio.progress import Progress, Silent
@@ -213,6 +214,20 @@ class HeadlessProject:
             self.session.save()
 
     # --- models' data ------------------------------------------------------------------------
+    def read_model(self, model: Model) -> LoadedModel:
+        """The data of a model of the project, in its file's frame. Raises InputError where its file
+        is gone, damaged, or not the one that was measured on."""
+        path = self.project.find_model(model)
+        if path is None:
+            raise InputError(tr("{model} is not where it was", model=model.name), file=model.path)
+        folder = model_cache.folder_of(path, self.project.cache)
+        loaded = model_cache.load(path, folder, self._progress)
+        if loaded.content_hash != model.content_hash:
+            raise InputError(
+                tr("has changed since {model} was measured on it", model=model.name), file=path
+            )
+        return loaded
+
     def _surface(self, model: Model) -> tuple[Surface | None, tuple[str, ...]]:
         """The surface of a model; None, with the reason, where its file is gone or has changed."""
         if model.id in self._surfaces:

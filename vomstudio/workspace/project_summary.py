@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement_cache import Measurements
-from vomstudio.document.records import Feature, FeatureType, Model, Typed
+from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.errors import InputError
 from vomstudio.io.project.export import thresholds_of
 from vomstudio.io.project.journal import read_replay, read_schema_and_replay
@@ -112,9 +112,19 @@ def fitted(folder: Path, wanted: Sequence[str] = ()) -> Fitted:
     """The features of these ids or names, or all, as the window's table shows them. Raises
     InputError where there is none of them."""
     played = read_replay(folder)
-    records = played.records
+    return fitted_records(
+        played.records, Measurements(thresholds_of(played.settings)), folder, wanted
+    )
+
+
+def fitted_records(
+    records: Mapping[str, Record],
+    measurements: Measurements,
+    folder: Path,
+    wanted: Sequence[str] = (),
+) -> Fitted:
+    """The same of a project that is open. Raises as `fitted`."""
     chosen = _chosen(records.values(), wanted, folder) if wanted else None
-    measurements = Measurements(thresholds_of(played.settings))
     table = project_table(records, measurements)
     return Fitted(
         tuple(row for row in table.rows if chosen is None or row["id"] in chosen),

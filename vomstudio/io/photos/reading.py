@@ -13,6 +13,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from vomstudio.errors import InputError
 from vomstudio.io.photos.camera_table import camera_label, find_camera
@@ -22,6 +23,7 @@ from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import opened
 from vomstudio.io.photos.xmp import DroneTags, read_drone_tags
 from vomstudio.progress import Progress, Silent
+from vomstudio.reprs import Shown
 from vomstudio.words import to_translate, tr, tr_n
 
 PHOTO_ENDINGS = PICTURES
@@ -48,8 +50,8 @@ _DEEPEST = 3
 _FILM_WIDTH_MM = 36.0
 
 
-@dataclass
-class PhotoFolder:
+@dataclass(frozen=True, repr=False)
+class PhotoFolder(Shown):
     """photos : usable, in the order of their names (numbers by value)
     skipped : (name, reason) of pictures that are not used
     duplicates : (name, the same file as); these are in `skipped` too
@@ -67,6 +69,18 @@ class PhotoFolder:
         if masks is None:
             return self
         return replace(self, photos=[replace(p, mask=masks.get(p.name)) for p in self.photos])
+
+    def as_dict(self) -> dict[str, Any]:
+        """In short, for people."""
+        return {
+            "folder": str(self.folder),
+            "photos": len(self.photos),
+            "with_gps": sum(photo.latitude_deg is not None for photo in self.photos),
+            "with_masks": sum(photo.mask is not None for photo in self.photos),
+            "cameras": tuple(str(group[0].camera) for group in self.cameras().values()),
+            "skipped": tuple(name for name, _ in self.skipped),
+            "warnings": tuple(self.warnings),
+        }
 
     def cameras(self) -> dict[tuple[object, ...], list[Photo]]:
         """Photos by camera, lens and setting."""
@@ -120,10 +134,9 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
         if reason and not _has_photo_beside(path, pictures):
             result.skipped.append((_said(path.relative_to(root).as_posix()), tr(reason)))
     for path in found_masks.left():
-        result.skipped.append(
-            (path.relative_to(root).as_posix(), tr("This is a mask without its photo"))
-        )
-    result.warnings += [f"{_names(names)}: {words}" for words, names in problems.items()]
+        name = path.relative_to(root).as_posix()
+        result.skipped.append((name, tr("This is a mask without its photo")))
+    result.warnings.extend(f"{_names(names)}: {words}" for words, names in problems.items())
     result.photos.sort(key=lambda photo: _natural(photo.name))
     if not result.photos:
         raise NoPhotos(_nothing(result.skipped, files), file=root)

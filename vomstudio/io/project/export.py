@@ -31,6 +31,14 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
     check_target(out, force=force, inputs=own_files(folder))
     kept = read_replay(folder)
     records = kept.records
+    refuse_empty(records, folder)
+    return export_records(
+        records, format_, out, force=force, thresholds=thresholds_of(kept.settings)
+    )
+
+
+def refuse_empty(records: Mapping[str, Record], folder: Path) -> None:
+    """Raises InputError where there is nothing to export."""
     if not any(isinstance(r, Feature) for r in records.values()):
         raise InputError(
             tr(
@@ -39,9 +47,6 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
             ),
             file=folder,
         )
-    return export_records(
-        records, format_, out, force=force, thresholds=thresholds_of(kept.settings)
-    )
 
 
 def export_records(

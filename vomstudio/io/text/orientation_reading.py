@@ -64,6 +64,10 @@ class OrientationTable:
         return len(self.kept)
 
     @property
+    def path(self) -> Path:
+        return self.table.path
+
+    @property
     def line_numbers(self) -> NDArray[np.int64]:
         return self.table.line_numbers[self.kept]
 
@@ -86,7 +90,11 @@ def read_orientations(path: str | Path, azimuth: Azimuth | None = None) -> Orien
     Raises `InputError` (file, line, column) where the table is none, or its angles cannot be, and
     `UsageError` where the meaning of an azimuth must be given.
     """
-    table = read_table(path)
+    return orientations_of(read_table(path), azimuth)
+
+
+def orientations_of(table: TextTable, azimuth: Azimuth | None = None) -> OrientationTable:
+    """Planes and lines of a table that has been read. Raises as `read_orientations`."""
     if not len(table):
         raise InputError(
             tr("There is nothing below the header. A table of orientations needs rows."),

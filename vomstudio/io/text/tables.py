@@ -259,6 +259,32 @@ def read_table(path: str | Path) -> TextTable:
     )
 
 
+def table_of_cells(
+    names: Sequence[str] | None, rows: Sequence[Sequence[str]], called: str
+) -> TextTable:
+    """A table that is in memory already; its lines are its rows, counted from 1.
+
+    names : of the columns, None for none. called : what errors call it
+    """
+    width = len(names) if names is not None else len(rows[0]) if rows else 0
+    cells = [list(row) for row in rows]
+    header = None if names is None else list(names)
+    numbers = list(range(1, len(cells) + 1))
+    text = TextRows(header, None, width, ",", [], cells, numbers, [], [], [])
+    return TextTable(
+        path=Path(called),
+        names=None if header is None else tuple(header),
+        header_line=None,
+        width=width,
+        delimiter=",",
+        comments=(),
+        notes=(),
+        separators=(),
+        line_numbers=np.asarray(numbers, dtype=np.int64),
+        _text=text,
+    )
+
+
 def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     """Read x, y, z, and which feature each point belongs to, from a text table.
 

@@ -93,11 +93,13 @@ def write_orthophoto(
     force: bool = False,
     progress: Progress | None = None,
     threads: int | None = None,
+    drawn: Source | None = None,
 ) -> Made:
     """Draw and write all files, whole or none of them.
 
     crs : of World ("EPSG:n" or WKT). model, content_hash : for the sidecar. sheet : a picture for
-    people (PNG, JPG or PDF) with scale bar and orientation. Raises TargetError, Cancelled.
+    people (PNG, JPG or PDF) with scale bar and orientation. drawn : the picture, where it has been
+    drawn by this plan already. Raises TargetError, Cancelled.
     """
     progress = progress or Silent()
     image = Path(image)
@@ -112,11 +114,11 @@ def write_orthophoto(
     grid = plan.grid
     warnings = [*plan.notes, *([tr(_NO_CRS)] if is_map and crs is None else [])]
     transform = _transform(plan)
-    facts = _facts(plan, crs if is_map else None, transform)
+    facts = picture_facts(plan, crs if is_map else None)
     shown_crs = crs if is_map else VIEW_PLANE_CRS
     raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
     progress.stage(tr("Preparing the model"))
-    source = _source(data, plan)
+    source = drawn or source_of(data, plan)
     small = _Reduced(grid) if sheet is not None else None
     with contextlib.ExitStack() as files:
         paths = {target: files.enter_context(atomic_write(target, force)) for target in targets}
@@ -125,7 +127,7 @@ def write_orthophoto(
             open_geotiff(paths[depth], replace(raster, kind="float"), depth) as depth_file,
         ):
             covered, filled = _draw(
-                _drawn(source, grid, progress, threads), picture_file, depth_file, small
+                drawn_tiles(source, grid, progress, threads), picture_file, depth_file, small
             )
         coverage = covered / (grid.width * grid.height)
         warnings += source.warnings()
@@ -201,7 +203,7 @@ def _draw(
     return covered, filled
 
 
-def _drawn(
+def drawn_tiles(
     source: Source, grid: Grid, progress: Progress, threads: int | None
 ) -> Iterator[tuple[Tile, TilePicture]]:
     """Yield (tile, picture) as they are done; a few at a time, so that memory stays bounded."""
@@ -257,7 +259,8 @@ class _Reduced:
         return self._out
 
 
-def _source(data: Mesh | PointCloud, plan: Plan) -> Source:
+def source_of(data: Mesh | PointCloud, plan: Plan) -> Source:
+    """What draws the tiles of the plan's grid."""
     if isinstance(data, Mesh):
         from vomstudio.products.ortho.mesh_picture import MeshSource
 
@@ -271,7 +274,9 @@ def _source(data: Mesh | PointCloud, plan: Plan) -> Source:
     return CloudSource(data, plan.points, plan.grid, spacing)
 
 
-def _facts(plan: Plan, crs: str | None, transform: tuple[float, ...]) -> dict[str, Any]:
+def picture_facts(plan: Plan, crs: str | None) -> dict[str, Any]:
+    """What the sidecar says of a planned picture. crs : of a map, else None"""
+    transform = _transform(plan)
     grid, frame, view = plan.grid, plan.frame, plan.view
     unit = "metres" if view.metric else "units"
     return {

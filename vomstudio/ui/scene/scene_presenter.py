@@ -23,11 +23,11 @@ from vomstudio.document.records import (
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.patches import has_id
-from vomstudio.geometry.plane_discs import disc
-from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.plane_discs import disc_of_fit
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing, Symbol
+from vomstudio.rendering.view.first_view import first_view
 from vomstudio.rendering.view.scalars import field_names
 from vomstudio.rendering.view.symbols import small_disc, symbol_of_line, symbol_of_plane
 from vomstudio.tools.interaction_types import Area, Button, Pointer, PointerEvent, Preview
@@ -35,11 +35,7 @@ from vomstudio.tools.painted_area import area_of
 from vomstudio.tools.polyline import rgb
 from vomstudio.ui.common.number_formatting import drawn_points, length, orientation_text
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.scene.first_view import first_view
 from vomstudio.words import tr
-
-LARGEST_ERROR_DEG = 45.0
-"""95 % error from which the disc of a plane says nothing."""
 
 
 class ScenePresenter:
@@ -386,11 +382,6 @@ def _middle(area: Area) -> npt.NDArray[np.float64]:
     return np.asarray(area.origin + points[int(off.argmin())])
 
 
-def known_well_enough(fit: PlaneFit) -> bool:
-    """Whether the plane's error is small enough for a disc to mean something."""
-    return fit.max_confidence95_deg is None or fit.max_confidence95_deg < LARGEST_ERROR_DEG
-
-
 def extent_of(measured: Measurement) -> float:
     """Extent of a feature, m: its longest axis or the diagonal of its box; 0 for a point."""
     if measured.fit is not None and measured.fit.extent is not None:
@@ -401,12 +392,12 @@ def extent_of(measured: Measurement) -> float:
 
 
 def disc_of(measured: Measurement) -> tuple[npt.NDArray[np.float64] | None, Symbol | None]:
-    """(c, 3) ring of a disc as wide as the feature, and the symbol that replaces it where it is
-    small; None for a plane without extent, or with too large an error."""
-    fit = measured.fit
-    if fit is None or fit.extent is None or not known_well_enough(fit):
+    """(c, 3) the ring of a disc as wide as the feature, and what stands for it where it is small;
+    none for a plane of no extent, or one that may as well stand across."""
+    fit, ring = measured.fit, disc_of_fit(measured.fit)
+    if fit is None or fit.extent is None or ring is None:
         return None, None
-    return disc(fit.centroid, fit.normal, 0.5 * fit.extent), small_disc(fit.centroid, fit.extent)
+    return ring, small_disc(fit.centroid, fit.extent)
 
 
 def symbol_of(

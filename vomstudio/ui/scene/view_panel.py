@@ -29,9 +29,9 @@ from vomstudio.geology.orientation import Line, Plane, angle_between_lines, norm
 from vomstudio.geometry import transform
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
+from vomstudio.rendering.view.first_view import first_view
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.scene.first_view import first_view
 from vomstudio.words import tr, tr_n
 
 SAME_DEG = 0.5

@@ -1,0 +1,50 @@
+"""Every public object says what it is, with an example that is run."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import inspect
+import pkgutil
+from types import ModuleType
+
+import matplotlib.pyplot as plt
+import pytest
+
+import vomstudio as vs
+from vomstudio import api, progress
+
+MODULES = [
+    importlib.import_module(f"vomstudio.api.{m.name}") for m in pkgutil.iter_modules(api.__path__)
+]
+OBJECTS = [name for name in vs.__all__ if callable(getattr(vs, name))]
+
+
+@pytest.mark.parametrize("module", [*MODULES, progress], ids=lambda m: m.__name__)
+def test_examples_are_true(module: ModuleType) -> None:
+    found = doctest.testmod(module, optionflags=doctest.ELLIPSIS)
+    plt.close("all")
+    assert found.failed == 0
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_every_object_has_an_example(name: str) -> None:
+    assert ">>> " in (inspect.getdoc(getattr(vs, name)) or "")
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_what_is_public_in_a_class_is_described(name: str) -> None:
+    thing = getattr(vs, name)
+    if inspect.isclass(thing):
+        own = [v for k, v in vars(thing).items() if not k.startswith("_")]
+        described = [v for v in own if inspect.isfunction(v) or isinstance(v, property)]
+        assert all(inspect.getdoc(v) for v in described)
+
+
+@pytest.mark.parametrize("name", [n for n in OBJECTS if inspect.isfunction(getattr(vs, n))])
+def test_functions_name_their_arguments_results_and_errors(name: str) -> None:
+    function = getattr(vs, name)
+    said = inspect.getdoc(function) or ""
+    assert "Raises" in said
+    for parameter in inspect.signature(function).parameters:
+        assert parameter in said, parameter

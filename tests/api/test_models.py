@@ -1,0 +1,137 @@
+"""Models of the Python interface: read, saved, handed to PyVista."""
+
+from __future__ import annotations
+
+from dataclasses import FrozenInstanceError
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import vomstudio as vs
+
+TRIANGLE = "v 1 2 3\nv 4 2 3\nv 1 6 5\nf 1 2 3\n"
+
+
+@pytest.fixture
+def triangle(tmp_path: Path) -> Path:
+    path = tmp_path / "triangle.obj"
+    path.write_text(TRIANGLE)
+    return path
+
+
+def test_a_model_is_what_info_says(command: Any, cliff: vs.Mesh) -> None:
+    (told,) = command("info", vs.sample("sample.obj"))["files"]
+    assert len(cliff.points) == told["points"]
+    assert len(cliff.faces) == told["faces"]
+    assert list(cliff.materials) == told["materials"]
+    assert [str(path) for path in cliff.textures] == told["textures"]
+    assert cliff.bounds.tolist() == told["bounds"]
+    assert cliff.crs == told["crs"]
+    assert cliff.resolution_m == pytest.approx(told["resolution_m"])
+    assert cliff.points.dtype == np.float64
+    assert cliff.warnings == ()
+
+
+def test_a_file_without_a_frame_is_local_and_says_so(triangle: Path) -> None:
+    with pytest.warns(vs.errors.VomWarning, match="taken as local, in metres"):
+        model = vs.read(triangle)
+    assert model.crs is None
+    assert any("taken as local" in said for said in model.warnings)
+    assert model.points.tolist() == [[1, 2, 3], [4, 2, 3], [1, 6, 5]]
+
+
+def test_what_is_declared_is_applied(triangle: Path) -> None:
+    assert vs.read(triangle, unit="cm").points[1].tolist() == pytest.approx([0.04, 0.02, 0.03])
+    # x East, y Up, z South.
+    assert vs.read(triangle, up="y").points[1].tolist() == [4, -3, 2]
+    assert vs.read(triangle, crs="32633").crs == "EPSG:32633"
+    feet = vs.read(triangle, crs="EPSG:2225")
+    assert feet.points[1] == pytest.approx(np.array([4, 2, 3]) * 1200 / 3937)
+
+
+def test_a_model_in_feet_is_saved_in_feet(triangle: Path, tmp_path: Path) -> None:
+    made = vs.read(triangle, crs="EPSG:2225").save(tmp_path / "feet.ply")
+    again = vs.read(made)
+    assert again.crs == "EPSG:2225"
+    assert again.points == pytest.approx(np.array([[1, 2, 3], [4, 2, 3], [1, 6, 5]]) * 1200 / 3937)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"up": "x"}, "none of y, z"),
+        ({"unit": "yard"}, "none of m, cm"),
+        ({"crs": "EPSG:4326"}, "projected"),
+        ({"crs": "somewhere"}, "not a CRS"),
+        ({"crs": "EPSG:32633", "unit": "ft"}, "leave one of them out"),
+    ],
+)
+def test_declarations_that_cannot_be_are_refused(triangle: Path, more: Any, said: str) -> None:
+    with pytest.raises(vs.errors.VomError, match=said):
+        vs.read(triangle, **more)
+
+
+@pytest.mark.parametrize("name", ["nothing.obj", "words.ply", "words.docx"])
+def test_what_is_no_model_is_refused_by_name(tmp_path: Path, name: str) -> None:
+    if name.startswith("words"):
+        (tmp_path / name).write_text("no model at all")
+    with pytest.raises(vs.errors.InputError, match=name):
+        vs.read(tmp_path / name)
+
+
+def test_saving_keeps_what_it_is(cliff: vs.Mesh, tmp_path: Path) -> None:
+    made = cliff.save(tmp_path / "cliff.glb")
+    again = vs.read(made)
+    assert isinstance(again, vs.Mesh)
+    assert again.crs == cliff.crs
+    assert len(again.textures) == len(cliff.textures)
+    assert np.abs(again.bounds - cliff.bounds).max() < 1e-4
+    with pytest.raises(vs.errors.TargetError):
+        cliff.save(made)
+    cliff.save(made, force=True)
+    with pytest.raises(vs.errors.UsageError, match="ending"):
+        cliff.save(tmp_path / "cliff.docx")
+    with pytest.raises(vs.errors.TargetError):
+        cliff.save(cliff.path, force=True)
+
+
+def test_a_cloud_comes_with_colours_and_fields(data_dir: Path) -> None:
+    cloud = vs.read(data_dir / "brighton_beach" / "model.laz")
+    assert isinstance(cloud, vs.PointCloud)
+    assert len(cloud.points) == 940_393
+    assert cloud.crs == "EPSG:32615"
+    assert cloud.colours is not None
+    assert cloud.colours.shape == (940_393, 3)
+    data = cloud.to_pyvista()
+    back = np.asarray(data.points, np.float64) + data.field_data["origin"]
+    assert back[::1000] == pytest.approx(cloud.points[::1000], abs=1e-3)
+
+
+def test_pyvista_has_one_textured_block_for_each_material(cliff: vs.Mesh) -> None:
+    blocks = cliff.to_pyvista()
+    assert blocks.keys() == list(cliff.materials)
+    assert sum(block.n_cells for block in blocks) == len(cliff.faces)
+    for block in blocks:
+        assert Path(block.field_data["texture"][0]) in cliff.textures
+        assert block.active_texture_coordinates.shape == (block.n_points, 2)
+        assert block.field_data["origin"].tolist() == np.round(cliff.bounds.mean(axis=0)).tolist()
+    area = sum(block.area for block in blocks)
+    a, b, c = (cliff.points[cliff.faces[:, i]] for i in range(3))
+    assert area == pytest.approx(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+
+def test_a_model_of_one_material_is_one_data_set(triangle: Path) -> None:
+    data = vs.read(triangle, unit="m").to_pyvista()
+    assert data.n_cells == 1
+    assert data.points + data.field_data["origin"] == pytest.approx(
+        np.array([[1, 2, 3], [4, 2, 3], [1, 6, 5]])
+    )
+
+
+def test_a_model_cannot_be_changed_and_shows_itself(cliff: vs.Mesh) -> None:
+    with pytest.raises(FrozenInstanceError):
+        cliff._data = None  # type: ignore[misc]
+    assert "99451" in repr(cliff)
+    assert "EPSG:32633" in cliff._repr_html_()

@@ -1,0 +1,100 @@
+"""Nets on the axes of mplstereonet: poles, circles and densities where they belong."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import vomstudio as vs
+
+DIRECTION, DIP = np.array([120.0, 130.0, 125.0, 300.0]), np.array([30.0, 35.0, 25.0, 80.0])
+
+
+@pytest.fixture(autouse=True)
+def closed() -> Iterator[None]:
+    yield
+    plt.close("all")
+
+
+@pytest.fixture
+def library() -> Any:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import mplstereonet
+    return mplstereonet
+
+
+@pytest.mark.parametrize("projection", ["area", "angle"])
+def test_poles_and_circles_are_where_the_library_has_them(library: Any, projection: Any) -> None:
+    ax = vs.stereonet((DIRECTION, DIP), projection=projection)
+    drawn = [np.sort(line.get_xydata(), axis=0) for line in ax.lines]
+    wanted = np.sort(np.transpose(library.pole(DIRECTION - 90.0, DIP.copy())), axis=0)
+    assert any(len(d) == 4 and np.allclose(d, wanted, atol=1e-9) for d in drawn)
+    circle = np.transpose(library.plane(30.0, 30.0))
+    assert any(
+        np.abs(line.get_xydata()[:, None] - circle).max(axis=2).min() < 1e-6 for line in ax.lines
+    )
+    assert isinstance(ax, library.StereonetAxes)
+
+
+def test_ones_own_axes_are_drawn_on(library: Any) -> None:
+    figure = plt.figure()
+    ax = figure.add_subplot(projection="stereonet")
+    assert vs.stereonet((DIRECTION, DIP), ax=ax) is ax
+    assert ax.lines
+    plain = figure.add_subplot()
+    with pytest.raises(vs.errors.InputError, match="axes of mplstereonet"):
+        vs.stereonet((DIRECTION, DIP), ax=plain)
+
+
+@pytest.mark.parametrize("method", ["kamb", "exponential_kamb", "linear_kamb", "schmidt"])
+def test_densities_are_highest_at_the_cluster(library: Any, method: str) -> None:
+    chance = np.random.default_rng(3)
+    direction, dip = 60 + 5 * chance.normal(size=50), 40 + 5 * chance.normal(size=50)
+    ax = vs.stereonet((direction, dip), contour=method)
+    (contours,) = [c for c in ax.collections if type(c).__name__.endswith("ContourSet")]
+    innermost = [path for path in contours.get_paths() if len(path.vertices)][-1]
+    middle = innermost.vertices.mean(axis=0)
+    pole = np.array(library.pole(60.0 - 90.0, 40.0)).ravel()
+    assert np.degrees(np.abs(middle - pole)).max() < 6
+
+
+def test_sets_have_names_in_the_legend(picks: Any) -> None:
+    planes = vs.fit_planes(picks, by="pick")
+    planes["kind"] = planes["id"].str[0].map({"B": "bedding", "F": "fault", "J": "joint"})
+    ax = vs.stereonet(planes, by="kind")
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    counts = planes["kind"].value_counts()
+    for kind, n in counts.items():
+        assert f"{kind} (poles, n = {n})" in texts
+
+
+def test_many_planes_are_poles_only() -> None:
+    chance = np.random.default_rng(5)
+    ax = vs.stereonet((chance.uniform(0, 360, 60), chance.uniform(10, 80, 60)))
+    assert all(line.get_linestyle() == "None" for line in ax.lines)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"contour": "rainbow"}, "none of kamb"),
+        ({"projection": "mercator"}, "none of area, angle"),
+        ({"by": "site"}, "no column 'site'"),
+    ],
+)
+def test_nets_that_cannot_be_are_refused(more: Any, said: str) -> None:
+    with pytest.raises(vs.errors.VomError, match=said):
+        vs.stereonet((DIRECTION, DIP), **more)
+
+
+def test_input_is_not_written_into() -> None:
+    direction, dip = DIRECTION.copy(), DIP.copy()
+    vs.stereonet((direction, dip))
+    assert (direction == DIRECTION).all()
+    assert (dip == DIP).all()

@@ -1,0 +1,139 @@
+"""Orthophotos in memory against the files of the command and the model itself."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import rasterio
+
+import vomstudio as vs
+from vomstudio.cli.output import to_json
+
+MODEL = vs.sample("sample.obj")
+
+
+def test_the_picture_is_the_one_of_the_command(
+    command: Any, cliff: vs.Mesh, tmp_path: Path
+) -> None:
+    target = tmp_path / "told.tif"
+    told = command("ortho", MODEL, "--plane", "200/85", "--gsd", 0.1, "-o", target)
+    made = vs.orthophoto(cliff, plane=(200, 85), gsd_m=0.1)
+    figures = json.loads(to_json(made.figures.__dict__))
+    assert figures == {name: told[name] for name in figures}
+    with rasterio.open(target) as picture, rasterio.open(told["depth"]) as depth:
+        assert (np.moveaxis(picture.read(), 0, -1) == made.image).all()
+        np.testing.assert_array_equal(depth.read(1), made.depth)
+
+
+def test_saving_writes_the_files_of_the_command(
+    command: Any, cliff: vs.Mesh, tmp_path: Path
+) -> None:
+    told = command("ortho", MODEL, "--trend", 0, "--plunge", 90, "--gsd", 0.2, "-o",
+                   tmp_path / "told.tif")  # fmt: skip
+    made = vs.orthophoto(cliff, trend_deg=0, plunge_deg=90, gsd_m=0.2)
+    (tmp_path / "own").mkdir()
+    files = made.save(tmp_path / "own" / "told.tif")
+    assert [file.name for file in files] == [
+        "told.tif", "told_depth.tif", "told.json", "told.tfw"
+    ]  # fmt: skip
+    for file in files:
+        other = tmp_path / file.name
+        if file.suffix == ".tif":
+            with rasterio.open(file) as ours, rasterio.open(other) as theirs:
+                assert str(ours.profile) == str(theirs.profile)
+                np.testing.assert_array_equal(ours.read(), theirs.read())
+        else:
+            assert file.read_text() == other.read_text()
+    assert told["coverage"] == made.coverage
+    with pytest.raises(vs.errors.TargetError):
+        made.save(files[0])
+    with pytest.raises(vs.errors.UsageError, match=r"\.tif"):
+        made.save(tmp_path / "picture.png")
+
+
+def test_pixels_stand_where_the_model_is(cliff: vs.Mesh) -> None:
+    """The World point of a pixel is on a face: no farther from a vertex than an edge is long."""
+    made = vs.orthophoto(cliff, trend_deg=20, plunge_deg=-10, gsd_m=0.2)
+    rows, columns = np.nonzero(np.isfinite(made.depth))
+    chosen = slice(None, None, 97)
+    rows, columns = rows[chosen], columns[chosen]
+    pixels = np.stack([columns + 0.5, rows + 0.5, made.depth[rows, columns], np.ones(len(rows))])
+    places = (made.pixel_to_world @ pixels)[:3].T
+    from scipy.spatial import cKDTree
+
+    distance, _ = cKDTree(cliff.points - cliff.bounds[0]).query(places - cliff.bounds[0])
+    corners = cliff.points[cliff.faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
+    assert distance.max() < longest
+    assert made.coverage == np.isfinite(made.depth).mean()
+    assert (made.image[..., 3] > 0).sum() == np.isfinite(made.depth).sum()
+
+
+def test_a_fold_gives_the_view_along_its_axis(picks: Any) -> None:
+    beds = vs.fit_planes(picks[picks["kind"] == "bedding"], by="pick")
+    found = vs.fold(beds)
+    for fold in (beds, found):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            made = vs.orthophoto(MODEL, fold=fold, gsd_m=0.5)
+        assert [str(w.message) for w in said] == list(made.warnings[: len(said)])
+        assert made.fold is not None
+        assert made.fold.cost in made.warnings
+        assert made.plunge_deg == pytest.approx(found.beta.plunge_deg)
+        assert made.sense == "down-plunge"
+        assert made.fold.beta == found.beta
+
+
+def test_planes_are_taken_in_every_form(cliff: vs.Mesh, picks: Any) -> None:
+    plane = vs.fit_plane(picks[picks["pick"] == "B01"])
+    by_fit = vs.orthophoto(cliff, plane=plane, gsd_m=1.0)
+    text = f"{plane.dip_direction_deg}/{plane.dip_deg}"
+    assert vs.orthophoto(cliff, plane=text, gsd_m=1.0).figures == by_fit.figures
+    # Against the upward normal.
+    assert by_fit.direction == pytest.approx(-plane.normal, abs=1e-9)
+    flipped = vs.orthophoto(cliff, plane=plane, gsd_m=1.0, flip=True)
+    assert flipped.direction == pytest.approx(plane.normal, abs=1e-9)
+
+
+def test_progress_is_told_and_can_stop_it(cliff: vs.Mesh) -> None:
+    told: list[tuple[str, int, int | None]] = []
+    vs.orthophoto(cliff, trend_deg=0, plunge_deg=90, gsd_m=1, progress=lambda *a: told.append(a))
+    assert ("casting rays", 1, 1) in told
+
+    def stop(stage: str, done: int, total: int | None) -> None:
+        raise vs.errors.Cancelled()
+
+    with pytest.raises(vs.errors.Cancelled):
+        vs.orthophoto(cliff, trend_deg=0, plunge_deg=90, gsd_m=1, progress=stop)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ({}, "say once where to look"),
+        ({"trend_deg": 5}, "both a trend and a plunge"),
+        ({"trend_deg": 5, "plunge_deg": 5, "plane": "3/4"}, "say once"),
+        ({"trend_deg": 5, "plunge_deg": 95}, "-90 .* to 90"),
+        ({"trend_deg": "north", "plunge_deg": 5}, "numbers are needed"),
+        ({"trend_deg": [1, 2], "plunge_deg": 5}, "single number"),
+        ({"plane": "steep"}, "steep"),
+        ({"plane": (1, 2, 3)}, "dip direction, dip"),
+        ({"trend_deg": 5, "plunge_deg": 5, "gsd_m": 0}, "length in metres"),
+        ({"trend_deg": 5, "plunge_deg": 5, "gsd_m": 1e-6}, "--gsd .* would do"),
+        ({"trend_deg": 5, "plunge_deg": 5, "progress": 7}, "function"),
+    ],
+)
+def test_views_that_cannot_be_are_refused(cliff: vs.Mesh, words: Any, said: str) -> None:
+    with pytest.raises(vs.errors.VomError, match=said):
+        vs.orthophoto(cliff, **words)
+
+
+def test_a_picture_shows_itself(cliff: vs.Mesh) -> None:
+    made = vs.orthophoto(cliff, trend_deg=0, plunge_deg=90, gsd_m=1)
+    assert "of 1 m" in repr(made)
+    assert "EPSG:32633" in made._repr_html_()

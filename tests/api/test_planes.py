@@ -1,0 +1,237 @@
+"""Planes of the Python interface against the command, numpy's SVD, and the symmetries of space."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import FrozenInstanceError, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import vomstudio as vs
+from vomstudio.tables.orientation_table import COLUMNS
+
+OF_LINES_ONLY = {"geometry", "trend_deg", "plunge_deg", "rake_deg"}
+SAMPLE = vs.sample("picks.csv")
+
+
+def points_on(dip_direction: float, dip: float, n: int = 40, seed: int = 1) -> np.ndarray:
+    """(n, 3) on a plane by its definition: down the dip direction the height falls by tan(dip)."""
+    chance = np.random.default_rng(seed)
+    along, across = chance.uniform(-5, 5, (2, n))
+    a, d = np.radians(dip_direction), np.radians(dip)
+    down = np.array([np.sin(a) * np.cos(d), np.cos(a) * np.cos(d), -np.sin(d)])
+    strike = np.array([-np.cos(a), np.sin(a), 0.0])
+    return np.outer(along, strike) + np.outer(across, down)
+
+
+def angle_between(a: float, b: float) -> float:
+    return abs((a - b + 180.0) % 360.0 - 180.0)
+
+
+@given(st.floats(0, 359.99), st.floats(0.5, 89.5))
+def test_a_known_plane_comes_back(dip_direction: float, dip: float) -> None:
+    fit = vs.fit_plane(points_on(dip_direction, dip) + [364_520.0, 4_721_864.0, 850.0])
+    assert angle_between(fit.dip_direction_deg, dip_direction) < 1e-3
+    assert fit.dip_deg == pytest.approx(dip, abs=1e-4)
+    assert angle_between(fit.strike_rhr_deg, dip_direction - 90.0) < 1e-3
+
+
+def test_turning_the_world_turns_the_dip_direction() -> None:
+    rough = points_on(70, 35) + np.random.default_rng(3).normal(0, 0.05, (40, 3))
+    turn = np.radians(30.0)
+    # Clockwise seen from above, as azimuths count.
+    matrix = [[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
+    here, there = vs.fit_plane(rough), vs.fit_plane(rough @ np.array(matrix).T)
+    assert angle_between(there.dip_direction_deg, here.dip_direction_deg + 30.0) < 1e-9
+    assert there.dip_deg == pytest.approx(here.dip_deg)
+    assert there.max_confidence95_deg == pytest.approx(here.max_confidence95_deg)
+
+
+def test_the_normal_is_that_of_numpy() -> None:
+    rough = points_on(200, 60) + np.random.default_rng(5).normal(0, 0.1, (40, 3))
+    normal = np.linalg.svd(rough - rough.mean(axis=0))[2][2]
+    fit = vs.fit_plane(rough)
+    assert abs(fit.normal @ normal) == pytest.approx(1.0, abs=1e-12)
+    assert np.linalg.norm(fit.normal) == pytest.approx(1.0)
+    assert fit.centroid == pytest.approx(rough.mean(axis=0))
+    assert fit.rms_m == pytest.approx(np.sqrt(np.mean(((rough - fit.centroid) @ normal) ** 2)))
+
+
+def test_the_published_planes_come_back(data_dir: Path) -> None:
+    points = np.loadtxt(data_dir / "planes" / "well_defined.txt")
+    fit = vs.fit_plane(points)
+    assert (fit.strike_rhr_deg, fit.dip_deg) == pytest.approx((11.266, 3.492), abs=1e-3)
+    assert fit.max_angular_error_deg == pytest.approx(0.475, abs=1e-3)
+    assert fit.min_angular_error_deg == pytest.approx(0.147, abs=1e-3)
+
+
+# --- the same as the command ----------------------------------------------------------------------
+def rows_of(frame: Any) -> list[dict[str, Any]]:
+    """As JSON has them."""
+    return [
+        {k: None if v is None or v != v else v for k, v in row.items()}
+        for row in frame.to_dict("records")
+    ]
+
+
+def test_planes_are_those_of_the_command(command: Any, picks: Any) -> None:
+    told = command("fit", SAMPLE, "--by", "pick")["planes"]
+    made = rows_of(vs.fit_planes(picks, by="pick"))
+    assert [row.keys() for row in made] == [row.keys() for row in told]
+    for row, other in zip(made, told, strict=True):
+        assert row == {k: pytest.approx(v) if isinstance(v, float) else v for k, v in other.items()}
+    by_name = {name: group[["x", "y", "z"]] for name, group in picks.groupby("pick", sort=False)}
+    assert rows_of(vs.fit_planes(by_name)) == made
+
+
+def test_one_plane_has_the_figures_of_its_row(picks: Any) -> None:
+    bed = picks[picks["pick"] == "B03"]
+    (row,) = rows_of(vs.fit_planes({"B03": bed}))
+    fit = vs.fit_plane(bed)
+    assert {k: v for k, v in fit.as_dict().items() if k != "id"} == {
+        k: row[k] for k in fit.as_dict() if k != "id"
+    }
+
+
+def test_attributes_are_the_columns() -> None:
+    names = [field.name for field in fields(vs.PlaneFit)]
+    assert names == [name for name in COLUMNS if name not in OF_LINES_ONLY]
+    assert {field.name for field in fields(vs.LineFit)} < set(COLUMNS)
+
+
+def test_a_fit_cannot_be_changed_and_shows_itself() -> None:
+    fit = vs.fit_plane(points_on(7, 35))
+    with pytest.raises(FrozenInstanceError):
+        fit.dip_deg = 3.0  # type: ignore[misc]
+    assert repr(fit).startswith("PlaneFit(007.0/35.0")
+    assert "dip_direction_deg" in fit._repr_html_()
+
+
+# --- options --------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("dip_direction", "dip", "axis"), [(90, 85, "x"), (0, 85, "y"), (90, 5, "z")]
+)
+def test_a_regression_takes_the_axis_nearest_the_normal(
+    dip_direction: float, dip: float, axis: Any
+) -> None:
+    rough = points_on(dip_direction, dip) + np.random.default_rng(2).normal(0, 0.2, (40, 3))
+    own = vs.fit_plane(rough, method="regression")
+    assert own == vs.fit_plane(rough, method="regression", axis=axis)
+    column = "xyz".index(axis)
+    others = [i for i in range(3) if i != column]
+    design = np.column_stack([rough[:, others], np.ones(len(rough))])
+    slopes = np.linalg.lstsq(design, rough[:, column], rcond=None)[0]
+    normal = np.zeros(3)
+    normal[others], normal[column] = -slopes[:2], 1.0
+    assert abs(own.normal @ normal / np.linalg.norm(normal)) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_the_resolution_enters_the_verdict() -> None:
+    points = points_on(50, 40, n=12)
+    fine, coarse = (vs.fit_plane(points, resolution_m=m) for m in (0.001, 2.0))
+    assert fine.extent_over_resolution == pytest.approx(2000 * coarse.extent_over_resolution)
+    assert fine.quality == "good"
+    assert coarse.quality != "good"
+    assert "resolution" in str(coarse.quality_reason)
+
+
+# --- what cannot be -------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ([], "no points"),
+        (None, "numbers are needed|shape"),
+        ("north", "numbers are needed"),
+        ([["1", "2", "3"]] * 4, "numbers are needed"),
+        ([[1, 2, 3], [4, 5]], "numbers are needed"),
+        ([[1, 2, 3j]] * 4, "numbers are needed"),
+        ([1.0, 2.0, 3.0], r"\[\[x, y, z\]\]"),
+        (np.zeros((3, 9)), r"points\.T"),
+        (np.zeros((9, 2)), "three coordinates"),
+        (np.zeros((2, 2, 3)), "three coordinates"),
+        ([[0, 0, 0], [1, 0, 0], [0, np.nan, 0], [np.inf, 0, 0]], r"row 2 \(and 1 more\)"),
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 1e300]], "row 2"),
+        (np.ma.masked_less(np.ones((4, 3)), 2), "masked"),
+        (pandas.DataFrame({"a": [1], "b": [2], "c": [3]}), "no column x"),
+        (pandas.DataFrame({"x": [1], "X": [2], "y": [3], "z": [1]}), "more than one column x"),
+    ],
+)
+def test_what_is_no_array_of_points_is_refused_in_words(given: Any, said: str) -> None:
+    with pytest.raises(vs.errors.InputError, match=said):
+        vs.fit_plane(given)
+
+
+@pytest.mark.parametrize(
+    "given", [[[0, 0, 0], [1, 0, 0]], [[1, 1, 1]] * 5, [[i, 2 * i, 0] for i in range(6)]]
+)
+def test_points_without_a_plane_are_refused_with_the_reason(given: Any) -> None:
+    with pytest.raises(vs.errors.GeometryError, match="points"):
+        vs.fit_plane(given)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"method": "ransac"}, {"axis": "w"}, {"resolution_m": -1}, {"resolution_m": "fine"},
+     {"profile": "textbook"}],
+)  # fmt: skip
+def test_settings_that_cannot_be_are_refused(wrong: Any) -> None:
+    with pytest.raises(vs.errors.VomError):
+        vs.fit_plane(points_on(10, 20), **wrong)
+
+
+def test_groups_without_a_plane_are_named(picks: Any) -> None:
+    bed = picks[picks["pick"] == "B01"][["x", "y", "z"]].to_numpy()
+    with pytest.warns(vs.errors.VomWarning, match="plane short skipped"):
+        made = vs.fit_planes({"bed": bed, "short": bed[:2]})
+    assert list(made["id"]) == ["bed"]
+    assert made.attrs["skipped"][0]["id"] == "short"
+    with pytest.raises(vs.errors.GeometryError, match="none of its 1 planes"):
+        vs.fit_planes({"short": bed[:2]})
+
+
+def test_rows_without_coordinates_are_dropped_and_counted(picks: Any) -> None:
+    holes = picks.copy()
+    holes.loc[[3, 40], "x"] = np.nan
+    with pytest.warns(vs.errors.VomWarning, match="2 rows without finite coordinates"):
+        made = vs.fit_planes(holes, by="pick")
+    assert made["n_points"].sum() == len(picks) - 2
+
+
+@pytest.mark.parametrize(
+    ("groups", "by", "kind"),
+    [
+        ({}, None, "InputError"),
+        (5, None, "InputError"),
+        ({"a": [[1, 2]]}, None, "InputError"),
+        ({"a": [[1, 2, 3]] * 4}, "pick", "UsageError"),
+        (pandas.DataFrame({"x": [1.0], "y": [1.0], "z": [1.0]}), None, "UsageError"),
+        (pandas.DataFrame({"x": [1.0], "y": [1.0], "z": [1.0]}), "pick", "UsageError"),
+        (pandas.DataFrame({"x": ["a"], "y": [1.0], "z": [1.0], "pick": ["a"]}), "pick",
+         "InputError"),
+        (pandas.DataFrame({"x": [np.nan], "y": [1.0], "z": [1.0], "pick": ["a"]}), "pick",
+         "InputError"),
+    ],
+)  # fmt: skip
+def test_what_is_no_group_is_refused(groups: Any, by: Any, kind: str) -> None:
+    with pytest.raises(getattr(vs.errors, kind)):
+        vs.fit_planes(groups, by=by)
+
+
+def test_ids_stay_what_they_are() -> None:
+    made = vs.fit_planes({7: points_on(10, 20), (1, 2): points_on(20, 30)})
+    assert list(made["id"]) == [7, (1, 2)]
+
+
+def test_input_is_not_written_into() -> None:
+    points = points_on(10, 20)
+    before = points.copy()
+    points.setflags(write=False)
+    vs.fit_plane(points)
+    assert (points == before).all()
+    assert "points" in inspect.signature(vs.fit_plane).parameters

@@ -1,0 +1,227 @@
+"""The life of a project in a script: made, measured on, undone, saved, left, opened again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas
+import pytest
+import shapely
+
+import vomstudio as vs
+from vomstudio.tables.orientation_table import COLUMNS
+
+MODEL = vs.sample("sample.obj")
+SPECIMEN = Path(__file__).resolve().parents[1] / "specimens" / "schema1.vom"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, own_folders: Path) -> Path:
+    return tmp_path / "cliff.vom"
+
+
+@pytest.fixture
+def bed(picks: Any) -> Any:
+    return picks[picks["pick"] == "B01"][["x", "y", "z"]].to_numpy()
+
+
+def test_a_project_is_made_measured_on_and_opened_again(
+    folder: Path, bed: Any, picks: Any, tmp_path: Path
+) -> None:
+    with vs.Project.create(folder) as project:
+        model = project.add_model(MODEL)
+        trace = project.add_trace(bed, model=model, type="BEDDING", name="first", set="west")
+        fault = project.add_trace(
+            picks[picks["kind"] == "fault"][["x", "y", "z"]], model="Sample", type="fault"
+        )
+        # The figures are those of the same points in a script, the verdict that of a model.
+        fit, bare = project.fit(trace), vs.fit_plane(bed)
+        assert isinstance(fit, vs.PlaneFit)
+        assert (fit.dip_direction_deg, fit.dip_deg) == pytest.approx(
+            (bare.dip_direction_deg, bare.dip_deg), abs=1e-6
+        )
+        assert fit.resolution_m is not None
+        assert (fit.name, fit.kind, fit.set) == ("first", "bedding", "west")
+        assert project.fit("first") == fit
+
+        planes = project.planes()
+        assert list(planes["id"]) == [trace, fault]
+        assert list(planes.columns) == list(COLUMNS)
+        assert planes["geometry"][0].equals(shapely.Point(fit.x, fit.y, fit.z))
+        line = project.traces()["geometry"][0]
+        assert np.array(line.coords) == pytest.approx(bed, abs=1e-6)
+        assert len(project.lines()) == len(project.patches()) == 0
+        # Tables go on into the statistics; shapes do no harm there.
+        assert vs.stats(planes, by="kind").sets["bedding"].n == 1
+
+        assert project.unsaved
+        assert "Add" in project.undo()
+        assert list(project.planes()["id"]) == [trace]
+        project.redo()
+        assert len(project.planes()) == 2
+        project.save()
+        assert not project.unsaved
+
+        (table,) = project.export("csv", tmp_path / "out.csv")
+        read = vs.read_orientations(table)
+        assert read["dip_deg"].tolist() == pytest.approx(planes["dip_deg"].tolist())
+        found = project.verify()
+        assert found.sound
+        assert (found.models, found.features) == (1, 2)
+    with vs.Project.open(folder) as again:
+        assert [m.name for m in again.models] == ["sample"]
+        assert again.models[0].features == 2
+        pandas.testing.assert_frame_equal(again.planes(), planes)
+        assert isinstance(again.models[0].read(), vs.Mesh)
+    assert (folder / "project.gpkg").is_file()
+
+
+def test_leaving_without_saving_discards_and_can_be_taken_back(folder: Path, bed: Any) -> None:
+    with vs.Project.create(folder) as project:
+        model = project.add_model(MODEL)
+        project.save()
+        project.add_trace(bed, model=model, type="bedding")
+    with vs.Project.open(folder) as project:
+        assert len(project.planes()) == 0
+        assert "Discard" in project.undo()
+        assert len(project.planes()) == 1
+        project.save()
+    with vs.Project.open(folder) as project:
+        assert len(project.planes()) == 1
+
+
+def test_an_error_in_the_block_discards_as_well(folder: Path, bed: Any) -> None:
+    def fails() -> None:
+        with vs.Project.create(folder) as project:
+            model = project.add_model(MODEL)
+            project.add_trace(bed, model=model, type="bedding")
+            raise RuntimeError("stop")
+
+    with pytest.raises(RuntimeError, match="stop"):
+        fails()
+    with vs.Project.open(folder) as project:
+        assert project.models == ()
+
+
+def test_what_a_crash_left_unsaved_is_kept_by_looking(folder: Path, bed: Any) -> None:
+    project = vs.Project.create(folder)
+    project.add_model(MODEL)
+    # As a kernel that is killed leaves it.
+    desk = project._open_desk()
+    desk.project.close()
+    for _ in range(2):
+        with (
+            pytest.warns(vs.errors.VomWarning, match="had not been saved"),
+            vs.Project.open(folder) as again,
+        ):
+            assert len(again.models) == 1
+
+
+def test_two_notebooks_cannot_have_one_project(folder: Path) -> None:
+    with vs.Project.create(folder):
+        with pytest.raises(vs.errors.InputError, match="open in another window"):
+            vs.Project.open(folder)
+        with pytest.raises(vs.errors.TargetError, match="a project here already"):
+            vs.Project.create(folder)
+    vs.Project.open(folder).close()
+
+
+def test_a_closed_project_says_so(folder: Path) -> None:
+    project = vs.Project.create(folder)
+    project.close()
+    project.close()
+    assert "closed" in repr(project)
+    with pytest.raises(vs.errors.DocumentError, match="the project is closed"):
+        project.planes()
+
+
+def test_an_old_project_is_read_as_the_commands_read_it(
+    command: Any, tmp_path: Path, own_folders: Path
+) -> None:
+    import shutil
+
+    folder = tmp_path / "old.vom"
+    shutil.copytree(SPECIMEN, folder)
+    told = command("project", folder, "fit")
+    # It was left unsaved when it was made.
+    with pytest.warns(vs.errors.VomWarning, match="had not been saved"):
+        opened = vs.Project.open(folder)
+    with opened as project:
+        for frame, rows in ((project.planes(), told["planes"]), (project.lines(), told["lines"])):
+            assert list(frame["id"]) == [row["id"] for row in rows]
+            for name in ("dip_direction_deg", "dip_deg", "trend_deg", "plunge_deg", "x", "rms_m"):
+                values = [None if v != v else pytest.approx(v) for v in frame[name]]
+                assert values == [row[name] for row in rows]
+        line = project.fit(told["lines"][0]["id"])
+        assert isinstance(line, vs.LineFit)
+        assert line.trend_deg == pytest.approx(told["lines"][0]["trend_deg"])
+        assert all(shape.geom_type == "Polygon" for shape in project.patches()["geometry"])
+        assert all(shape.has_z for shape in project.patches()["geometry"])
+        listed = command("project", folder, "list")
+        assert [m.id for m in project.models] == [m["id"] for m in listed["models"]]
+        assert len(project.patches()) == listed["kinds"].get("patch", 0)
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "said"),
+    [
+        (lambda p, b: p.add_trace(b[:2], model="sample", type="bedding"), "GeometryError", "plane"),
+        (lambda p, b: p.add_trace(b.T, model="sample", type="bedding"), "InputError", "points.T"),
+        (lambda p, b: p.add_trace(b, model="sample", type="dyke"), "UsageError", "there are Bed"),
+        (lambda p, b: p.add_trace(b, model="other", type="fault"), "UsageError", "no model is"),
+        (lambda p, b: p.add_model("gone.obj"), "InputError", "gone.obj"),
+        (lambda p, b: p.add_model(MODEL, up="x"), "InputError", "none of y, z"),
+        (lambda p, b: p.fit("B99"), "InputError", "there is no feature B99"),
+        (lambda p, b: p.redo(), "DocumentError", "nothing to do again"),
+        (lambda p, b: p.export("docx", "out.docx"), "InputError", "no features yet"),
+    ],
+)
+def test_what_cannot_be_done_is_said(
+    folder: Path, bed: Any, call: Any, kind: str, said: str
+) -> None:
+    with vs.Project.create(folder) as project:
+        project.add_model(MODEL)
+        with pytest.raises(getattr(vs.errors, kind), match=said):
+            call(project, bed)
+
+
+def test_the_project_itself_is_no_target(folder: Path, bed: Any) -> None:
+    with vs.Project.create(folder) as project:
+        project.add_trace(bed, model=project.add_model(MODEL), type="bedding")
+        with pytest.raises(vs.errors.TargetError):
+            project.export("csv", folder / "journal.sqlite", force=True)
+        with pytest.raises(vs.errors.UsageError, match="choose one of csv"):
+            project.export("docx", folder.parent / "out.docx")
+
+
+def test_a_model_without_a_frame_comes_with_a_warning(folder: Path, tmp_path: Path) -> None:
+    path = tmp_path / "triangle.obj"
+    path.write_text("v 1 2 3\nv 4 2 3\nv 1 6 5\nf 1 2 3\n")
+    with vs.Project.create(folder) as project:
+        with pytest.warns(vs.errors.VomWarning, match="taken as local, in metres"):
+            first = project.add_model(path)
+        with pytest.warns(vs.errors.VomWarning, match="has this file already"):
+            assert project.add_model(path) == first
+        assert project.models[0].read().points.tolist() == [[1, 2, 3], [4, 2, 3], [1, 6, 5]]
+        path.write_text("v 1 2 3\nv 4 2 3\nv 1 6 6\nf 1 2 3\n")
+        with pytest.raises(vs.errors.InputError, match="has changed since"):
+            project.models[0].read()
+        path.unlink()
+        with pytest.raises(vs.errors.InputError, match="not where it was"):
+            project.models[0].read()
+
+
+@pytest.mark.parametrize("name", ["none.vom", "words.txt"])
+def test_what_is_no_project_is_refused(tmp_path: Path, own_folders: Path, name: str) -> None:
+    (tmp_path / "words.txt").write_text("no project")
+    with pytest.raises(vs.errors.InputError):
+        vs.Project.open(tmp_path / name)
+
+
+def test_a_project_shows_itself(folder: Path) -> None:
+    with vs.Project.create(folder) as project:
+        project.add_model(MODEL)
+        assert "sample" in repr(project)
+        assert "unsaved changes" in project._repr_html_()

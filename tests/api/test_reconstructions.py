@@ -1,0 +1,109 @@
+"""Reconstructions begun from a script: refused, stopped, and ended with their kernel."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+import vomstudio as vs
+
+PHOTOS = vs.sample("photos")
+
+
+@pytest.mark.parametrize(
+    ("photos", "more", "said"),
+    [
+        ("none", {}, "is no folder of photos"),
+        (PHOTOS, {"quality": "best"}, "preview, low, medium, high"),
+        (PHOTOS, {"threads": 0}, "is 1 or more"),
+        (PHOTOS, {"crs": "EPSG:4326"}, "projected"),
+        (PHOTOS, {"gcp": "gone.csv"}, "no such file"),
+        (PHOTOS, {"progress": "loud"}, "function"),
+        (PHOTOS, {"cancel": True}, "CancelToken"),
+    ],
+)
+def test_what_cannot_be_begun_is_refused(tmp_path: Path, photos: Any, more: Any, said: str) -> None:
+    with pytest.raises(vs.errors.VomError, match=said):
+        vs.reconstruct(photos, tmp_path / "model", **more)
+
+
+def test_the_photos_own_folder_is_no_target() -> None:
+    with pytest.raises(vs.errors.UsageError, match="photos' own folder"):
+        vs.reconstruct(PHOTOS, PHOTOS)
+
+
+def test_it_is_stopped_by_a_token_from_another_thread(tmp_path: Path) -> None:
+    token, begun = vs.CancelToken(), threading.Event()
+
+    def stop() -> None:
+        begun.wait(60)
+        token.cancel()
+
+    thread = threading.Thread(target=stop)
+    thread.start()
+    start = time.monotonic()
+    with pytest.raises(vs.errors.Cancelled):
+        vs.reconstruct(
+            PHOTOS,
+            tmp_path / "model",
+            quality="preview",
+            gcp="none",
+            progress=lambda *_: begun.set(),
+            cancel=token,
+        )
+    thread.join()
+    assert begun.is_set()
+    assert time.monotonic() - start < 60
+
+
+def test_what_the_progress_raises_stops_it(tmp_path: Path) -> None:
+    def fails(stage: str, done: int, total: int | None) -> None:
+        raise KeyError(stage)
+
+    with pytest.raises(KeyError):
+        vs.reconstruct(PHOTOS, tmp_path / "model", quality="preview", gcp="none", progress=fails)
+    assert not [p for p in psutil.Process().children() if p.status() != psutil.STATUS_ZOMBIE]
+
+
+def test_the_work_ends_with_its_kernel(tmp_path: Path) -> None:
+    """A kernel that is killed in the middle leaves no process behind."""
+    code = (
+        "import vomstudio as vs\n"
+        f"vs.reconstruct({str(PHOTOS)!r}, {str(tmp_path / 'model')!r}, quality='preview',\n"
+        "               gcp='none', progress=lambda *a: print(a[0], flush=True))\n"
+    )
+    kernel = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert kernel.stdout is not None
+    assert kernel.stdout.readline().strip()
+    workers = psutil.Process(kernel.pid).children(recursive=True)
+    assert workers
+    kernel.kill()
+    kernel.wait()
+    kernel.stdout.close()
+    _, alive = psutil.wait_procs(workers, timeout=20)
+    assert not alive
+
+
+@pytest.mark.slow
+def test_photos_become_a_model(tmp_path: Path) -> None:
+    stages: list[str] = []
+    found = vs.reconstruct(
+        PHOTOS,
+        tmp_path / "model",
+        quality="preview",
+        threads=1,
+        progress=lambda stage, done, total: stages.append(stage),
+    )
+    assert found.registered == found.photos == 12
+    assert found.frame == "EPSG:32633"
+    assert stages
+    model = vs.read(found.mesh)
+    assert isinstance(model, vs.Mesh)
+    assert len(model.faces) == found.faces

@@ -1,0 +1,175 @@
+"""Tables of orientations, whatever their convention, against the command and hand-made truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas
+import pytest
+
+import vomstudio as vs
+from vomstudio.tables.orientation_table import COLUMNS
+
+Write = Callable[[str], Path]
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    def written(text: str) -> Path:
+        path = tmp_path / "table.csv"
+        path.write_text(text)
+        return path
+
+    return written
+
+
+# One plane, dipping by 45 degrees to 120.
+SAME_PLANE = {
+    "dip direction": "dip direction,dip\n120,45\n",
+    "strike": "strike,dip\n30,45\n",
+    "quadrant": "strike,dip,quadrant\n210,45,SE\n",
+    "in the cells": "strike,dip\nN30E,45SE\n",
+    "pole": "pole trend;pole plunge\n300;45\n",
+    "attitude": "attitude\n120/45\n",
+    "ours": "id,dip_direction_deg,dip_deg,strike_rhr_deg\nB1,120,45,30\n",
+}
+
+
+@pytest.mark.parametrize("text", SAME_PLANE.values(), ids=SAME_PLANE)
+def test_every_convention_gives_the_same_columns(write: Write, text: str) -> None:
+    found = vs.read_orientations(write(text))
+    assert list(found.columns)[: len(COLUMNS)] == list(COLUMNS)
+    assert found.attrs["convention"].startswith("planes")
+    row = found.iloc[0]
+    figures = (row.dip_direction_deg, row.dip_deg, row.strike_rhr_deg)
+    assert figures == pytest.approx((120.0, 45.0, 30.0))
+    assert (row.pole_trend_deg, row.pole_plunge_deg) == pytest.approx((300.0, 45.0))
+    assert row.geometry == "plane"
+    assert np.isnan(row.trend_deg)
+
+
+def test_lines_have_their_own_columns(write: Write) -> None:
+    found = vs.read_orientations(write("name,trend,plunge\nL1,200,30\nL2,10,-5\n"))
+    assert list(found["geometry"]) == ["line", "line"]
+    assert found["trend_deg"].tolist() == [200.0, 10.0]
+    assert found["dip_deg"].isna().all()
+    assert list(found["name"]) == ["L1", "L2"]
+
+
+def test_an_azimuth_must_be_told(write: Write) -> None:
+    path = write("azimuth,dip\n120,45\n")
+    with pytest.raises(vs.errors.UsageError, match="strike or dip direction"):
+        vs.read_orientations(path)
+    assert vs.read_orientations(path, azimuth="strike")["dip_direction_deg"][0] == 210.0
+    assert vs.read_orientations(path, azimuth="dipdir")["dip_direction_deg"][0] == 120.0
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("dip_direction,dip\n120,95\n", "line 2, dip: 95 is outside 0 to 90"),
+        ("dip_direction,dip\n120,up\n", "line 2, dip: 'up' is not a number"),
+        ("colour,size\nred,3\n", "no columns of orientations"),
+        ("dip_direction,dip\n", "nothing below it"),
+    ],
+)
+def test_errors_name_file_line_and_column(write: Write, text: str, said: str) -> None:
+    path = write(text)
+    with pytest.raises(vs.errors.InputError) as error:
+        vs.read_orientations(path)
+    assert str(error.value).startswith(str(path))
+    assert said in str(error.value)
+
+
+def test_a_file_that_is_not_there_is_named() -> None:
+    with pytest.raises(vs.errors.InputError, match=r"nowhere\.csv"):
+        vs.read_orientations("nowhere.csv")
+
+
+def test_the_programs_own_table_comes_back_whole(command: Any, tmp_path: Path, picks: Any) -> None:
+    path = tmp_path / "planes.csv"
+    command("fit", vs.sample("picks.csv"), "--by", "pick", "-o", path)
+    read, made = vs.read_orientations(path), vs.fit_planes(picks, by="pick")
+    for name in COLUMNS:
+        if made[name].dtype == object or made[name].dtype == bool:
+            # No text and an empty one are the same in a file.
+            assert [v or None for v in read[name]] == [v or None for v in made[name]], name
+        else:
+            np.testing.assert_allclose(read[name], made[name], rtol=1e-9, err_msg=name)
+
+
+def test_columns_of_ones_own_are_kept(write: Write) -> None:
+    found = vs.read_orientations(write("dip_direction,dip,site,weight\n10,20,A,1.5\n30,40,B,2\n"))
+    assert list(found["site"]) == ["A", "B"]
+    assert found["weight"].tolist() == [1.5, 2.0]
+
+
+def test_rows_without_angles_are_dropped_and_said(write: Write) -> None:
+    path = write("dip_direction,dip\n10,20\nnan,nan\n30,40\n")
+    with pytest.warns(vs.errors.VomWarning, match="1 row without angles dropped: line 3"):
+        found = vs.read_orientations(path)
+    assert found.attrs["dropped_lines"] == [3]
+    assert len(found) == 2
+
+
+# --- what is handed over in memory ----------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("columns", "named"),
+    [
+        ({"dip_dir": [120], "dip": [45]}, "dip direction/dip"),
+        ({"strike": [30], "dip": [45]}, "strike (right-hand rule)/dip"),
+        ({"Strike": [210], "Dip": [45], "Quadrant": ["SE"]}, "quadrant"),
+    ],
+)
+def test_data_frames_are_understood_as_files_are(columns: Any, named: str) -> None:
+    found = vs.stats(pandas.DataFrame(columns))
+    assert named in found.convention
+    mean = found.sets["all"].tensor.axes[0]
+    assert (mean.trend_deg, mean.plunge_deg) == pytest.approx((300.0, 45.0))
+
+
+def test_a_file_its_table_and_its_arrays_say_the_same(data_dir: Path) -> None:
+    path = data_dir / "planes" / "big_elk_strike_dip.txt"
+    table = vs.read_orientations(path)
+    arrays = (table["dip_direction_deg"], table["dip_deg"])
+    by_each = [vs.stats(each).sets["all"] for each in (path, table, arrays, np.array(arrays))]
+    assert all(one == by_each[0] for one in by_each)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (([10, 20], [95, 20]), "95 is outside 0 to 90"),
+        (([10, 20], [-5, 20]), "-5 is outside 0 to 90"),
+        (([10, 900], [5, 20]), "900 is outside 0 to 360"),
+        (([10, 20], [5]), "are no pairs"),
+        (([10, np.nan], [5, 5]), "row 1 has no finite number"),
+        ((["N", "S"], [5, 5]), "numbers are needed"),
+        (([[10], [20]], [5, 5]), r"shape \(2, 1\)"),
+        (([], []), "no values"),
+        ((1, 2, 3), "DataFrame, the path of a file, or the two arrays"),
+        (np.zeros((5, 2)), "two arrays"),
+        (7, "this is a int"),
+        (None, "this is a NoneType"),
+        ({"dip": [3]}, "this is a dict"),
+        (pandas.DataFrame({"colour": ["red"]}), r"no columns of orientations in the header \(col"),
+        (pandas.DataFrame({"dip_dir": [10], "dip": ["steep"]}), "'steep' is not a number"),
+        (pandas.DataFrame({"dip_dir": [], "dip": []}), "no rows"),
+    ],
+)
+def test_what_are_no_orientations_is_refused_in_words(given: Any, said: str) -> None:
+    with pytest.raises(vs.errors.InputError, match=said):
+        vs.stats(given)
+
+
+def test_radians_are_noticed() -> None:
+    chance = np.random.default_rng(4)
+    direction, dip = chance.uniform(0, 2 * np.pi, 30), chance.uniform(0.1, np.pi / 2, 30)
+    with pytest.warns(vs.errors.VomWarning, match=r"numpy\.degrees"):
+        vs.stats((direction, dip))
+    # The same in degrees, and beds that are nearly flat, are what they are.
+    vs.stats((np.degrees(direction), np.degrees(dip)))
+    vs.stats((chance.uniform(0, 360, 30), chance.uniform(0, 1.5, 30)))

@@ -1,0 +1,82 @@
+"""`import vomstudio` costs nothing, and what it offers is found by editors."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import vomstudio as vs
+
+ROOT = Path(__file__).resolve().parents[2]
+HEAVY = {"PySide6", "vtkmodules", "vtk", "pyvista", "open3d", "pycolmap", "matplotlib"}
+MOST_S = 0.25
+
+
+def said_by(code: str) -> str:
+    words = [sys.executable, "-c", code]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=120, check=True)
+    return done.stdout
+
+
+def test_the_import_is_quick_and_loads_nothing_heavy() -> None:
+    code = (
+        "import time, numpy\nstart = time.perf_counter()\nimport vomstudio as vs, sys\n"
+        "print(time.perf_counter() - start, *{m.partition('.')[0] for m in sys.modules})"
+    )
+    seconds, *loaded = said_by(code).split()
+    assert float(seconds) < MOST_S
+    assert not HEAVY & set(loaded)
+
+
+def test_naming_everything_loads_neither_qt_nor_a_drawing_library() -> None:
+    code = (
+        "import vomstudio as vs, sys\n[getattr(vs, name) for name in vs.__all__]\n"
+        "print(*{m.partition('.')[0] for m in sys.modules})"
+    )
+    assert not HEAVY & set(said_by(code).split())
+
+
+def test_fitting_a_plane_needs_no_drawing_library() -> None:
+    code = (
+        "import vomstudio as vs, sys\nvs.fit_plane([[0, 0, 0], [1, 0, 0], [0, 1, 0]])\n"
+        "print(*{m.partition('.')[0] for m in sys.modules})"
+    )
+    assert not HEAVY & set(said_by(code).split())
+
+
+def test_everything_that_is_offered_is_there_and_is_completed() -> None:
+    assert set(vs.__all__) <= set(dir(vs))
+    for name in vs.__all__:
+        assert getattr(vs, name) is not None
+    assert vs.errors is importlib.import_module("vomstudio.errors")
+    with pytest.raises(AttributeError, match="no attribute 'reed'"):
+        vs.reed  # noqa: B018 - asking for it is the test
+
+
+def test_editors_are_told_of_the_same_names_from_the_same_places() -> None:
+    stub = ast.parse((ROOT / "vomstudio" / "__init__.pyi").read_text())
+    told = {
+        alias.name: node.module
+        for node in stub.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert set(told) == set(vs.__all__)
+    for name, module in told.items():
+        assert getattr(importlib.import_module(str(module)), name) is getattr(vs, name)
+
+
+def test_nothing_of_the_program_imports_the_root() -> None:
+    """But for what lies beside it, which it does not name."""
+    for path in (ROOT / "vomstudio").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                assert all(alias.name != "vomstudio" for alias in node.names), path
+            elif isinstance(node, ast.ImportFrom) and node.module == "vomstudio":
+                names = {alias.name for alias in node.names}
+                assert all((ROOT / "vomstudio" / name).is_dir() for name in names), path

@@ -1,0 +1,5 @@
+"""The Python interface: what `import vomstudio as vs` offers, a module for each part of it.
+
+`vomstudio/__init__.py` names the modules as text and imports one where something of it is asked
+for; nothing is imported here.
+"""

@@ -1,0 +1,199 @@
+"""What users hand over, checked before anything is computed with it."""
+
+from __future__ import annotations
+
+import warnings as python_warnings
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError, VomWarning
+from vomstudio.io.text.tables import COORDINATES, FARTHEST_M, plain
+from vomstudio.words import tr
+
+Floats = npt.NDArray[np.float64]
+
+
+def warn(sentences: Iterable[str], depth: int = 3) -> None:
+    """Each sentence as a Python warning at the user's line. depth : of the call from there"""
+    for sentence in sentences:
+        python_warnings.warn(sentence, VomWarning, stacklevel=depth)
+
+
+def numbers(values: Any, name: str) -> Floats:
+    """Values as float64 of whatever shape. Raises InputError."""
+    if np.ma.isMaskedArray(values) and np.ma.getmaskarray(values).any():
+        raise InputError(
+            tr(
+                "a masked array with masked values has no number for each row; leave these "
+                "rows out."
+            ),
+            field=name,
+        )
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind in "OV" and hasattr(values, "astype"):
+            array = np.asarray(values.astype(np.float64))
+    except (ValueError, TypeError) as error:
+        raise _no_numbers(values, name) from error
+    if array.dtype.kind == "O":
+        try:
+            array = array.astype(np.float64)
+        except (ValueError, TypeError) as error:
+            raise _no_numbers(values, name) from error
+    if array.dtype.kind not in "iuf":
+        raise _no_numbers(values, name)
+    return np.asarray(array, np.float64)
+
+
+def _no_numbers(values: Any, name: str) -> InputError:
+    kind = type(values).__name__
+    return InputError(
+        tr(
+            "numbers are needed, all rows of the same length; this {kind} holds something else.",
+            kind=kind,
+        ),
+        field=name,
+    )
+
+
+def points(values: Any, name: str = "points") -> Floats:
+    """(n, 3) finite coordinates of an array, a list of triples, or a DataFrame with x, y, z.
+    Raises InputError that names the first row that is none."""
+    array = numbers(_coordinates_of(values, name), name)
+    if array.size == 0:
+        raise InputError(tr("there are no points in it."), field=name)
+    if array.ndim != 2 or array.shape[1] != 3:
+        hint = ""
+        if array.ndim == 2 and array.shape[0] == 3:
+            hint = "; transpose it: points.T"
+        elif array.shape == (3,):
+            hint = "; a single point is [[x, y, z]]"
+        raise InputError(
+            tr(
+                "points need three coordinates each, x, y, z: an array (n, 3), and this one "
+                "has the shape {shape}{hint}.",
+                shape=array.shape,
+                hint=hint,
+            ),
+            field=name,
+        )
+    far = np.asarray(~(np.abs(array) <= FARTHEST_M).all(axis=1))
+    refuse_rows(far, "no finite coordinates in metres", name)
+    return np.ascontiguousarray(array)
+
+
+def _coordinates_of(values: Any, name: str) -> Any:
+    if not hasattr(values, "columns"):
+        return values
+    return values[coordinate_names(list(values.columns), name)]
+
+
+def coordinate_names(columns: list[Any], name: str) -> list[Any]:
+    """Which columns of a DataFrame are x, y and z. Raises InputError."""
+    known = {column: plain(str(column)) for column in columns}
+    found = []
+    for letter, others in COORDINATES.items():
+        matches = [c for c, word in known.items() if word == letter]
+        matches = matches or [c for c, word in known.items() if word in others]
+        if len(matches) != 1:
+            listed = ", ".join(map(str, columns))
+            what = f"no column {letter}" if not matches else f"more than one column {letter}"
+            raise InputError(
+                tr(
+                    "there is {what} among its columns ({listed}); name them x, y, z.",
+                    what=what,
+                    listed=listed,
+                ),
+                field=name,
+            )
+        found.append(matches[0])
+    return found
+
+
+def refuse_rows(bad: npt.NDArray[np.bool_], what: str, name: str) -> None:
+    """Raises InputError that names the first of the bad rows, counted from 0 as arrays are."""
+    if bad.any():
+        row, more = int(np.argmax(bad)), int(bad.sum()) - 1
+        others = f" (and {more} more)" if more else ""
+        raise InputError(
+            tr(
+                "row {row}{others} has {what}; leave it out or correct it.",
+                row=row,
+                others=others,
+                what=what,
+            ),
+            field=name,
+        )
+
+
+def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floats, Floats]:
+    """Two arrays (n,) of finite numbers. Raises InputError."""
+    a, b = (np.atleast_1d(numbers(v, n)) for v, n in zip((first, second), names, strict=True))
+    for array, name in zip((a, b), names, strict=True):
+        if array.ndim != 1:
+            raise InputError(
+                tr(
+                    "one number a row is needed, an array (n,), and this one has the shape "
+                    "{shape}.",
+                    shape=array.shape,
+                ),
+                field=name,
+            )
+    if len(a) != len(b):
+        raise InputError(
+            tr(
+                "{count} values of {names} and {count_2} of {names_2} are no pairs.",
+                count=len(a),
+                names=names[0],
+                count_2=len(b),
+                names_2=names[1],
+            ),
+            field=names[1],
+        )
+    if not len(a):
+        raise InputError(tr("there are no values in it."), field=names[0])
+    for array, name in zip((a, b), names, strict=True):
+        refuse_rows(~np.isfinite(array), "no finite number", name)
+    return a, b
+
+
+def positive(value: float | None, name: str) -> float | None:
+    """A length in metres, or None. Raises InputError."""
+    if value is None:
+        return None
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = np.nan
+    if not 0.0 < number < np.inf:
+        raise InputError(tr("a positive number of metres is needed."), field=name)
+    return number
+
+
+def one_of(value: Any, known: Iterable[str], name: str) -> None:
+    """Raises InputError unless it is one of these words."""
+    words = list(known)
+    if value not in words:
+        raise InputError(
+            tr("'{value}' is none of {words}.", value=value, words=", ".join(words)), field=name
+        )
+
+
+def looks_like_radians(azimuth: Floats, angle: Floats) -> str | None:
+    """A sentence where all angles are so small that they may be radians.
+
+    Degrees they may be all the same: beds that dip by less than 1.6 degrees, all to within 6.3
+    degrees of north. So this is said and not refused.
+    """
+    sound = np.isfinite(azimuth) & np.isfinite(angle) & (angle != 0.0)
+    a, b = azimuth[sound], np.abs(angle[sound])
+    small = len(a) >= 3 and (a >= 0.0).all() and (a <= 2 * np.pi).all() and (b <= np.pi / 2).all()
+    if not small or (a == np.round(a)).all():
+        return None
+    return (
+        f"all {len(a)} azimuths are below 2 pi and all dips or plunges below pi / 2: if these are "
+        "radians, turn them with numpy.degrees; they were taken as degrees"
+    )

@@ -1,0 +1,108 @@
+"""A project's features as DataFrames with shapes, and as a plotter draws them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from vomstudio.api.tables import frame
+from vomstudio.document.figures import Subject
+from vomstudio.document.kinds import KINDS, group_of, kind_of
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.measurement_cache import Measurements
+from vomstudio.document.records import Feature, FeatureType, Record, get
+from vomstudio.geometry.plane_discs import disc_of_fit
+from vomstudio.tables.project_layers import Layer, project_layers
+from vomstudio.tables.project_table import project_table
+
+if TYPE_CHECKING:
+    from vomstudio.rendering.plots.plotting import DrawnFeature
+
+Records = Mapping[str, Record]
+_WHITE = "#ffffff"
+
+
+def orientations(
+    records: Records, measurements: Measurements, nature: Literal["plane", "line"]
+) -> Any:
+    """Rows of the orientation table of one nature, with points in the column `geometry`."""
+    import pandas
+    import shapely
+
+    table = project_table(records, measurements)
+    rows = [row for row in table.rows if row["geometry"] == nature]
+    made = frame(rows)
+    places = [
+        None if row["x"] is None else shapely.Point(row["x"], row["y"], row["z"]) for row in rows
+    ]
+    made["geometry"] = pandas.Series(places, dtype=object)
+    made.attrs["crs"], made.attrs["north"] = table.crs, table.north
+    return made
+
+
+def shapes(records: Records, measurements: Measurements, name: Literal["traces", "patches"]) -> Any:
+    """One layer of lines or rings, as the GeoPackage has it."""
+    import pandas
+
+    table = project_table(records, measurements)
+    found = [la for la in project_layers(records, table, measurements) if la.name == name]
+    columns: dict[str, Any] = {column: [] for column in _columns(name)}
+    geometry: list[Any] = []
+    if found:
+        columns |= found[0].columns
+        geometry = _geometry(found[0])
+    made = pandas.DataFrame(columns)
+    made["geometry"] = pandas.Series(geometry, dtype=object)
+    made.attrs["crs"], made.attrs["north"] = table.crs, table.north
+    return made
+
+
+def _columns(name: str) -> list[str]:
+    layers = [kind.layer for kind in KINDS if kind.layer is not None and kind.layer.name == name]
+    return [figure.name for figure in layers[0].figures if not layers[0].sparse]
+
+
+def _geometry(layer: Layer) -> list[Any]:
+    import shapely
+
+    make = shapely.LineString if layer.kind == "line" else shapely.Polygon
+    return [make(shape) for shape in layer.shapes]
+
+
+def drawings(records: Records, measurements: Measurements) -> list[DrawnFeature]:
+    """All features that have a place, as a plotter draws them."""
+    features = [r for r in records.values() if isinstance(r, Feature)]
+    measured = measurements.of(records, [feature.id for feature in features])
+    drawn = [_drawing(feature, records, measured) for feature in features]
+    return [each for each in drawn if each is not None]
+
+
+def _drawing(
+    feature: Feature, records: Records, measured: Mapping[str, Measurement]
+) -> DrawnFeature | None:
+    from vomstudio.rendering.plots.plotting import DrawnFeature
+
+    own, kind = measured[feature.id], kind_of(feature)
+    sketch = kind.sketch(Subject(feature, own, records), measured.get)
+    if sketch is None:
+        return None
+    type_ = get(records, group_of(feature), FeatureType)
+    said = _attitude(own) if sketch.label is None else sketch.label
+    return DrawnFeature(
+        feature.id,
+        np.asarray(sketch.line, np.float64),
+        disc_of_fit(own.fit),
+        np.asarray(sketch.anchor, np.float64),
+        f"{feature.name}  {said}".strip(),
+        kind.color or (_WHITE if type_ is None else type_.color),
+    )
+
+
+def _attitude(measured: Measurement) -> str:
+    if measured.plane is not None:
+        return f"{measured.plane.dip_direction_deg % 360:03.0f}/{measured.plane.dip_deg:02.0f}"
+    if measured.line is not None:
+        return f"{measured.line.trend_deg % 360:03.0f}/{measured.line.plunge_deg:02.0f}"
+    return ""

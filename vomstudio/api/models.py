@@ -1,0 +1,355 @@
+"""Models: meshes and point clouds in World."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.api.checking import one_of, warn
+from vomstudio.geometry import cloud as clouds
+from vomstudio.geometry import mesh as meshes
+from vomstudio.geometry import transform
+from vomstudio.geometry.units import METRES
+from vomstudio.progress import Progress
+from vomstudio.reprs import html_table, in_lines
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Where a model comes from.
+
+    path : its file; crs : "EPSG:n" or WKT, None for a local frame; unit_m : of the CRS, in metres
+    placed, metric : its north and its unit are known, or were declared
+    """
+
+    path: Path
+    crs: str | None
+    warnings: tuple[str, ...] = ()
+    unit_m: float = 1.0
+    placed: bool = True
+    metric: bool = True
+    content_hash: str = ""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Model:
+    """What meshes and clouds have in common."""
+
+    _data: Any
+    _source: Source = field(repr=False)
+
+    @property
+    def path(self) -> Path:
+        """The file that it was read from."""
+        return self._source.path
+
+    @property
+    def crs(self) -> str | None:
+        """ "EPSG:n" or WKT of x and y; None for a local frame."""
+        return self._source.crs
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was noticed in reading, a sentence each."""
+        return self._source.warnings
+
+    @property
+    def bounds(self) -> Floats:
+        """(2, 3) lowest and highest corner, World, metres."""
+        return np.array(self._data.bounds)
+
+    @property
+    def fields(self) -> Mapping[str, npt.NDArray[np.generic]]:
+        """Other values of the points (intensity, classification ...) by name, each (n,)."""
+        return self._data.fields  # type: ignore[no-any-return]
+
+    @property
+    def colours(self) -> npt.NDArray[np.uint8] | None:
+        """(n, 3) uint8 red, green, blue of the points, or None."""
+        return self._data.colors  # type: ignore[no-any-return]
+
+    @cached_property
+    def resolution_m(self) -> float | None:
+        """Mean length of a mesh's edges, or mean distance of a cloud's points from the nearest
+        other, metres; None where there is none."""
+        from vomstudio.io.models.opening import resolution
+
+        found = resolution(self._data)
+        return found if np.isfinite(found) else None
+
+    def save(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write it in the format that the ending of `path` says, in its CRS, textures and fields
+        with it; what the format cannot hold is a Python warning.
+
+        force : replace a file that is there. Raises vs.errors.UsageError for an ending that is not
+        known, vs.errors.TargetError where the file cannot be written or is there already.
+
+        >>> import tempfile, pathlib
+        >>> import vomstudio as vs
+        >>> cliff = vs.read(vs.sample("sample.obj"))
+        >>> made = cliff.save(pathlib.Path(tempfile.mkdtemp()) / "cliff.glb")
+        >>> vs.read(made).faces.shape == cliff.faces.shape
+        True
+        """
+        from vomstudio.io.models.model_copy import companions
+        from vomstudio.io.models.writing import write_model
+
+        data = self._data
+        if self._source.unit_m != 1.0 and self.crs is not None:
+            data = moved(data, np.diag([*[1.0 / self._source.unit_m] * 3, 1.0]))
+        inputs = [self.path, *companions(self.path)] if self.path.is_file() else []
+        warn(write_model(data, self.crs, path, force=force, inputs=inputs))
+        return Path(path)
+
+    def plot(self) -> Any:
+        """A PyVista plotter that shows it: a window of pyvistaqt in a program that runs Qt, else
+        one that draws off screen, whose `show` puts a still picture into a notebook and whose
+        `screenshot` gives the pixels. Coordinates are World less ``field_data["origin"]``."""
+        from vomstudio.api.plots import plotted
+
+        return plotted([self._data])
+
+    def _figures(self) -> dict[str, Any]:
+        low, high = self.bounds.tolist()
+        return {
+            "path": str(self.path),
+            "from": ", ".join(f"{v:.3f}" for v in low),
+            "to": ", ".join(f"{v:.3f}" for v in high),
+            "crs": self.crs or "local",
+            "warnings": self.warnings or None,
+        }
+
+    def __repr__(self) -> str:
+        return in_lines(type(self).__name__, self._figures())
+
+    def _repr_html_(self) -> str:
+        return html_table(type(self).__name__, self._figures())
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Mesh(_Model):
+    """A triangle mesh in World (x East, y North, z Up, metres), as `vs.read` gives it.
+
+    points : (n, 3) float64; a vertex with two texture coordinates stands twice
+    faces : (m, 3) int32, rows into `points`, grouped by material
+    materials : their names; textures : files of their pictures
+    uv : (n, 2) float32 texture coordinates, origin at the lower left, or None
+
+    >>> import vomstudio as vs
+    >>> cliff = vs.read(vs.sample("sample.obj"))
+    >>> low, high = cliff.bounds
+    >>> (high - low).round().tolist()
+    [30.0, 17.0, 15.0]
+    >>> round(cliff.resolution_m, 2)
+    0.12
+    """
+
+    @property
+    def points(self) -> Floats:
+        """(n, 3) float64, World, metres."""
+        return self._data.vertices  # type: ignore[no-any-return]
+
+    @property
+    def faces(self) -> npt.NDArray[np.int32]:
+        """(m, 3) int32, rows into `points`."""
+        return self._data.faces  # type: ignore[no-any-return]
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """Names, in the order in which the faces wear them."""
+        return tuple(material.name for material in self._data.materials)
+
+    @property
+    def textures(self) -> tuple[Path, ...]:
+        """Files of the pictures, each once."""
+        files = (material.texture for material in self._data.materials)
+        return tuple(dict.fromkeys(file for file in files if file is not None))
+
+    @property
+    def uv(self) -> npt.NDArray[np.float32] | None:
+        """(n, 2) float32 texture coordinates, or None."""
+        return self._data.uv  # type: ignore[no-any-return]
+
+    def to_pyvista(self) -> Any:
+        """A pyvista.PolyData, or a pyvista.MultiBlock with one block for each of several materials.
+
+        Points are World less an integer origin, which stands in ``field_data["origin"]`` (3,); a
+        block names its picture in ``field_data["texture"]``, and its texture coordinates are
+        active.
+
+        >>> import vomstudio as vs
+        >>> cliff = vs.read(vs.sample("sample.obj"))
+        >>> blocks = cliff.to_pyvista()
+        >>> len(blocks) == len(cliff.materials), blocks[0].field_data["origin"].shape
+        (True, (3,))
+        """
+        from vomstudio.rendering.plots.datasets import local_origin, mesh_dataset
+
+        return mesh_dataset(self._data, local_origin(self.bounds))
+
+    def _figures(self) -> dict[str, Any]:
+        figures = super()._figures()
+        return {
+            "path": figures.pop("path"),
+            "points": len(self.points),
+            "faces": len(self.faces),
+            "materials": self.materials or None,
+            **figures,
+        }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PointCloud(_Model):
+    """A point cloud in World (x East, y North, z Up, metres), as `vs.read` gives it.
+
+    points : (n, 3) float64; colours : (n, 3) uint8 or None; normals : (n, 3) float32 or None
+    fields : other values by name, each (n,)
+
+    >>> import tempfile, pathlib
+    >>> import numpy as np
+    >>> import vomstudio as vs
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "points.xyz"
+    >>> np.savetxt(path, [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+    >>> vs.read(path, unit="cm").bounds.tolist()
+    [[0.0, 0.0, 0.0], [0.01, 0.01, 0.0]]
+    """
+
+    @property
+    def points(self) -> Floats:
+        """(n, 3) float64, World, metres."""
+        return self._data.points  # type: ignore[no-any-return]
+
+    @property
+    def normals(self) -> npt.NDArray[np.float32] | None:
+        """(n, 3) float32 unit vectors, or None."""
+        return self._data.normals  # type: ignore[no-any-return]
+
+    def to_pyvista(self) -> Any:
+        """A pyvista.PolyData with colours, normals and fields. Points are World less an integer
+        origin, which stands in ``field_data["origin"]`` (3,)."""
+        from vomstudio.rendering.plots.datasets import cloud_dataset, local_origin
+
+        return cloud_dataset(self._data, local_origin(self.bounds))
+
+    def _figures(self) -> dict[str, Any]:
+        figures = super()._figures()
+        return {
+            "path": figures.pop("path"),
+            "points": len(self.points),
+            "fields": tuple(self.fields) or None,
+            **figures,
+        }
+
+
+def read(
+    path: str | Path,
+    *,
+    crs: str | None = None,
+    up: Literal["y", "z"] | None = None,
+    unit: str | None = None,
+    progress: Progress | None = None,
+) -> Mesh | PointCloud:
+    """Read a model or cloud: OBJ, GLB/glTF, PLY, STL, LAS/LAZ, GeoTIFF heights, x, y, z as text.
+
+    Parameters
+    ----------
+    path : the file
+    crs : the projected CRS that its x and y are in, such as "EPSG:32633"; None for what it says
+    up : the axis of the file that points up; None for what is usual in its format
+    unit : of its coordinates: m, cm, mm, km, ft or us-ft
+    progress : told of stages and steps
+
+    Returns
+    -------
+    Mesh or PointCloud in World. A file that does not say how it stands is taken as local, in
+    metres, z up and y to the north, which is said as a Python warning and in ``.warnings``.
+
+    Raises
+    ------
+    vs.errors.InputError for a file that is missing, damaged or of no known format;
+    vs.errors.UsageError for a CRS, axis or unit that cannot be.
+
+    Examples
+    --------
+    >>> import vomstudio as vs
+    >>> cliff = vs.read(vs.sample("sample.obj"))
+    >>> cliff.points.shape[1], cliff.faces.shape[1], cliff.crs
+    (3, 3, 'EPSG:32633')
+    """
+    if up is not None:
+        one_of(up, ("y", "z"), "up")
+    if unit is not None:
+        one_of(unit, METRES, "unit")
+    made = _read(Path(path), crs, up, unit, progress)
+    warn(made.warnings)
+    return made
+
+
+def model_of(given: Any, progress: Progress | None = None) -> Mesh | PointCloud:
+    """A model that was read, of a project, or the path of a file."""
+    if isinstance(given, Mesh | PointCloud):
+        return given
+    if hasattr(given, "read") and hasattr(given, "id"):
+        found: Mesh | PointCloud = given.read()
+        return found
+    made = _read(Path(given), None, None, None, progress)
+    warn(made.warnings, 4)
+    return made
+
+
+def _read(
+    path: Path,
+    crs: str | None,
+    up: Literal["y", "z"] | None,
+    unit: str | None,
+    progress: Progress | None,
+) -> Mesh | PointCloud:
+    from vomstudio.io.models.opening import read_model
+    from vomstudio.io.photos.cameras_file import scale_known
+    from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
+
+    loaded = read_model(path, progress)
+    declared = DeclaredFrame(crs, up, unit)
+    stands = declared_frame(path, loaded.crs, loaded.turned_about is not None, declared)
+    frame = stands.frame
+    unknown = loaded.crs is None and crs is None and scale_known(loaded.path) is False
+    source = Source(
+        loaded.path,
+        frame.crs,
+        (*loaded.warnings, *stands.warnings),
+        frame.unit_m if frame.crs is not None else 1.0,
+        not unknown,
+        unit is not None,
+        loaded.content_hash,
+    )
+    return in_world(loaded.data, frame.to_world(), source)
+
+
+def in_world(
+    data: meshes.Mesh | clouds.PointCloud, to_world: Any, source: Source
+) -> Mesh | PointCloud:
+    """Data of a file as what users have of it. to_world : (4, 4)"""
+    kind = Mesh if isinstance(data, meshes.Mesh) else PointCloud
+    return kind(moved(data, np.asarray(to_world, np.float64)), source)
+
+
+def moved(data: meshes.Mesh | clouds.PointCloud, matrix: Floats) -> meshes.Mesh | clouds.PointCloud:
+    """The same through a similarity (4, 4)."""
+    if np.array_equal(matrix, np.eye(4)):
+        return data
+    if isinstance(data, meshes.Mesh):
+        return replace(data, vertices=transform.apply(matrix, data.vertices))
+    normals = data.normals
+    if normals is not None:
+        normals = transform.rotate(matrix, normals).astype(np.float32)
+    return replace(
+        data, points=transform.apply(matrix, data.points), normals=normals, arrangement=None
+    )

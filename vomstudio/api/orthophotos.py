@@ -1,0 +1,267 @@
+"""Scale-true pictures of a model along any direction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.api.checking import numbers, warn
+from vomstudio.api.models import Mesh, PointCloud, model_of
+from vomstudio.api.planes import PlaneFit
+from vomstudio.api.reporting import Reported, told
+from vomstudio.api.sets import fold as fold_of
+from vomstudio.errors import InputError
+from vomstudio.geology.table_folds import TableFold
+from vomstudio.products.ortho.drawn_picture import DrawnPicture, draw_picture, drawn_figures
+from vomstudio.products.ortho.orthophoto import write_orthophoto
+from vomstudio.products.ortho.requests import (
+    FoldView,
+    OrthophotoFigures,
+    Requested,
+    check_gsd,
+    direction_of,
+    request_picture,
+)
+from vomstudio.reprs import html_table, in_lines
+from vomstudio.words import tr
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Orthophoto:
+    """A picture of a model, and what each of its pixels means.
+
+    image : (h, w, 4) uint8 red, green, blue, opacity; depth : (h, w) float32, metres along the view
+        from the plane through ``reference_point``, growing away from the viewer; NaN where nothing
+        is seen
+    figures : as the command prints them, each an attribute, too: width, height, gsd_m, trend_deg,
+        plunge_deg, right, down, direction, sense, sense_reason, coverage, reference_point, crs
+    fold : the axis that it looks along, or None; warnings : sentences
+
+    The point of World in the middle of a pixel, here at the height of the reference point:
+
+    >>> import vomstudio as vs
+    >>> seen = vs.orthophoto(vs.sample("sample.obj"), trend_deg=0, plunge_deg=0, gsd_m=0.5)
+    >>> x, y, z, _ = seen.pixel_to_world @ [seen.width / 2, seen.height / 2, 0, 1]
+    >>> bool(abs(x - seen.reference_point[0]) < seen.gsd_m)
+    True
+    """
+
+    image: npt.NDArray[np.uint8]
+    depth: npt.NDArray[np.float32]
+    figures: OrthophotoFigures
+    fold: FoldView | None
+    warnings: tuple[str, ...]
+    _model: Mesh | PointCloud = field(repr=False)
+    _asked: Requested = field(repr=False)
+    _drawn: DrawnPicture = field(repr=False)
+
+    @property
+    def pixel_to_world(self) -> npt.NDArray[np.float64]:
+        """(4, 4): (column, row, depth, 1) to World; (0, 0) is the outer corner of the top left
+        pixel, its centre (0.5, 0.5)."""
+        return np.array(self.figures.pixel_to_world)
+
+    @property
+    def coverage(self) -> float:
+        """Share of the pixels that show the model."""
+        return self.figures.coverage
+
+    @property
+    def width(self) -> int:
+        """Pixels."""
+        return self.figures.width
+
+    @property
+    def height(self) -> int:
+        """Pixels."""
+        return self.figures.height
+
+    @property
+    def gsd_m(self) -> float:
+        """Metres per pixel."""
+        return self.figures.gsd_m
+
+    @property
+    def trend_deg(self) -> float:
+        """The way the viewer looks."""
+        return self.figures.trend_deg
+
+    @property
+    def plunge_deg(self) -> float:
+        """The way the viewer looks; negative upward."""
+        return self.figures.plunge_deg
+
+    @property
+    def right(self) -> npt.NDArray[np.float64]:
+        """(3,) unit vector of World to the right in the picture."""
+        return np.array(self.figures.right)
+
+    @property
+    def down(self) -> npt.NDArray[np.float64]:
+        """(3,) unit vector of World downward in the picture."""
+        return np.array(self.figures.down)
+
+    @property
+    def direction(self) -> npt.NDArray[np.float64]:
+        """(3,) unit vector of World along the view."""
+        return np.array(self.figures.direction)
+
+    @property
+    def sense(self) -> str:
+        """Which of two opposite views it is."""
+        return self.figures.sense
+
+    @property
+    def sense_reason(self) -> str:
+        """And why."""
+        return self.figures.sense_reason
+
+    @property
+    def reference_point(self) -> npt.NDArray[np.float64]:
+        """(3,) World, where the depth is 0."""
+        return np.array(self.figures.reference_point)
+
+    @property
+    def crs(self) -> str | None:
+        """Of a view straight down or up; None for any other."""
+        return self.figures.crs
+
+    def save(
+        self, path: str | Path, *, sheet: str | Path | None = None, force: bool = False
+    ) -> tuple[Path, ...]:
+        """Write NAME.tif with NAME_depth.tif, NAME.json and, for a map, NAME.tfw: the files of the
+        command. sheet : a picture for people as well (.png, .jpg, .pdf), with scale and north.
+
+        Returns the files. Raises vs.errors.UsageError for another ending than .tif,
+        vs.errors.TargetError where one is there already (force replaces it) or cannot be written.
+        """
+        made = write_orthophoto(
+            self._model._data,
+            self._asked.plan,
+            path,
+            crs=_crs_of(self._model),
+            model=str(self._model.path),
+            content_hash=self._model._source.content_hash,
+            sheet=sheet,
+            force=force,
+            drawn=self._drawn,
+        )
+        files = (made.image, made.depth, made.sidecar, made.world_file, made.sheet)
+        return tuple(file for file in files if file is not None)
+
+    def _named(self) -> dict[str, Any]:
+        f = self.figures
+        return {
+            "pixels": f"{f.width} x {f.height} of {f.gsd_m:g} m",
+            "toward": f"{f.trend_deg:05.1f}/{f.plunge_deg:.1f} trend/plunge, {f.sense}",
+            "coverage": f"{f.coverage:.0%}",
+            "crs": f.crs,
+            "warnings": self.warnings or None,
+        }
+
+    def __repr__(self) -> str:
+        return in_lines("Orthophoto", self._named())
+
+    def _repr_html_(self) -> str:
+        return html_table("Orthophoto", self._named())
+
+
+def orthophoto(
+    model: Any,
+    *,
+    trend_deg: float | None = None,
+    plunge_deg: float | None = None,
+    plane: Any = None,
+    fold: Any = None,
+    gsd_m: float | None = None,
+    flip: bool = False,
+    progress: Reported = None,
+) -> Orthophoto:
+    """A scale-true picture of a model along a direction, in memory.
+
+    Parameters
+    ----------
+    model : Mesh, PointCloud, a model of a project, or the path of a file
+    trend_deg, plunge_deg : the way the viewer looks; a plunge of 90 is straight down
+    plane : or look against the upward normal of this plane: "DD/D", (dip direction, dip) or a
+        PlaneFit
+    fold : or along the fold axis of these planes: a table as for `fold`, or what `fold` has found;
+        down-plunge unless that is the inside of the cliff
+    gsd_m : metres per pixel; None takes the resolution of the texture or cloud
+    flip : look from the other side
+    progress : called with (stage, steps done, all steps or None), or a Progress
+
+    Returns
+    -------
+    Orthophoto: ``image``, ``depth``, ``pixel_to_world``, ``coverage`` and the other figures of the
+    command; ``.save(path)`` writes its files.
+
+    Raises
+    ------
+    vs.errors.UsageError unless exactly one direction is given, for a plunge beyond 90 degrees, and
+    where the picture would be too large; vs.errors.InputError for a model without a surface.
+
+    Rays are cast along parallel lines; the nearest surface is seen.
+
+    Examples
+    --------
+    >>> import vomstudio as vs
+    >>> picture = vs.orthophoto(vs.sample("sample.obj"), trend_deg=0, plunge_deg=90, gsd_m=0.5)
+    >>> picture.image.shape == (*picture.depth.shape, 4), picture.crs
+    (True, 'EPSG:32633')
+    """
+    check_gsd(_number(gsd_m, "gsd_m"))
+    table = fold
+    if fold is not None and not isinstance(fold, TableFold):
+        table = fold_of(fold)
+    direction = direction_of(
+        _number(trend_deg, "trend_deg"), _number(plunge_deg, "plunge_deg"), _plane(plane), table
+    )
+    data = model_of(model)
+    source = data._source
+    asked = request_picture(
+        data._data,
+        direction,
+        to_world=np.eye(4),
+        path=data.path,
+        gsd_m=gsd_m,
+        flip=flip,
+        placed=source.placed,
+        metric=source.metric,
+    )
+    drawn = draw_picture(data._data, asked.plan, told(progress))
+    figures = drawn_figures(drawn, asked.plan, _crs_of(data))
+    said = (*asked.warnings, *asked.plan.notes, *drawn.said)
+    warn(asked.warnings)
+    return Orthophoto(drawn.rgba, drawn.depth, figures, asked.fold, said, data, asked, drawn)
+
+
+def _crs_of(model: Mesh | PointCloud) -> str | None:
+    """World is in metres; where the CRS is not, its coordinates are others."""
+    return model.crs if model._source.unit_m == 1.0 else None
+
+
+def _number(value: Any, name: str) -> float | None:
+    if value is None:
+        return None
+    array = numbers(value, name)
+    if array.shape != ():
+        raise InputError(tr("a single number is needed."), field=name)
+    return float(array)
+
+
+def _plane(given: Any) -> str | None:
+    if given is None or isinstance(given, str):
+        return given
+    if isinstance(given, PlaneFit):
+        return f"{given.dip_direction_deg!r}/{given.dip_deg!r}"
+    array = numbers(given, "plane")
+    if array.shape != (2,):
+        raise InputError(
+            tr("a plane is 'DD/D', (dip direction, dip) or a PlaneFit."), field="plane"
+        )
+    return f"{float(array[0])!r}/{float(array[1])!r}"

@@ -1,0 +1,368 @@
+"""Planes fitted to points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.api.checking import coordinate_names, numbers, one_of, points, positive, warn
+from vomstudio.api.tables import frame
+from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.reprs import html_table
+from vomstudio.tables.fitted_planes import FittedPlanes, fitted_planes
+from vomstudio.words import tr
+
+Method = Literal["pca", "regression"]
+Axis = Literal["auto", "x", "y", "z"]
+Profile = Literal["error"]
+
+
+@dataclass(frozen=True, repr=False)
+class PlaneFit:
+    """One plane and how well it is known; attributes are the columns of the orientation table.
+
+    Angles in degrees, lengths in metres, coordinates in the frame of the points (World: x East, y
+    North, z Up). None where a figure is undefined or does not apply.
+
+    dip_direction_deg, dip_deg, strike_rhr_deg, pole_trend_deg, pole_plunge_deg : the attitude
+    undefined : the plane is horizontal, its dip direction 0 by convention
+    x, y, z : centre of the points; normal_x, normal_y, normal_z : upward unit normal
+    n_points, extent_m, area_m2, rms_m : how many points, their length, area and scatter
+    lambda1, lambda2, lambda3, coplanarity, collinearity, M, K : shape of the points
+    max_angular_error_deg, min_angular_error_deg : hyperbolic error (Quinn & Ehlmann 2019)
+    max_confidence95_deg, min_confidence95_deg, error_rake_deg : joint 95 % region of the normal
+    dip_error_deg, dip_direction_error_deg : the same along and across the dip
+    registration_error_deg, total95_deg : of the model's rotation, and together with the fit's
+    resolution_m, extent_over_resolution : of the model
+    quality, quality_reason : good, doubtful or poor, and why
+    method : "pca" or "regression"
+    id, name, kind, set, overturned, model, frame, notes : of a feature of a project
+
+    Source of the figures: `vs.fit_plane`.
+
+    >>> import vomstudio as vs
+    >>> flat = vs.fit_plane([[0, 0, 1], [4, 0, 1], [0, 4, 1], [3, 3, 1]])
+    >>> flat.undefined, flat.normal.tolist(), flat.max_confidence95_deg
+    (True, [0.0, 0.0, 1.0], 0.0)
+    """
+
+    id: Any
+    name: str | None
+    kind: str | None
+    set: str | None
+    dip_direction_deg: float
+    dip_deg: float
+    strike_rhr_deg: float
+    pole_trend_deg: float
+    pole_plunge_deg: float
+    overturned: bool | None
+    undefined: bool
+    x: float | None
+    y: float | None
+    z: float | None
+    normal_x: float
+    normal_y: float
+    normal_z: float
+    n_points: int | None
+    extent_m: float | None
+    area_m2: float | None
+    rms_m: float | None
+    lambda1: float | None
+    lambda2: float | None
+    lambda3: float | None
+    coplanarity: float | None
+    collinearity: float | None
+    M: float | None
+    K: float | None
+    max_angular_error_deg: float | None
+    min_angular_error_deg: float | None
+    max_confidence95_deg: float | None
+    min_confidence95_deg: float | None
+    error_rake_deg: float | None
+    dip_error_deg: float | None
+    dip_direction_error_deg: float | None
+    registration_error_deg: float | None
+    total95_deg: float | None
+    resolution_m: float | None
+    extent_over_resolution: float | None
+    quality: str | None
+    quality_reason: str | None
+    method: str | None
+    model: str | None
+    frame: str | None
+    notes: str | None
+
+    @property
+    def normal(self) -> npt.NDArray[np.float64]:
+        """(3,) upward unit normal."""
+        return np.array([self.normal_x, self.normal_y, self.normal_z])
+
+    @property
+    def centroid(self) -> npt.NDArray[np.float64] | None:
+        """(3,) centre of the points; None for a plane without a place."""
+        if self.x is None or self.y is None or self.z is None:
+            return None
+        return np.array([self.x, self.y, self.z])
+
+    def as_dict(self) -> dict[str, Any]:
+        """The figures by name."""
+        return asdict(self)
+
+    def __repr__(self) -> str:
+        known = (
+            "95 % undefined"
+            if self.max_confidence95_deg is None
+            else f"95 % {self.max_confidence95_deg:.2f} x {self.min_confidence95_deg:.2f} deg"
+        )
+        where = "horizontal" if self.undefined else f"{self.dip_direction_deg:05.1f}"
+        name = f"{self.name}: " if self.name else ""
+        return f"PlaneFit({name}{where}/{self.dip_deg:.1f}, {known}, {self.quality})"
+
+    def _repr_html_(self) -> str:
+        return html_table("PlaneFit", self.as_dict())
+
+
+@dataclass(frozen=True, repr=False)
+class LineFit:
+    """One line (lineation, fold axis); attributes are the columns of the orientation table.
+
+    trend_deg, plunge_deg : degrees, plunge downward; undefined : vertical, its trend 0 by
+        convention; rake_deg : in the plane that bears it, 0 to 180 from the right-hand-rule strike
+    The others as in `PlaneFit`. `vs.Project.fit` gives one of a feature that is a line.
+
+    >>> from dataclasses import fields
+    >>> import vomstudio as vs
+    >>> [field.name for field in fields(vs.LineFit)][4:6]
+    ['trend_deg', 'plunge_deg']
+    """
+
+    id: Any
+    name: str | None
+    kind: str | None
+    set: str | None
+    trend_deg: float
+    plunge_deg: float
+    rake_deg: float | None
+    undefined: bool
+    x: float | None
+    y: float | None
+    z: float | None
+    n_points: int | None
+    extent_m: float | None
+    rms_m: float | None
+    max_confidence95_deg: float | None
+    min_confidence95_deg: float | None
+    resolution_m: float | None
+    quality: str | None
+    quality_reason: str | None
+    model: str | None
+    frame: str | None
+    notes: str | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """The figures by name."""
+        return asdict(self)
+
+    def __repr__(self) -> str:
+        name = f"{self.name}: " if self.name else ""
+        return f"LineFit({name}{self.trend_deg:05.1f}/{self.plunge_deg:.1f})"
+
+    def _repr_html_(self) -> str:
+        return html_table("LineFit", self.as_dict())
+
+
+def plane_of_row(row: Mapping[str, Any]) -> PlaneFit:
+    return PlaneFit(**{field.name: row[field.name] for field in fields(PlaneFit)})
+
+
+def line_of_row(row: Mapping[str, Any]) -> LineFit:
+    return LineFit(**{field.name: row[field.name] for field in fields(LineFit)})
+
+
+def fit_plane(
+    points: Any,
+    *,
+    method: Method = "pca",
+    axis: Axis = "auto",
+    resolution_m: float | None = None,
+    profile: Profile = "error",
+) -> PlaneFit:
+    """The plane through points, its errors, and whether it is worth keeping.
+
+    Parameters
+    ----------
+    points : (n, 3) x, y, z in metres, n >= 3, in the order in which they follow the trace; or a
+        DataFrame with columns x, y, z
+    method : "pca" minimises distances from the plane (moment of inertia), "regression" those along
+        one coordinate
+    axis : that coordinate; "auto" takes the one nearest the normal
+    resolution_m : of the model that the points were picked on: with it the extent is judged, too
+    profile : how the verdict is given: "error", by what the plane may be off
+
+    Returns
+    -------
+    PlaneFit
+
+    Raises
+    ------
+    vs.errors.InputError for an array of another shape, text, or coordinates that are not finite;
+    vs.errors.GeometryError for fewer than three points, or points that are identical or on a line.
+
+    Source: Tavani, Corradetti, Mercuri & Seers, "Virtual outcrop models of geological structures",
+    section 4.1, equations 19 to 21; hyperbolic error after Quinn & Ehlmann (2019).
+
+    Examples
+    --------
+    Points on the plane that dips by 45 degrees to the east:
+
+    >>> import vomstudio as vs
+    >>> bed = vs.fit_plane([[0, 0, 0], [0, 5, 0], [3, 1, -3], [4, 4, -4.01], [2, 3, -2]])
+    >>> round(bed.dip_direction_deg), round(bed.dip_deg)
+    (90, 45)
+    >>> bed.quality
+    'good'
+    """
+    array = _points(points)
+    done = _fitted([None], array, np.array([0, len(array)]), method, axis, resolution_m, profile)
+    if not done.rows:
+        raise GeometryError(
+            tr(
+                "A plane through {count} points: {reason}.",
+                count=len(array),
+                reason=done.skipped[0]["reason"],
+            )
+        )
+    return plane_of_row(done.rows[0])
+
+
+def fit_planes(
+    groups: Any,
+    *,
+    by: Any = None,
+    method: Method = "pca",
+    axis: Axis = "auto",
+    resolution_m: float | None = None,
+    profile: Profile = "error",
+) -> Any:
+    """Planes through many groups of points at once.
+
+    Parameters
+    ----------
+    groups : ``{id: points}``, each (n, 3) as in `fit_plane`, or a DataFrame with columns x, y, z
+    by : of a DataFrame, the column whose values tell the planes apart
+    method, axis, resolution_m, profile : as in `fit_plane`
+
+    Returns
+    -------
+    DataFrame, one row a plane, with the columns of the orientation table in degrees and metres, in
+    the order of the groups. Groups without a plane are left out: ``.attrs["skipped"]`` lists
+    ``{"id", "reason"}``, and a Python warning says so. Rows of a DataFrame whose coordinates are
+    not finite are left out likewise.
+
+    Raises
+    ------
+    vs.errors.InputError as `fit_plane`, and for a column that is not there;
+    vs.errors.GeometryError where no group has a plane.
+
+    Examples
+    --------
+    >>> import pandas
+    >>> import vomstudio as vs
+    >>> picks = pandas.read_csv(vs.sample("picks.csv"), comment="#")
+    >>> planes = vs.fit_planes(picks, by="pick")
+    >>> planes[["id", "dip_direction_deg", "dip_deg", "quality"]].round(1).head(1).values.tolist()
+    [['B01', 315.2, 38.2, 'good']]
+    """
+    ids, array, offsets, dropped = _groups(groups, by)
+    done = _fitted(ids, array, offsets, method, axis, resolution_m, profile)
+    if not done.rows:
+        first = done.skipped[0]
+        raise GeometryError(
+            tr(
+                "none of its {count} planes can be fitted; the first: {reason}.",
+                count=len(done.skipped),
+                reason=first["reason"],
+            ),
+            field=str(first["id"]),
+        )
+    said = [f"plane {item['id']} skipped: {item['reason']}" for item in done.skipped]
+    if dropped:
+        said.append(f"{dropped} row{'s' * (dropped > 1)} without finite coordinates dropped")
+    warn(said)
+    made = frame(done.rows)
+    made.attrs["skipped"] = done.skipped
+    made.attrs["warnings"] = said
+    return made
+
+
+def _points(given: Any) -> npt.NDArray[np.float64]:
+    return points(given)
+
+
+def _fitted(
+    ids: Iterable[Any],
+    array: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    method: Method,
+    axis: Axis,
+    resolution_m: float | None,
+    profile: str,
+) -> FittedPlanes:
+    one_of(method, ("pca", "regression"), "method")
+    one_of(axis, ("auto", "x", "y", "z"), "axis")
+    if profile != "error":
+        raise UsageError(
+            tr(
+                "'{profile}' is no profile of this version; verdicts are by error.", profile=profile
+            ),
+            field="profile",
+        )
+    resolution_m = positive(resolution_m, "resolution_m")
+    return fitted_planes(
+        list(ids), array, offsets, method=method, axis=axis, resolution_m=resolution_m
+    )
+
+
+def _groups(
+    given: Any, by: Any
+) -> tuple[list[Any], npt.NDArray[np.float64], npt.NDArray[np.int64], int]:
+    """ids, points, offsets, and how many rows were dropped."""
+    if isinstance(given, Mapping):
+        if by is not None:
+            raise UsageError(tr("names a column, and this is no DataFrame."), field="by")
+        if not given:
+            raise InputError(tr("there are no groups in it."), field="groups")
+        arrays = [points(each, f"points of {name}") for name, each in given.items()]
+        offsets = np.concatenate([[0], np.cumsum([len(a) for a in arrays])])
+        return list(given), np.concatenate(arrays), offsets.astype(np.int64), 0
+    if not (hasattr(given, "columns") and hasattr(given, "groupby")):
+        raise InputError(
+            tr("groups of points are {id: points} or a DataFrame with columns x, y, z."),
+            field="groups",
+        )
+    columns = list(given.columns)
+    if by is None:
+        raise UsageError(tr("name the column that tells the planes apart."), field="by")
+    if by not in columns:
+        raise UsageError(
+            tr(
+                "there is no column '{by}'; the columns are {map}.",
+                by=by,
+                map=", ".join(map(str, columns)),
+            ),
+            field="by",
+        )
+    array = numbers(given[coordinate_names(columns, "groups")], "groups")
+    names = given[by]
+    keep = np.isfinite(array).all(axis=1) & ~np.asarray(names.isna(), bool)
+    if not keep.any():
+        raise InputError(tr("no row has finite coordinates and a group."), field="groups")
+    codes, ids = names[keep].factorize()
+    counts = np.bincount(codes, minlength=len(ids))
+    order = np.argsort(codes, kind="stable")
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    return list(ids), array[keep][order], offsets, int((~keep).sum())

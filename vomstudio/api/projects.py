@@ -1,0 +1,368 @@
+"""Projects: what was measured, worked on without a window."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+import numpy as np
+
+from vomstudio.api import feature_tables
+from vomstudio.api.checking import one_of, points, warn
+from vomstudio.api.models import Mesh, PointCloud, Source, in_world
+from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
+from vomstudio.document.measurement_cache import Measurements
+from vomstudio.document.records import Model
+from vomstudio.errors import DocumentError, GeometryError, InputError, VomWarning
+from vomstudio.geometry.units import METRES
+from vomstudio.io.project.export import export_records, refuse_empty
+from vomstudio.io.project.folder import Project as ProjectFolder
+from vomstudio.io.project.journal import own_files
+from vomstudio.io.project.verify import Verification, verify
+from vomstudio.io.settings import read_settings
+from vomstudio.reprs import html_table, in_lines
+from vomstudio.words import tr
+from vomstudio.workspace.frame_declaration import DeclaredFrame
+from vomstudio.workspace.headless_project import HeadlessProject, Picks
+from vomstudio.workspace.layer_export import written_layers
+from vomstudio.workspace.project_summary import fitted_records
+
+if TYPE_CHECKING:
+    from vomstudio.io.settings import Settings
+
+
+@dataclass(frozen=True, eq=False)
+class ProjectModel:
+    """A model of a project.
+
+    id, name, kind ("mesh" or "cloud"); path : of its file, as the project keeps it; frame : how it
+    stands, in words; crs : "EPSG:n" or None; features : how many were measured on it
+
+    >>> import tempfile, pathlib
+    >>> import vomstudio as vs
+    >>> with vs.Project.create(pathlib.Path(tempfile.mkdtemp()) / "cliff.vom") as project:
+    ...     _ = project.add_model(vs.sample("sample.obj"))
+    ...     project.models[0].name, project.models[0].crs, project.models[0].features
+    ('sample', 'EPSG:32633', 0)
+    """
+
+    id: str
+    name: str
+    kind: str
+    path: str
+    frame: str
+    crs: str | None
+    features: int
+    _project: Project = field(repr=False)
+
+    def read(self) -> Mesh | PointCloud:
+        """Its data in World. Raises vs.errors.InputError where the file is gone or has changed
+        since features were measured on it."""
+        return self._project._read(self.id)
+
+    def plot(self) -> Any:
+        """As `Mesh.plot`."""
+        return self.read().plot()
+
+
+class Project:
+    """A project on disk, as the window has it: every change is an edit of its journal, can be
+    undone, and is on the disk at once.
+
+    ``Project.open(path)`` and ``Project.create(path)`` are context managers. Leaving the block
+    without ``save()`` puts what was changed in it aside, as closing the window without saving does;
+    ``undo()`` after opening it again takes that back. One program at a time has a project open.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib, pandas
+    >>> import vomstudio as vs
+    >>> picks = pandas.read_csv(vs.sample("picks.csv"), comment="#")
+    >>> bed = picks[picks["pick"] == "B01"]
+    >>> folder = pathlib.Path(tempfile.mkdtemp()) / "cliff.vom"
+    >>> with vs.Project.create(folder) as project:
+    ...     cliff = project.add_model(vs.sample("sample.obj"))
+    ...     trace = project.add_trace(bed[["x", "y", "z"]], model=cliff, type="bedding")
+    ...     project.save()
+    >>> with vs.Project.open(folder) as project:
+    ...     project.planes()[["name", "dip_deg", "quality"]].round(0).values.tolist()
+    [['B01', 38.0, 'good']]
+    """
+
+    def __init__(self, folder: ProjectFolder, settings: Settings) -> None:
+        self._desk: HeadlessProject | None = HeadlessProject(folder)
+        self._folder = folder.folder
+        self._measurements = Measurements(settings.thresholds)
+        session = folder.session
+        self._recovered = session.recovered
+        self._opened_at = session.top
+
+    # --- coming and going ------------------------------------------------------------------------
+    @classmethod
+    def open(cls, path: str | Path) -> Self:
+        """The project in a folder NAME.vom.
+
+        Raises vs.errors.InputError where it is none, a newer one, or open in a window or another
+        notebook, which is named. Work that a crash left unsaved is part of it, and a warning says
+        so.
+        """
+        settings = _settings()
+        folder = ProjectFolder.open(Path(path), settings=settings.affecting_results)
+        made = cls(folder, settings)
+        said = [f"a part could not be read and was left out: {p}" for p in folder.problems]
+        if made._recovered:
+            said.append("changes that had not been saved are part of the project")
+        try:
+            warn(said)
+        except VomWarning:
+            # Where warnings are errors nobody gets it, so nobody could close it.
+            made.close()
+            raise
+        return made
+
+    @classmethod
+    def create(cls, path: str | Path) -> Self:
+        """A new project in the folder NAME.vom. Raises vs.errors.TargetError where there is one
+        already, or the folder cannot be made."""
+        settings = _settings()
+        folder = ProjectFolder.create(Path(path), settings=settings.affecting_results)
+        return cls(folder, settings)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leave it; what was not saved is put aside, and can be taken back by ``undo()``. What a
+        crash had left unsaved stays as it is where nothing else was changed. Closing it twice does
+        no harm."""
+        desk, self._desk = self._desk, None
+        if desk is None:
+            return
+        session = desk.session
+        try:
+            untouched = self._recovered and session.top == self._opened_at
+            if session.dirty and not untouched:
+                session.discard_unsaved()
+        finally:
+            desk.project.close()
+
+    def save(self) -> None:
+        """Make what was done the state that the next who opens it finds, and bring its GIS layers
+        (project.gpkg) up to date."""
+        desk = self._open_desk()
+        desk.save()
+        self._recovered, self._opened_at = False, desk.session.top
+        warn(written_layers(self._folder, bool(desk.session.features())))
+
+    # --- looking ---------------------------------------------------------------------------------
+    @property
+    def path(self) -> Path:
+        """Its folder."""
+        return self._folder
+
+    @property
+    def models(self) -> tuple[ProjectModel, ...]:
+        """In the order in which they came."""
+        session = self._open_desk().session
+        on = [getattr(feature, "model_id", None) for feature in session.features()]
+        return tuple(
+            ProjectModel(
+                m.id, m.name, m.kind, m.path, m.frame.name(), m.frame.crs, on.count(m.id), self
+            )
+            for m in session.of(Model)
+        )
+
+    @property
+    def unsaved(self) -> bool:
+        """There are changes since the last save."""
+        return self._open_desk().session.dirty
+
+    def planes(self) -> Any:
+        """All planes as a DataFrame with the columns of the orientation table; ``geometry`` is the
+        centre as a shapely Point with z (World, metres), None for a plane without a place."""
+        return feature_tables.orientations(self._records, self._measurements, "plane")
+
+    def lines(self) -> Any:
+        """All lines (lineations, fold axes) likewise."""
+        return feature_tables.orientations(self._records, self._measurements, "line")
+
+    def traces(self) -> Any:
+        """All traces as a DataFrame; ``geometry`` is a shapely LineString with z (World, m)."""
+        return feature_tables.shapes(self._records, self._measurements, "traces")
+
+    def patches(self) -> Any:
+        """All patches likewise; ``geometry`` is the outline as a shapely Polygon with z."""
+        return feature_tables.shapes(self._records, self._measurements, "patches")
+
+    def fit(self, id: str) -> PlaneFit | LineFit:
+        """The figures of one feature by its id or name: PlaneFit of a plane, LineFit of a line.
+        Raises vs.errors.InputError where there is no such feature, vs.errors.GeometryError where
+        it has no orientation."""
+        found = fitted_records(self._records, self._measurements, self._folder, [str(id)])
+        if found.rows:
+            row = found.rows[0]
+            return plane_of_row(row) if row["geometry"] == "plane" else line_of_row(row)
+        reason = found.skipped[0]["reason"] if found.skipped else "it is neither plane nor line"
+        raise GeometryError(f"{id}: {reason}.")
+
+    def verify(self) -> Verification:
+        """Read every row and file of it: ``sound``, ``problems`` (sentences), ``steps``,
+        ``models``, ``features``, ``assets``, ``schema``."""
+        self._open_desk()
+        return verify(self._folder)
+
+    def plot(self) -> Any:
+        """A PyVista plotter with its models, features, labels and planes; see `Mesh.plot`. A model
+        whose file is gone is left out with a warning."""
+        from vomstudio.api.plots import plotted
+
+        models = []
+        for model in self.models:
+            try:
+                models.append(model.read()._data)
+            except InputError as error:
+                warn([str(error)])
+        return plotted(models, feature_tables.drawings(self._records, self._measurements))
+
+    # --- changing --------------------------------------------------------------------------------
+    def add_model(
+        self,
+        path: str | Path,
+        *,
+        crs: str | None = None,
+        up: Literal["y", "z"] | None = None,
+        unit: str | None = None,
+    ) -> str:
+        """Make a model part of the project; returns its id.
+
+        crs, up, unit : as in `vs.read`. A file that does not say how it stands is taken as local,
+        in metres, z up, with a warning. A file that the project has already is not added twice.
+        Raises vs.errors.InputError, vs.errors.UsageError.
+        """
+        if up is not None:
+            one_of(up, ("y", "z"), "up")
+        if unit is not None:
+            one_of(unit, METRES, "unit")
+        added = self._open_desk().add_model(Path(path), DeclaredFrame(crs, up, unit))
+        warn(added.warnings)
+        return added.model.id
+
+    def add_trace(
+        self,
+        points: Any,
+        *,
+        model: str | ProjectModel,
+        type: str,
+        name: str | None = None,
+        set: str | None = None,
+    ) -> str:
+        """Add points along a bed, fault or joint; returns the id of the trace.
+
+        points : (n, 3) in World, metres, n >= 3, in order along the trace
+        model : id or name of the model that they lie on; type : name of a feature type, case
+        forgiven; name : None for the next number of its type; set : that it belongs to
+
+        Raises vs.errors.InputError for an array of another shape, vs.errors.GeometryError where
+        they define no plane, vs.errors.UsageError for a model or type that is not there.
+        """
+        desk = self._open_desk()
+        wanted = model.id if isinstance(model, ProjectModel) else str(model)
+        picks = Picks(name or "", _points(points))
+        added = desk.add_picks([picks], desk.find_model(wanted), desk.find_type(type), set or "")
+        warn(added.warnings)
+        return added.traces[0].id
+
+    def undo(self) -> str:
+        """Take the last step back, also one of an earlier day; returns what it was. Raises
+        vs.errors.DocumentError where there is none."""
+        return self._open_desk().undo()
+
+    def redo(self) -> str:
+        """Do again what was taken back; returns what it was. Raises vs.errors.DocumentError."""
+        return self._open_desk().redo()
+
+    def export(self, format: str, path: str | Path, *, force: bool = False) -> tuple[Path, ...]:
+        """Write its features for other programs: "csv", "gpkg", "shp" or "dxf"; returns the files.
+
+        force : replace a file that is there. Features without an orientation are left out with a
+        warning. Raises vs.errors.UsageError for another format, vs.errors.InputError where there
+        are no features, vs.errors.TargetError where the file cannot be written.
+        """
+        from vomstudio.files.atomic import check_target
+
+        check_target(path, force=force, inputs=own_files(self._folder))
+        records = self._records
+        refuse_empty(records, self._folder)
+        thresholds = self._measurements.thresholds
+        table = export_records(records, format, Path(path), force=force, thresholds=thresholds)
+        warn(f"{item['name']} left out: {item['reason']}" for item in table.skipped)
+        return tuple(table.files)
+
+    # --- within ----------------------------------------------------------------------------------
+    def _open_desk(self) -> HeadlessProject:
+        if self._desk is None:
+            raise DocumentError(tr("the project is closed; open it again"), file=self._folder)
+        return self._desk
+
+    @property
+    def _records(self) -> Any:
+        return self._open_desk().session.records
+
+    def _read(self, model_id: str) -> Mesh | PointCloud:
+        desk = self._open_desk()
+        model = desk.find_model(model_id)
+        loaded = desk.read_model(model)
+        frame = model.frame
+        scale = frame.unit_m if frame.crs is not None and model.registration is None else 1.0
+        source = Source(
+            loaded.path,
+            frame.crs,
+            loaded.warnings,
+            scale,
+            frame.has_north,
+            frame.has_metres,
+            loaded.content_hash,
+        )
+        return in_world(loaded.data, np.array(model.to_world), source)
+
+    def _figures(self) -> dict[str, Any]:
+        if self._desk is None:
+            return {"folder": str(self._folder), "state": "closed"}
+        session = self._desk.session
+        return {
+            "folder": str(self._folder),
+            "models": tuple(model.name for model in session.of(Model)),
+            "features": len(session.features()),
+            "state": "unsaved changes" if session.dirty else "saved",
+        }
+
+    def __repr__(self) -> str:
+        return in_lines("Project", self._figures())
+
+    def _repr_html_(self) -> str:
+        return html_table("Project", self._figures())
+
+
+def _points(given: Any) -> Any:
+    return points(given)
+
+
+def _settings() -> Settings:
+    settings, problems = read_settings()
+    _warn_all(problems)
+    return settings
+
+
+def _warn_all(sentences: Iterable[str]) -> None:
+    warn(sentences, 5)

@@ -1,0 +1,84 @@
+"""Photos to a model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+from vomstudio.api.checking import warn
+from vomstudio.api.reporting import Reported, told
+from vomstudio.jobs.reconstruction_tasks import Reconstruction
+from vomstudio.progress import CancelToken
+
+
+def reconstruct(
+    photos: str | Path,
+    folder: str | Path,
+    *,
+    quality: Literal["preview", "low", "medium", "high"] = "medium",
+    gcp: str | Path | None = None,
+    marks: str | Path | None = None,
+    crs: str | None = None,
+    scheduler: str | None = None,
+    threads: int | None = None,
+    seed: int = 0,
+    progress: Reported = None,
+    cancel: CancelToken | None = None,
+) -> Reconstruction:
+    """Align photos and make a dense cloud, a mesh and its texture, in a process of its own.
+
+    Parameters
+    ----------
+    photos : folder of photos
+    folder : for the model; with the same one it goes on where it was stopped
+    quality : how much of the photos' resolution is used
+    gcp, marks : tables of control points and of their marks in the photos; None for those in or
+        beside the folder of the photos, "none" for ``gcp`` to do without
+    crs : of the model, in metres, such as "EPSG:32615"
+    scheduler : address of a Dask cluster; None for this machine
+    threads : of this machine, None for all; seed : of what is random
+    progress : called with (stage, steps done, all steps or None), or a Progress
+    cancel : a vs.CancelToken whose ``cancel()``, called from another thread, stops the work
+
+    Returns
+    -------
+    Reconstruction with the names of the command: ``photos``, ``registered``, ``unregistered``,
+    ``reprojection_error_px``, ``mesh``, ``dense``, ``cameras``, ``frame``, ``seconds`` ...
+
+    Raises
+    ------
+    vs.errors.Cancelled after Ctrl+C, an interrupted kernel, or ``cancel``; what is finished is
+    kept. vs.errors.InputError, vs.errors.UsageError as the command. vs.errors.WorkerError where
+    the process died. A kernel that is closed or killed ends that process.
+
+    Examples
+    --------
+    A folder without photos is refused before anything is begun:
+
+    >>> import tempfile
+    >>> import vomstudio as vs
+    >>> vs.reconstruct(tempfile.gettempdir() + "/none", "model")
+    Traceback (most recent call last):
+    vomstudio.errors.InputError: ...none: is no folder of photos
+    """
+    from vomstudio.jobs.reconstruction_orders import order_reconstruction
+    from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT
+    from vomstudio.jobs.run_job import run_job
+
+    report = told(progress, cancel)
+    order, said = order_reconstruction(
+        photos,
+        folder,
+        quality=quality,
+        control=gcp,
+        marks=marks,
+        crs=crs,
+        scheduler=scheduler,
+        threads=threads,
+        seed=seed,
+    )
+    result = run_job(RECONSTRUCT, order, report, cancel)
+    result = replace(result, warnings=(*said, *result.warnings))
+    warn(result.warnings)
+    return result

@@ -1,0 +1,64 @@
+"""How long work tells of its progress, and how it is stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from vomstudio.errors import InputError
+from vomstudio.progress import CancelToken, Progress, Silent
+from vomstudio.words import tr
+
+Reported = Callable[[str, int, int | None], Any] | Progress | None
+"""Called with (stage, steps done, all steps or None), or an object with `stage` and `step`."""
+
+
+class _Told:
+    """A Progress that calls a function."""
+
+    def __init__(self, call: Callable[[str, int, int | None], Any]) -> None:
+        self._call = call
+        self._stage, self._total = "", None
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        self._stage, self._total = name, total  # type: ignore[assignment]
+        self._call(name, 0, total)
+
+    def step(self, done: int) -> None:
+        self._call(self._stage, done, self._total)
+
+
+class _Cancellable:
+    """A Progress that stops once a token is set."""
+
+    def __init__(self, progress: Progress, token: CancelToken) -> None:
+        self._progress, self._token = progress, token
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        self._token.check()
+        self._progress.stage(name, total)
+
+    def step(self, done: int) -> None:
+        self._token.check()
+        self._progress.step(done)
+
+
+def told(progress: Reported, cancel: CancelToken | None = None) -> Progress:
+    """The Progress for what the user handed over. Raises InputError."""
+    if cancel is not None and not isinstance(cancel, CancelToken):
+        raise InputError(
+            tr("is a vs.CancelToken; call its cancel() to stop the work."), field="cancel"
+        )
+    made: Progress
+    if progress is None:
+        made = Silent()
+    elif hasattr(progress, "stage") and hasattr(progress, "step"):
+        made = progress
+    elif callable(progress):
+        made = _Told(progress)
+    else:
+        raise InputError(
+            tr("is a function (stage, done, total), or an object with stage() and step()."),
+            field="progress",
+        )
+    return made if cancel is None else _Cancellable(made, cancel)

@@ -1,0 +1,100 @@
+"""Sets of orientations: statistics and folds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from vomstudio.api.checking import warn
+from vomstudio.api.tables import Azimuth, rows_of
+from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
+from vomstudio.geology.table_statistics import TableStatistics, table_statistics
+
+
+def stats(
+    table: Any,
+    *,
+    by: str | None = None,
+    directed: bool = False,
+    azimuth: Azimuth | None = None,
+) -> TableStatistics:
+    """The statistics of sets of planes or lines.
+
+    Parameters
+    ----------
+    table : DataFrame of orientations (any of the usual columns), the path of a file, or the two
+        arrays (dip direction, dip), (n,) each, degrees
+    by : column that names the sets; None for one set ``all``
+    directed : lines have a head and a tail and are not flipped; plunges may be negative
+    azimuth : what a column called only ``azimuth`` means: "strike" or "dipdir"
+
+    Returns
+    -------
+    TableStatistics: ``n`` and ``sets``, by name a SetStatistics with ``n``, ``of``, ``axial``,
+    ``fisher`` (``trend_deg``, ``plunge_deg``, ``kappa``, ``alpha95_deg``, ``R``; None with
+    ``fisher_reason`` where the set is no cluster), ``tensor`` (``eigenvalues``, ``axes``),
+    ``woodcock`` (``K``, ``C``) and ``vollmer`` (``P``, ``G``, ``R``).
+
+    Raises
+    ------
+    vs.errors.InputError for angles that cannot be, arrays that are no pairs, and tables without
+    orientations; vs.errors.UsageError for a column that is not there.
+
+    Axial data are described by the orientation tensor (Woodcock 1977; Vollmer 1990), clusters by
+    Fisher (1953) after flipping into the hemisphere of the tensor's first axis.
+
+    Examples
+    --------
+    >>> import vomstudio as vs
+    >>> found = vs.stats(([90, 100, 95, 92], [40, 42, 38, 41]))
+    >>> mean = found.sets["all"].fisher
+    >>> round(mean.trend_deg), round(mean.plunge_deg)
+    (274, 50)
+    """
+    rows = rows_of(table, azimuth)
+    found = table_statistics(rows, by, directed)
+    warn(found.warnings[len(rows.warnings) :])
+    return found
+
+
+def fold(
+    table: Any,
+    *,
+    kind: str | None = None,
+    sets: Sequence[str] | None = None,
+    azimuth: Azimuth | None = None,
+) -> TableFold:
+    """Pi-plane and fold axis of planes, and whether one view direction is valid for them.
+
+    Parameters
+    ----------
+    table, azimuth : as in `stats`; lines in it are left out
+    kind : use planes of this kind only; of a table with kinds bedding is taken without it
+    sets : the axis common to two or three of its sets, by their means
+
+    Returns
+    -------
+    TableFold: ``n``, ``used``, ``left_out``, ``beta`` (``trend_deg``, ``plunge_deg``, semi-axes of
+    its joint 95 % region), ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``arc_deg``, ``valid`` (yes,
+    conditional or no), ``verdict`` and ``reasons``.
+
+    Raises
+    ------
+    vs.errors.GeometryError where the planes have no axis; vs.errors.UsageError for a kind or set
+    that is not there; vs.errors.InputError as `stats`.
+
+    Beta is the eigenvector of the smallest eigenvalue of the poles' orientation tensor (textbook
+    4.2, fig. 31), its confidence after Anderson (1963).
+
+    Examples
+    --------
+    Beds that all contain the line 090/20 turn about it:
+
+    >>> import vomstudio as vs
+    >>> found = vs.fold(([90, 30, 150, 10, 170], [20, 36.05, 36.05, 64.49, 64.49]))
+    >>> round(found.beta.trend_deg, 1), round(found.beta.plunge_deg, 1)
+    (90.0, 20.0)
+    """
+    rows = rows_of(table, azimuth)
+    names = None if sets is None else checked_names([str(name) for name in sets])
+    return table_fold(rows, kind, names)

@@ -1,0 +1,159 @@
+"""Photos before any model is made of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from vomstudio.api.checking import one_of, positive, warn
+from vomstudio.api.reporting import Reported, told
+from vomstudio.io.photos.reading import PhotoFolder
+from vomstudio.survey.folder_check import FolderCheck
+from vomstudio.survey.planning import SurveyPlan
+
+
+def read_photos(folder: str | Path, *, progress: Reported = None) -> PhotoFolder:
+    """What the photos of a folder say of themselves, without decoding them.
+
+    Parameters
+    ----------
+    folder : JPEG, TIFF and PNG photos, down to three levels
+    progress : called with (stage, steps done, all steps or None), or a Progress
+
+    Returns
+    -------
+    PhotoFolder: ``photos`` (of each ``name``, ``width``, ``height``, ``camera``, ``focal_mm``,
+    ``focal_px``, ``latitude_deg``, ``longitude_deg``, ``altitude_m`` with its reference, ``mask``
+    ..., None where it says nothing), ``skipped`` (name and reason), ``warnings``, ``cameras()``.
+
+    Raises
+    ------
+    vs.errors.InputError where there is no folder, or no photo in it that can be used.
+
+    Examples
+    --------
+    >>> import vomstudio as vs
+    >>> photos = vs.read_photos(vs.sample("photos"))
+    >>> len(photos.photos), photos.photos[0].name
+    (12, 'HL_2041.jpg')
+    """
+    from vomstudio.io.photos import reading
+
+    found = reading.read_photos(folder, told(progress))
+    warn([*found.warnings, *(f"{name} {reason}" for name, reason in found.skipped)])
+    return found
+
+
+def check(
+    folder: str | Path, *, distance_m: float | None = None, progress: Reported = None
+) -> FolderCheck:
+    """What a set of photos is worth before it is aligned, and what to shoot next time.
+
+    Parameters
+    ----------
+    folder : of photos
+    distance_m : from the camera to the rock, where it is known
+    progress : called with (stage, steps done, all steps or None), or a Progress
+
+    Returns
+    -------
+    FolderCheck: ``photos`` (``name``, ``gsd_m``, ``blur`` in pixels, ``views`` ...), ``findings``
+    (``code``, ``severity``, ``photos``, ``text``, ``value``), ``verdict``, ``next_time``.
+
+    Raises
+    ------
+    vs.errors.InputError where there are no photos; vs.errors.UsageError for a distance that is
+    none.
+
+    Rules after the textbook, sections 2.4 and 3.2; each finding names its number.
+
+    Examples
+    --------
+    >>> import shutil, tempfile, pathlib
+    >>> import vomstudio as vs
+    >>> one = pathlib.Path(tempfile.mkdtemp())
+    >>> _ = shutil.copy(vs.sample("photos", "HL_2041.jpg"), one)
+    >>> vs.check(one).findings[0].code
+    'one-photo'
+    """
+    from vomstudio.survey.folder_check import check_folder
+
+    checked, _ = check_folder(folder, distance_m, told(progress))
+    return checked
+
+
+def plan(
+    camera: str,
+    *,
+    width_m: float,
+    height_m: float,
+    distance_m: float | None = None,
+    gsd_m: float | None = None,
+    plane_m: float | None = None,
+    overlap: float = 0.7,
+    manner: Literal["handheld", "drone", "terrain"] = "handheld",
+    aperture: float = 8.0,
+    focal_mm: float | None = None,
+    sheet: str | Path | None = None,
+    force: bool = False,
+) -> SurveyPlan:
+    """A photo survey before going out: positions, views and control points.
+
+    Parameters
+    ----------
+    camera : its name, the path of a photo taken with it, or "23.5x15.6,35,6000x4000" (sensor and
+        focal length in mm, pixels)
+    width_m, height_m : of the outcrop
+    distance_m, gsd_m, plane_m : one of: distance from camera to rock; size of a pixel on the rock;
+        size of the smallest plane to be measured; all in metres
+    overlap : 0.6 to 0.95; manner : on foot, by drone before a cliff, or by drone over flat ground
+    aperture : f-number; focal_mm : of the lens, where the camera's name does not say it
+    sheet : a field sheet to print as well (.pdf, .svg, .html); force : replace it
+
+    Returns
+    -------
+    SurveyPlan: ``gsd_m``, ``footprint_m``, ``spacing_m``, ``photos``, ``smallest_plane_m``,
+    ``depth_of_field_m``, ``stations``, ``control_points``, ``warnings``.
+
+    Raises
+    ------
+    vs.errors.UsageError for a camera that is not known and lengths that cannot be.
+
+    Ground sampling distance by equation 18 of the textbook; the smallest plane is 1000 of it.
+
+    Examples
+    --------
+    A pixel of a 23.5 mm sensor with 6000 pixels behind 35 mm, seen from 20 m:
+
+    >>> import vomstudio as vs
+    >>> camera = "23.5x15.6,35,6000x4000"
+    >>> survey = vs.plan(camera, distance_m=20, width_m=30, height_m=10, manner="drone")
+    >>> round(survey.gsd_m, 5) == round(23.5 / 6000 * 20 / 35, 5)
+    True
+    """
+    from vomstudio.files.atomic import check_target
+    from vomstudio.products.report.field_sheet import check_format, write_field_sheet
+    from vomstudio.survey.plan_camera import camera_of
+    from vomstudio.survey.planning import MANNERS, plan_survey
+
+    one_of(manner, MANNERS, "manner")
+    positive(width_m, "width_m")
+    positive(height_m, "height_m")
+    if sheet is not None:
+        check_format(str(sheet))
+        check_target(sheet, force=force)
+    made = plan_survey(
+        camera_of(str(camera), focal_mm),
+        width_m,
+        height_m,
+        distance_m=positive(distance_m, "distance_m"),
+        gsd_m=positive(gsd_m, "gsd_m"),
+        plane_m=positive(plane_m, "plane_m"),
+        overlap=overlap,
+        manner=manner,
+        f_number=aperture,
+    )
+    if sheet is not None:
+        write_field_sheet(str(sheet), made, force=force)
+    warn(made.warnings)
+    return made

@@ -1,0 +1,240 @@
+"""Tables of orientations as DataFrames, and the other way round."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from vomstudio.api.checking import looks_like_radians, pairs, warn
+from vomstudio.document import catalogue
+from vomstudio.errors import InputError
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.io.text import orientation_reading
+from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
+from vomstudio.io.text.tables import table_of_cells
+from vomstudio.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
+from vomstudio.words import tr
+
+FORMS = {figure.name: figure.form for figure in catalogue.ORIENTATION}
+_IN_MEMORY = "the table"
+_TRUE = ("true", "yes", "1")
+
+Azimuth = Literal["strike", "dipdir"]
+
+
+def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> Any:
+    """Planes and lines of a text table, whatever its delimiter and convention.
+
+    Parameters
+    ----------
+    path : CSV or text with a dip direction and dip, a right-hand-rule strike and dip (with or
+        without a quadrant), the trend and plunge of poles or lines, or the columns of this program
+    azimuth : what a column called only ``azimuth``, or the first of a table without header, means:
+        "strike" or "dipdir"
+
+    Returns
+    -------
+    DataFrame with the columns of the orientation table, angles in degrees, one row for each plane
+    or line; columns of the file that the table does not have follow. ``.attrs["convention"]`` says
+    how the columns were understood, ``.attrs["dropped_lines"]`` which lines had no angles,
+    ``.attrs["warnings"]`` what was noticed, each of which is a Python warning as well.
+
+    Raises
+    ------
+    vs.errors.InputError, which names file, line and column, for angles that cannot be (a dip over
+    90) and tables that are none; vs.errors.UsageError where the meaning of an azimuth must be told.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> import vomstudio as vs
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "beds.csv"
+    >>> _ = path.write_text("strike,dip" + chr(10) + "30,45" + chr(10) + "120,60")
+    >>> beds = vs.read_orientations(path)
+    >>> beds[["dip_direction_deg", "dip_deg", "strike_rhr_deg"]].values.tolist()
+    [[120.0, 45.0, 30.0], [210.0, 60.0, 120.0]]
+    >>> beds.attrs["convention"]
+    "planes by strike (right-hand rule)/dip ('strike', 'dip')"
+    """
+    table = orientation_reading.read_orientations(path, azimuth)
+    said = _noticed(table)
+    warn(said)
+    return frame_of_table(table, said)
+
+
+def rows_of(table: Any, azimuth: Azimuth | None = None, depth: int = 4) -> OrientationTable:
+    """Planes and lines of a DataFrame, a file, or two arrays (dip direction, dip).
+
+    Warnings of the table are Python warnings, too; depth : of this call from the user's line.
+    Raises InputError, UsageError.
+    """
+    if isinstance(table, str | os.PathLike):
+        found = orientation_reading.read_orientations(Path(table), azimuth)
+    elif hasattr(table, "columns") and hasattr(table, "itertuples"):
+        names, cells = _cells_of(table)
+        found = orientations_of(table_of_cells(names, cells, _IN_MEMORY), azimuth)
+    else:
+        found = orientations_of(_arrays(table), None)
+    warn(_noticed(found), depth)
+    return found
+
+
+def _noticed(table: OrientationTable) -> list[str]:
+    angles = (
+        (table.dip_direction_deg, table.dip_deg),
+        (table.trend_deg, table.plunge_deg),
+    )
+    said = [s for a, b in angles if (s := looks_like_radians(a, b)) is not None]
+    return [*table.warnings, *said]
+
+
+def _arrays(given: Any) -> Any:
+    names = ("dip_direction", "dip")
+    if isinstance(given, Mapping) or not isinstance(given, Sequence | np.ndarray):
+        raise _no_table(given)
+    if len(given) != 2:
+        raise _no_table(given)
+    azimuth, dip = pairs(given[0], given[1], names)
+    cells = [[repr(float(a)), repr(float(d))] for a, d in zip(azimuth, dip, strict=True)]
+    return table_of_cells(names, cells, _IN_MEMORY)
+
+
+def _no_table(given: Any) -> InputError:
+    kind = type(given).__name__
+    return InputError(
+        tr(
+            "a table of orientations is a DataFrame, the path of a file, or the two "
+            "arrays (dip direction, dip) in degrees; this is a {kind}.",
+            kind=kind,
+        ),
+        field="table",
+    )
+
+
+# --- DataFrame to cells ---------------------------------------------------------------------------
+def _cells_of(frame: Any) -> tuple[list[str], list[list[str]]]:
+    """Names and cells of a DataFrame; columns of shapes are left out."""
+    names, columns = [], []
+    for place, name in enumerate(frame.columns):
+        values = frame.iloc[:, place].tolist()
+        if any(hasattr(value, "geom_type") for value in values[:100]):
+            continue
+        names.append(str(name))
+        columns.append([_cell(value) for value in values])
+    if not names or not len(frame):
+        raise InputError(tr("there are no rows in this DataFrame."), field="table")
+    return names, [list(row) for row in zip(*columns, strict=True)]
+
+
+def _cell(value: Any) -> str:
+    """As a text table has it; floats with all their digits."""
+    if value is None or value != value:
+        return ""
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    if isinstance(value, float | np.floating):
+        return repr(float(value))
+    text = str(value)
+    return "" if text == "<NA>" else text
+
+
+# --- rows to DataFrame ----------------------------------------------------------------------------
+def frame(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = COLUMNS) -> Any:
+    """Rows of the orientation table as a DataFrame: numbers are float64 with NaN where they do not
+    apply, counts whole where all have one, texts None."""
+    import pandas
+
+    kept = list(rows)
+    made = {name: _column([row.get(name) for row in kept], FORMS[name]) for name in columns}
+    return pandas.DataFrame(made, columns=list(columns))
+
+
+def _column(values: list[Any], form: str) -> Any:
+    import pandas
+
+    if form == "text":
+        return pandas.Series(values, dtype=object)
+    if form == "flag":
+        whole = all(value is not None for value in values)
+        return pandas.Series(values, dtype=bool if whole and values else object)
+    floats = np.array([np.nan if v is None else float(v) for v in values], np.float64)
+    if form == "count" and len(floats) and np.isfinite(floats).all():
+        return pandas.Series(floats.astype(np.int64))
+    return pandas.Series(floats)
+
+
+def frame_of_table(table: OrientationTable, warnings: Sequence[str]) -> Any:
+    """All rows of a table that was read, with its other columns behind."""
+    import pandas
+
+    own, others = _other_cells(table)
+    rows = [_row(table, i, own) for i in range(len(table))]
+    made = frame(rows)
+    extra = {name: _as_numbers(cells) for name, cells in others.items()}
+    if extra:
+        made = pandas.concat([made, pandas.DataFrame(extra)], axis=1)
+    made.attrs["convention"] = table.convention
+    made.attrs["dropped_lines"] = list(table.dropped)
+    made.attrs["warnings"] = list(warnings)
+    return made
+
+
+def _row(table: OrientationTable, i: int, own: Mapping[str, list[str]]) -> Row:
+    metadata: dict[str, Any] = {"id": table.ids[i]}
+    if table.kinds is not None:
+        metadata["kind"] = table.kinds[i] or None
+    if table.sets is not None:
+        metadata["set"] = table.sets[i] or None
+    if table.is_plane[i]:
+        plane = Plane(float(table.dip_direction_deg[i]), float(table.dip_deg[i]))
+        row = orientation_row(plane, **metadata)
+    else:
+        line = Line(float(table.trend_deg[i]), float(table.plunge_deg[i]))
+        row = line_row(line, **metadata)
+    for name, cells in own.items():
+        if row[name] is None:
+            row[name] = _value(cells[i], FORMS[name])
+    return row
+
+
+def _other_cells(
+    table: OrientationTable,
+) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+    """Cells of the kept rows in columns that are ours by name, and in columns that nobody knows."""
+    own: dict[str, list[str]] = {}
+    others: dict[str, list[str]] = {}
+    for place, name in enumerate(table.table.names or ()):
+        cells = table.table.cells(place)
+        kept = [cells[i] for i in table.kept]
+        if name in COLUMNS:
+            own[name] = kept
+        else:
+            others.setdefault(name, kept)
+    return own, others
+
+
+def _value(cell: str, form: str) -> Any:
+    if not cell:
+        return None
+    if form == "text":
+        return cell
+    if form == "flag":
+        return cell.casefold() in _TRUE
+    try:
+        number = float(cell)
+    except ValueError:
+        return None
+    return number if np.isfinite(number) else None
+
+
+def _as_numbers(cells: list[str]) -> Any:
+    import pandas
+
+    try:
+        return pandas.Series([float(c) if c else np.nan for c in cells])
+    except ValueError:
+        return pandas.Series(cells, dtype=object)

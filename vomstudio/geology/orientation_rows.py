@@ -1,0 +1,52 @@
+"""Planes and lines of one table, wherever they were read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class OrientationRows(Protocol):
+    """n planes and lines, row by row; NaN where a row is not of that geometry.
+
+    path : where they come from, for errors
+    ids, kinds, sets : (n,) words; kinds and sets are None where there is no such column
+    convention : how the columns were understood, for people
+    dropped : lines of the table without angles; warnings : sentences
+    """
+
+    @property
+    def path(self) -> Path: ...
+    @property
+    def is_plane(self) -> NDArray[np.bool_]: ...
+    @property
+    def dip_direction_deg(self) -> Floats: ...
+    @property
+    def dip_deg(self) -> Floats: ...
+    @property
+    def trend_deg(self) -> Floats: ...
+    @property
+    def plunge_deg(self) -> Floats: ...
+    @property
+    def kinds(self) -> tuple[str, ...] | None: ...
+    @property
+    def sets(self) -> tuple[str, ...] | None: ...
+    @property
+    def convention(self) -> str: ...
+    @property
+    def dropped(self) -> tuple[int, ...]: ...
+    @property
+    def warnings(self) -> tuple[str, ...]: ...
+
+    def __len__(self) -> int: ...
+
+    def column(self, key: str) -> list[str]:
+        """(n,) the words of the column that the user calls `key`. Raises UsageError."""
+
+    def vectors(self) -> Floats:
+        """(n, 3) unit vectors, World: downward poles of the planes, and the lines as directed."""

@@ -1,0 +1,178 @@
+"""The fold axis of a table's planes: what `vomstudio fold` prints, and which planes it rests on."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vomstudio.errors import GeometryError, UsageError, VomError
+from vomstudio.geology.folds import AxisFigures, FoldAxis, common_axis, fold_axis
+from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.reprs import Shown
+from vomstudio.words import tr
+
+DEFAULT_KIND = "bedding"
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """So many rows that were not used, what they are, and why."""
+
+    what: str
+    n: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class _Counts:
+    n: int
+    used: int
+    left_out: tuple[LeftOut, ...]
+
+
+@dataclass(frozen=True)
+class _Reading:
+    convention: str
+    dropped_lines: tuple[int, ...]
+    warnings: tuple[str, ...]
+
+
+# The last of the bases has the first of the fields.
+@dataclass(frozen=True, repr=False)
+class TableFold(Shown, _Reading, AxisFigures, _Counts):
+    """n : rows; used : of them; left_out : the others, and why. The figures of the axis are those
+    of `FoldAxis`. convention, dropped_lines, warnings : of the table as it was read."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return asdict(self)
+
+
+def table_fold(
+    table: OrientationRows, kind: str | None = None, sets: Sequence[str] | None = None
+) -> TableFold:
+    """The axis of a table's planes.
+
+    kind : use planes of this kind only; of a table with kinds bedding is taken without it
+    sets : the axis common to these sets, by their means
+    Raises GeometryError where the planes have no axis, UsageError for a kind or set that is not
+    there.
+    """
+    axis, choice = _axis_of(table, kind, sets)
+    figures = {f.name: getattr(axis.figures, f.name) for f in fields(AxisFigures)}
+    return TableFold(
+        n=len(table),
+        used=int(choice.use.sum()),
+        left_out=tuple(choice.left_out),
+        **figures,
+        convention=table.convention,
+        dropped_lines=tuple(table.dropped),
+        warnings=tuple(table.warnings),
+    )
+
+
+def set_names(text: str) -> list[str]:
+    """Names of sets in one word, such as A,B. Raises UsageError."""
+    return checked_names(text.split(","))
+
+
+def checked_names(given: Sequence[str]) -> list[str]:
+    """Names of two or more different sets. Raises UsageError."""
+    names = [name.strip() for name in given]
+    if len(names) < 2 or not all(names) or len({n.casefold() for n in names}) < len(names):
+        raise UsageError(tr("name two or three different sets, as in --sets A,B."), field="--sets")
+    return names
+
+
+def _axis_of(
+    table: OrientationRows, kind: str | None, sets: Sequence[str] | None
+) -> tuple[FoldAxis, _Choice]:
+    choice = _Choice(table)
+    choice.planes_only()
+    # A column of kinds that says nothing, as `fit` writes it, is no table with kinds.
+    has_kinds = table.kinds is not None and any(table.kinds)
+    if kind is not None or (sets is None and has_kinds):
+        choice.one_kind(kind)
+    try:
+        axis = choice.axis() if sets is None else choice.common_axis(checked_names(sets))
+    except GeometryError as error:
+        raise GeometryError(error.message, file=table.path, field=error.field) from error
+    return axis, choice
+
+
+class _Choice:
+    """Which planes of a table are used, and what was left out and why."""
+
+    def __init__(self, table: OrientationRows) -> None:
+        self.table = table
+        self.use: NDArray[np.bool_] = np.ones(len(table), dtype=bool)
+        self.left_out: list[LeftOut] = []
+
+    def planes_only(self) -> None:
+        lines = int((~self.table.is_plane).sum())
+        if lines:
+            self.left_out.append(LeftOut("lines", lines, "not planes"))
+            self.use &= self.table.is_plane
+        if not self.use.any():
+            raise self._error("there are only lines in it; a fold axis needs planes.", "geometry")
+
+    def one_kind(self, wanted: str | None) -> None:
+        """Keep one kind: cross joints among beds would turn beta by up to 90 degrees."""
+        kinds = self.table.kinds
+        if kinds is None:
+            raise self._error("there is no column of kinds to choose from.", "--kind")
+        name = wanted or DEFAULT_KIND
+        present = Counter(kind for kind, use in zip(kinds, self.use, strict=True) if use)
+        if not any(_same(kind, name) for kind in present):
+            listed = ", ".join(kind or "(empty)" for kind in present)
+            raise self._error(
+                f"no plane is of the kind '{name}'; choose one with --kind: {listed}.", "kind"
+            )
+        for i, kind in enumerate(kinds):
+            self.use[i] &= _same(kind, name)
+        for kind, n in present.items():
+            if not _same(kind, name):
+                what = kind or "no kind"
+                self.left_out.append(LeftOut(what, n, f"kind is not {name}"))
+
+    def axis(self) -> FoldAxis:
+        return fold_axis(self.table.dip_direction_deg[self.use], self.table.dip_deg[self.use])
+
+    def common_axis(self, names: Sequence[str]) -> FoldAxis:
+        """Each set by its mean, once."""
+        given = self.table.sets or self.table.kinds
+        if given is None:
+            raise self._error("there is no column 'set' or 'kind' to choose from.", "--sets")
+        present = Counter(name for name, use in zip(given, self.use, strict=True) if use)
+        chosen: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+        used = np.zeros(len(self.table), dtype=bool)
+        for name in names:
+            members = self.use & np.array([_same(s, name) for s in given], dtype=bool)
+            if not members.any():
+                listed = ", ".join(s or "(empty)" for s in present)
+                raise self._error(
+                    f"no plane is in the set '{name}'; the sets are {listed}.", "--sets"
+                )
+            chosen[name] = (
+                self.table.dip_direction_deg[members],
+                self.table.dip_deg[members],
+            )
+            used |= members
+        for name, n in present.items():
+            if not any(_same(name, wanted) for wanted in names):
+                what = name or "no set"
+                self.left_out.append(LeftOut(what, n, "set was not named"))
+        self.use = used
+        return common_axis(chosen)
+
+    def _error(self, message: str, field: str) -> VomError:
+        return UsageError(message, file=self.table.path, field=field)
+
+
+def _same(a: str, b: str) -> bool:
+    return a.strip().casefold() == b.strip().casefold()

@@ -1,0 +1,80 @@
+"""The statistics of the sets of a table: what `vomstudio stats` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.statistics import SetStatistics, set_statistics
+from vomstudio.reprs import Shown
+
+UNNAMED = "unassigned"
+
+
+@dataclass(frozen=True, repr=False)
+class TableStatistics(Shown):
+    """n : rows; sets : by name, in order of appearance; convention, dropped_lines, warnings : of
+    the table as it was read"""
+
+    n: int
+    sets: Mapping[str, SetStatistics]
+    convention: str
+    dropped_lines: tuple[int, ...]
+    warnings: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return asdict(self)
+
+
+def table_statistics(
+    table: OrientationRows, by: str | None = None, directed: bool = False
+) -> TableStatistics:
+    """by : name or number of the column that names the sets, None for one set `all`. directed :
+    lines have a head and a tail. Raises UsageError for a column that is not there."""
+    warnings = list(table.warnings)
+    vectors = table.vectors()
+    found: dict[str, SetStatistics] = {}
+    for name, members in _sets(table, by, warnings).items():
+        of = "poles" if table.is_plane[members[0]] else "lines"
+        found[name] = set_statistics(vectors[members], of=of, directed=directed)
+    return TableStatistics(
+        len(table), found, table.convention, tuple(table.dropped), tuple(warnings)
+    )
+
+
+def _sets(
+    table: OrientationRows, column: str | None, warnings: list[str]
+) -> dict[str, NDArray[np.int64]]:
+    """Rows of each set, in order of appearance. Poles and lines are not averaged together: a set
+    of both becomes two."""
+    names = ["all"] * len(table) if column is None else table.column(column)
+    if column is not None and not all(names):
+        warnings.append(f"rows with nothing in column '{column}' make the set '{UNNAMED}'")
+        names = [name or UNNAMED for name in names]
+    rows: dict[str, list[int]] = {}
+    for i, name in enumerate(names):
+        rows.setdefault(name, []).append(i)
+    result: dict[str, NDArray[np.int64]] = {}
+    for name, members in rows.items():
+        where = np.asarray(members, dtype=np.int64)
+        plane = table.is_plane[where]
+        kinds = {} if table.kinds is None else dict.fromkeys(table.kinds[i] for i in members)
+        if len(kinds) > 1:
+            said = ", ".join(kind or "no kind" for kind in kinds)
+            warnings.append(
+                f"set '{name}' pools planes or lines of {len(kinds)} kinds ({said}); "
+                "use --set to describe them apart"
+            )
+        if plane.all() or not plane.any():
+            result[name] = where
+            continue
+        warnings.append(f"set '{name}' has planes and lines; they are described apart")
+        result[f"{name} (poles)"] = where[plane]
+        result[f"{name} (lines)"] = where[~plane]
+    return result

@@ -1,0 +1,105 @@
+"""A reconstruction as it is asked for: words checked, tables found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vomstudio.errors import InputError, UsageError
+from vomstudio.io.control.control_files import find_control, marks_beside
+from vomstudio.io.control.points import MARKS
+from vomstudio.io.gis.crs import parse_crs
+from vomstudio.io.photos.reading import photo_names
+from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
+from vomstudio.words import tr
+
+QUALITIES = ("preview", "low", "medium", "high")
+NO_CONTROL = "none"
+
+
+def order_reconstruction(
+    photos: str | Path,
+    output: str | Path,
+    *,
+    quality: str = "medium",
+    control: str | Path | None = None,
+    marks: str | Path | None = None,
+    crs: str | None = None,
+    scheduler: str | None = None,
+    threads: int | None = None,
+    seed: int = 0,
+) -> tuple[ReconstructionOrder, list[str]]:
+    """The order, and sentences on what was found beside the photos and is not used.
+
+    control : table of control points, "none" to do without; None for `control.csv` in or beside the
+    folder of the photos, where enough of its points are marked. marks : None for those beside it.
+    Raises InputError, UsageError.
+    """
+    folder, out = Path(photos), Path(output)
+    if not folder.is_dir():
+        raise InputError(tr("is no folder of photos"), file=folder)
+    if quality not in QUALITIES:
+        raise UsageError(
+            tr("is one of {QUALITIES}", QUALITIES=", ".join(QUALITIES)), field="--quality"
+        )
+    if threads is not None and threads < 1:
+        raise UsageError(tr("is 1 or more"), field="--threads")
+    if out.resolve() == folder.resolve():
+        raise UsageError(tr("is the photos' own folder; name another"), field="--output")
+    name = None if crs is None else _crs(crs)
+    points, seen, said = _tables(folder, control, marks)
+    order = ReconstructionOrder(
+        folder.resolve(), out.resolve(), quality, name, points, seen, threads, seed, scheduler
+    )
+    return order, said
+
+
+def _crs(text: str) -> str:
+    try:
+        crs, metres = parse_crs(text)
+    except InputError as error:
+        raise UsageError(error.message, field="--crs") from error
+    if metres != 1.0:
+        raise UsageError(
+            tr("is not in metres; choose one that is, such as a UTM zone"), field="--crs"
+        )
+    return crs
+
+
+def _tables(
+    photos: Path, gcp: str | Path | None, given_marks: str | Path | None
+) -> tuple[Path | None, Path | None, list[str]]:
+    """Tables of control points and of marks, and what there is to say about them."""
+    from vomstudio.photogrammetry.place.mark_prediction import usable_tables
+
+    named = None if given_marks is None else Path(given_marks).resolve()
+    photos = photos.resolve()
+    with_photos = photos / MARKS
+    if gcp is None or str(gcp).casefold() == NO_CONTROL:
+        found, marks = find_control(photos) or (
+            None,
+            with_photos if with_photos.is_file() else None,
+        )
+        marks = named or marks
+        _require_file(marks, "--marks")
+        if gcp is not None:
+            return None, marks, []
+        names = [] if found is None else photo_names(photos)
+        control, marks, why_not = usable_tables(found, marks, names)
+        said = [f"{found}: not used. {why_not}"] if why_not else []
+        return control, marks, said
+    control = Path(gcp).resolve()
+    marks = named
+    _require_file(control, "--gcp")
+    if marks is None and with_photos.is_file() and not marks_beside(control).is_file():
+        marks = with_photos
+    if marks is None and not (marks := marks_beside(control)).is_file():
+        raise InputError(
+            tr("there is no such file; name the marks with --marks"), file=marks, field="--marks"
+        )
+    _require_file(marks, "--marks")
+    return control, marks, []
+
+
+def _require_file(path: Path | None, field: str) -> None:
+    if path is not None and not path.is_file():
+        raise InputError(tr("there is no such file"), file=path, field=field)

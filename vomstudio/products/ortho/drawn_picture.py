@@ -1,0 +1,72 @@
+"""A picture drawn into memory, with what each pixel means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.products.ortho.orthophoto import drawn_tiles, picture_facts, source_of
+from vomstudio.products.ortho.planning import Plan
+from vomstudio.products.ortho.requests import OrthophotoFigures, figures_of
+from vomstudio.products.ortho.tiles import Tile, TilePicture
+from vomstudio.progress import Progress, Silent
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnPicture:
+    """A whole picture; the source of its own tiles, so that it can be written without being drawn
+    again.
+
+    rgba : (h, w, 4) uint8; depth : (h, w) float32, NaN where nothing is seen
+    hole_m : up to which size holes of a cloud were closed, None for a mesh
+    """
+
+    rgba: npt.NDArray[np.uint8]
+    depth: npt.NDArray[np.float32]
+    filled: int
+    hole_m: float | None
+    said: tuple[str, ...]
+
+    def draw(self, tile: Tile) -> TilePicture:
+        part = np.s_[tile.row : tile.row + tile.height, tile.column : tile.column + tile.width]
+        # Counted once, for the picture as a whole.
+        filled = self.filled if tile.number == 0 else 0
+        return TilePicture(self.rgba[part], self.depth[part], filled)
+
+    def warnings(self) -> list[str]:
+        return list(self.said)
+
+
+def draw_picture(
+    data: Mesh | PointCloud, plan: Plan, progress: Progress | None = None
+) -> DrawnPicture:
+    """Draw a planned picture. Raises Cancelled."""
+    progress = progress or Silent()
+    progress.stage("preparing the model")
+    grid = plan.grid
+    source = source_of(data, plan)
+    rgba = np.zeros((grid.height, grid.width, 4), np.uint8)
+    depth = np.full((grid.height, grid.width), np.nan, np.float32)
+    filled = 0
+    for tile, picture in drawn_tiles(source, grid, progress, None):
+        rows, columns = slice(tile.row, tile.row + tile.height), slice(tile.column, None)
+        rgba[rows, columns][:, : tile.width] = picture.rgba
+        depth[rows, columns][:, : tile.width] = picture.depth
+        filled += picture.filled
+    hole = getattr(source, "hole_m", None)
+    return DrawnPicture(rgba, depth, filled, hole, tuple(source.warnings()))
+
+
+def drawn_figures(drawn: DrawnPicture, plan: Plan, crs: str | None) -> OrthophotoFigures:
+    """crs : of World, "EPSG:n" or WKT"""
+    facts = picture_facts(plan, crs if plan.frame.is_vertical else None)
+    facts |= {
+        "coverage": float(np.isfinite(drawn.depth).mean()),
+        "holes_filled_px": drawn.filled,
+        "holes_filled_up_to_m": drawn.hole_m,
+    }
+    return figures_of(facts)

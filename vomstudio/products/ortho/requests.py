@@ -1,0 +1,249 @@
+"""Which orthophoto of a model is asked for, and what `vomstudio ortho` says of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError, UsageError
+from vomstudio.geology.folds import BetaFigures
+from vomstudio.geology.notation import parse_plane
+from vomstudio.geology.table_folds import LeftOut, TableFold
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.products.ortho.orthophoto import Made
+from vomstudio.products.ortho.planning import Plan, plan
+from vomstudio.products.ortho.view_directions import (
+    View,
+    cost_of_direction,
+    view_along_axis,
+    view_along_line,
+    view_of_plane,
+)
+from vomstudio.words import tr
+
+NOT_PLACED = (
+    "the model was made of photos without control or GPS: north is not known, nor the "
+    "unit, unless --unit says it"
+)
+
+
+@dataclass(frozen=True)
+class Direction:
+    """Where to look: a line, against a plane, or along the axis of a fold."""
+
+    view: View | None
+    fold: TableFold | None = None
+
+
+@dataclass(frozen=True)
+class FoldView:
+    """The fold axis along which a picture looks. The figures are those of `TableFold`; cost : what
+    an error of the direction costs in it, in a sentence."""
+
+    beta: BetaFigures
+    valid: str
+    verdict: str
+    reasons: tuple[str, ...]
+    used: int
+    left_out: tuple[LeftOut, ...]
+    cost: str
+
+
+@dataclass(frozen=True, eq=False)
+class Requested:
+    """A picture before it is drawn. warnings : sentences"""
+
+    plan: Plan
+    fold: FoldView | None
+    warnings: tuple[str, ...]
+
+
+def check_direction(
+    trend_deg: float | None, plunge_deg: float | None, plane: object, fold: object
+) -> None:
+    """Raises UsageError unless one way to look is said, and said whole."""
+    line = trend_deg is not None or plunge_deg is not None
+    if sum([line, plane is not None, fold is not None]) != 1:
+        raise UsageError(
+            tr("say once where to look: --trend T --plunge P, or --plane DD/D, or --fold TABLE.")
+        )
+    if line and (trend_deg is None or plunge_deg is None):
+        raise UsageError(
+            tr("a direction has both a trend and a plunge."),
+            field="--plunge" if plunge_deg is None else "--trend",
+        )
+
+
+def check_gsd(gsd_m: float | None) -> None:
+    """Raises UsageError."""
+    if gsd_m is not None and not 0 < gsd_m < math.inf:
+        raise UsageError(tr("the size of a pixel must be a length in metres."), field="--gsd")
+
+
+def direction_of(
+    trend_deg: float | None, plunge_deg: float | None, plane: str | None, fold: TableFold | None
+) -> Direction:
+    """plane : "DD/D", dip direction and dip. Raises UsageError."""
+    check_direction(trend_deg, plunge_deg, plane, fold)
+    if fold is not None:
+        return Direction(None, fold)
+    if plane is None:
+        assert trend_deg is not None
+        assert plunge_deg is not None
+        return Direction(view_along_line(trend_deg, plunge_deg))
+    try:
+        return Direction(view_of_plane(parse_plane(plane, "dipdir/dip")))
+    except InputError as error:
+        raise UsageError(error.message, field="--plane") from error
+
+
+def request_picture(
+    data: Mesh | PointCloud,
+    direction: Direction,
+    *,
+    to_world: npt.ArrayLike,
+    path: Path,
+    gsd_m: float | None = None,
+    flip: bool = False,
+    placed: bool = True,
+    metric: bool = True,
+) -> Requested:
+    """Plan a picture of a model.
+
+    to_world : (4, 4); path : of the model, for errors; flip : look from the other side
+    placed : north is known; metric : the unit is, too
+    Raises InputError, UsageError.
+    """
+    view, fold, warnings = direction.view, direction.fold, list[str]()
+    if fold is not None:
+        warnings += fold.warnings
+        if fold.valid != "yes":
+            judged = "only conditionally valid" if fold.valid == "conditional" else "not valid"
+            warnings.append(
+                f"a view along this axis is {judged}: {fold.verdict}; see vomstudio fold."
+            )
+        view = view_along_axis(fold.beta.trend_deg, fold.beta.plunge_deg, data, to_world)
+    assert view is not None
+    if flip:
+        view = view.flipped()
+    if not placed:
+        view = replace(view, north_known=False, metric=metric)
+    try:
+        planned = plan(data, view, to_world=to_world, gsd=gsd_m)
+    except InputError as error:
+        raise InputError(error.message, file=path) from error
+    along = None
+    if fold is not None:
+        along = _fold_view(fold, planned)
+        warnings.append(along.cost)
+    if not placed:
+        warnings.append(NOT_PLACED)
+    return Requested(planned, along, tuple(warnings))
+
+
+def _fold_view(fold: TableFold, planned: Plan) -> FoldView:
+    deep = float(np.ptp(planned.points[:, 2]))
+    off = fold.beta.max_confidence95_deg
+    cost = cost_of_direction(off, deep, metric=planned.view.metric)
+    return FoldView(
+        fold.beta, fold.valid, fold.verdict, fold.reasons, fold.used, fold.left_out, cost
+    )
+
+
+@dataclass(frozen=True)
+class OrthophotoFigures:
+    """What is said of a picture.
+
+    width, height : pixels; gsd_m : of a pixel; trend_deg, plunge_deg : the way the viewer looks
+    right, down, direction : (3,) unit vectors of the picture in World
+    sense, sense_reason : which of two opposite views it is, and why
+    coverage : share of the pixels that show the model
+    reference_point : (3,) World, where depth is 0
+    pixel_to_world : 4 x 4, (column, row, depth, 1) to World
+    crs : of a map; None for any other picture
+    holes_filled_px, holes_filled_up_to_m : of a cloud
+    """
+
+    width: int
+    height: int
+    gsd_m: float
+    trend_deg: float
+    plunge_deg: float
+    right: tuple[float, ...]
+    down: tuple[float, ...]
+    direction: tuple[float, ...]
+    sense: str
+    sense_reason: str
+    coverage: float
+    reference_point: tuple[float, ...]
+    pixel_to_world: tuple[tuple[float, ...], ...]
+    crs: str | None
+    holes_filled_px: int
+    holes_filled_up_to_m: float | None
+
+
+@dataclass(frozen=True)
+class WrittenOrthophoto:
+    """image, sidecar, depth, world_file, sheet : files that were written; figures : of the picture;
+    fold : the axis that it looks along; warnings : sentences"""
+
+    image: str
+    sidecar: str
+    depth: str
+    world_file: str | None
+    sheet: str | None
+    figures: OrthophotoFigures
+    fold: FoldView | None
+    warnings: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON: the figures stand among the files."""
+        whole = asdict(self)
+        figures = whole.pop("figures")
+        fold, warnings = whole.pop("fold"), whole.pop("warnings")
+        return {**whole, **figures, "fold": fold, "warnings": warnings}
+
+
+def written(
+    made: Made, asked: Requested, image: str, sheet: str | None, warnings: Sequence[str] = ()
+) -> WrittenOrthophoto:
+    """What `made` says. warnings : of the model, which come first"""
+    return WrittenOrthophoto(
+        image,
+        str(made.sidecar),
+        str(made.depth),
+        None if made.world_file is None else str(made.world_file),
+        sheet,
+        figures_of(made.facts),
+        asked.fold,
+        (*warnings, *asked.warnings, *made.warnings),
+    )
+
+
+def figures_of(facts: Mapping[str, Any]) -> OrthophotoFigures:
+    """The figures among the facts of a picture's sidecar."""
+    return OrthophotoFigures(
+        facts["width"],
+        facts["height"],
+        facts["gsd_m"],
+        facts["trend_deg"],
+        facts["plunge_deg"],
+        tuple(facts["right"]),
+        tuple(facts["down"]),
+        tuple(facts["direction"]),
+        facts["sense"],
+        facts["sense_reason"],
+        facts["coverage"],
+        tuple(facts["reference_point"]),
+        tuple(map(tuple, facts["pixel_to_world"])),
+        facts["crs"],
+        facts["holes_filled_px"],
+        facts["holes_filled_up_to_m"],
+    )

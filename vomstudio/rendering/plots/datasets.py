@@ -1,0 +1,103 @@
+"""Models as data sets of PyVista: World less an integer origin near their middle, which stands in
+`field_data["origin"]`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Material, Mesh
+
+Array = npt.NDArray[np.float64]
+Faces = npt.NDArray[np.int32]
+
+
+def local_origin(bounds: Array) -> Array:
+    """(3,) whole metres near the middle of bounds (2, 3)."""
+    return np.asarray(np.round(np.mean(bounds, axis=0)), np.float64)
+
+
+def mesh_dataset(mesh: Mesh, origin: Array) -> Any:
+    """PolyData of a mesh with one material or none, else a MultiBlock with one block a material.
+
+    mesh : in World. A block has the texture coordinates active, and names its material and the file
+    of its texture in `field_data["material"]` and `field_data["texture"]`.
+    """
+    import pyvista
+
+    if len(mesh.materials) < 2:
+        material = mesh.materials[0] if mesh.materials else None
+        return _block(mesh, mesh.faces, origin, material)
+    blocks = pyvista.MultiBlock()
+    for i, material in enumerate(mesh.materials):
+        first, last = mesh.material_offsets[i : i + 2]
+        if last > first:
+            blocks.append(_block(mesh, mesh.faces[first:last], origin, material), material.name)
+    blocks.add_field_data(origin, "origin")
+    return blocks
+
+
+def cloud_dataset(cloud: PointCloud, origin: Array) -> Any:
+    """PolyData of points with their colours, normals and fields."""
+    import pyvista
+
+    data = pyvista.PolyData(np.asarray(cloud.points) - origin)
+    _add_values(data, cloud.colors, cloud.fields, None)
+    if cloud.normals is not None:
+        data.point_data["Normals"] = np.asarray(cloud.normals)
+    data.add_field_data(origin, "origin")
+    return data
+
+
+def _block(mesh: Mesh, faces: Faces, origin: Array, material: Material | None) -> Any:
+    import pyvista
+
+    places, rows = np.unique(faces, return_inverse=True)
+    used = places.astype(np.int64)
+    corners: Any = rows.reshape(-1, 3).astype(np.int64)
+    data: Any = pyvista.PolyData.from_regular_faces(mesh.vertices[used] - origin, corners)
+    _add_values(data, mesh.colors, mesh.fields, used)
+    if mesh.uv is not None:
+        # VTK knows no corner without a place in the picture.
+        data.active_texture_coordinates = np.nan_to_num(mesh.uv[used])
+    if material is not None:
+        data.add_field_data([material.name], "material")
+        if material.texture is not None:
+            data.add_field_data([str(material.texture)], "texture")
+        if material.diffuse is not None:
+            data.add_field_data(np.array(material.diffuse), "diffuse")
+    data.add_field_data(origin, "origin")
+    return data
+
+
+def _add_values(
+    data: Any,
+    colors: npt.NDArray[np.uint8] | None,
+    fields: Mapping[str, npt.NDArray[np.generic]],
+    rows: npt.NDArray[np.int64] | None,
+) -> None:
+    for name, values in fields.items():
+        data.point_data[name] = np.asarray(values if rows is None else values[rows])
+    if colors is not None:
+        data.point_data["RGB"] = np.asarray(colors if rows is None else colors[rows])
+    data.set_active_scalars("RGB" if colors is not None else None)
+
+
+def blocks_of(data: Any) -> Sequence[Any]:
+    """The data sets of a MultiBlock, or the one itself."""
+    import pyvista
+
+    return list(data) if isinstance(data, pyvista.MultiBlock) else [data]
+
+
+def texture_of(block: Any) -> Path | None:
+    """The file of a block's texture, where it is there."""
+    if "texture" not in block.field_data or block.active_texture_coordinates is None:
+        return None
+    path = Path(str(block.field_data["texture"][0]))
+    return path if path.is_file() else None

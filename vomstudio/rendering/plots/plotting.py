@@ -1,0 +1,133 @@
+"""A picture of models and what was measured on them, drawn by PyVista."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.rendering.plots.datasets import (
+    blocks_of,
+    cloud_dataset,
+    local_origin,
+    mesh_dataset,
+    texture_of,
+)
+from vomstudio.rendering.view.first_view import first_view
+
+Array = npt.NDArray[np.float64]
+_GREY = "#b8b2a8"
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnFeature:
+    """line : (n, 3) World, joined in order; ring : (c, 3) of a plane's disc, or None
+    label : beside `anchor` (3,); color : #rrggbb"""
+
+    name: str
+    line: Array
+    ring: Array | None
+    anchor: Array
+    label: str
+    color: str
+
+
+def draw(
+    plotter: Any, models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature]
+) -> Any:
+    """Fill a plotter with models and features in World, less one origin for all of them, and look
+    at the exposed side of the first model."""
+    origin = _origin(models, features)
+    for model in models:
+        _add_model(plotter, model, origin)
+    for feature in features:
+        _add_feature(plotter, feature, origin)
+    named = [f for f in features if f.label]
+    if named:
+        anchors = np.array([f.anchor for f in named]) - origin
+        plotter.add_point_labels(
+            anchors,
+            [f.label for f in named],
+            font_size=12,
+            shape="rounded_rect",
+            shape_color="white",
+            shape_opacity=0.7,
+            show_points=False,
+            always_visible=True,
+        )
+    _look(plotter, models)
+    return plotter
+
+
+def _origin(models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature]) -> Array:
+    corners = [model.bounds for model in models] or [f.anchor[None] for f in features]
+    if not corners:
+        return np.zeros(3)
+    every = np.concatenate(corners)
+    return local_origin(np.array([every.min(axis=0), every.max(axis=0)]))
+
+
+def _add_model(plotter: Any, model: Mesh | PointCloud, origin: Array) -> None:
+    import pyvista
+
+    if isinstance(model, PointCloud):
+        data = cloud_dataset(model, origin)
+        colors = {"scalars": "RGB", "rgb": True} if "RGB" in data.point_data else {"color": _GREY}
+        plotter.add_mesh(data, style="points", point_size=2, show_scalar_bar=False, **colors)
+        return
+    for block in blocks_of(mesh_dataset(model, origin)):
+        path = texture_of(block)
+        if path is not None:
+            texture = pyvista.read_texture(str(path))
+            plotter.add_mesh(block, texture=texture, lighting=False)
+        elif "RGB" in block.point_data:
+            plotter.add_mesh(block, scalars="RGB", rgb=True, lighting=False)
+        else:
+            diffuse = block.field_data.get("diffuse", None)
+            plotter.add_mesh(block, color=_GREY if diffuse is None else diffuse)
+
+
+def _add_feature(plotter: Any, feature: DrawnFeature, origin: Array) -> None:
+    import pyvista
+
+    line = feature.line - origin
+    if len(line) > 1:
+        joined = pyvista.lines_from_points(line)
+        plotter.add_mesh(joined, color=feature.color, line_width=4, name=f"{feature.name} line")
+    elif len(line) == 1:
+        plotter.add_points(line, color=feature.color, point_size=8, name=f"{feature.name} point")
+    if feature.ring is not None:
+        ring = feature.ring - origin
+        disc = pyvista.PolyData(ring, faces=np.concatenate([[len(ring)], np.arange(len(ring))]))
+        plotter.add_mesh(disc, color=feature.color, opacity=0.5, name=f"{feature.name} plane")
+
+
+def _look(plotter: Any, models: Sequence[Mesh | PointCloud]) -> None:
+    """From the exposed side, up in the picture being up in World."""
+    if not models:
+        plotter.reset_camera()
+        return
+    trend, plunge = np.radians(first_view(models[0], np.eye(4)))
+    away = [np.sin(trend) * np.cos(plunge), np.cos(trend) * np.cos(plunge), -np.sin(plunge)]
+    plotter.view_vector([-v for v in away], viewup=(0.0, 0.0, 1.0))
+    plotter.reset_camera()
+
+
+def off_screen_plotter() -> Any:
+    """One that needs no display: `show` puts a still picture into a notebook, `screenshot` gives
+    its pixels."""
+    import pyvista
+
+    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+        # VTK comes to this by itself, after it has complained that there is no display.
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    plotter: Any = pyvista.Plotter(off_screen=True)
+    plotter.set_background("white")
+    return plotter
