@@ -36,15 +36,18 @@ def order_reconstruction(
     """
     folder, out = Path(photos), Path(output)
     if not folder.is_dir():
-        raise InputError(tr("is no folder of photos"), file=folder)
+        raise InputError(tr("This is not a folder. Name a folder of photos."), file=folder)
     if quality not in QUALITIES:
         raise UsageError(
-            tr("is one of {QUALITIES}", QUALITIES=", ".join(QUALITIES)), field="--quality"
+            tr("The quality must be one of {qualities}.", qualities=", ".join(QUALITIES)),
+            field="--quality",
         )
     if threads is not None and threads < 1:
-        raise UsageError(tr("is 1 or more"), field="--threads")
+        raise UsageError(tr("The number of threads must be 1 or more."), field="--threads")
     if out.resolve() == folder.resolve():
-        raise UsageError(tr("is the photos' own folder; name another"), field="--output")
+        raise UsageError(
+            tr("The output folder is the folder of the photos. Name another."), field="--output"
+        )
     name = None if crs is None else _crs(crs)
     points, seen, said = _tables(folder, control, marks)
     order = ReconstructionOrder(
@@ -60,7 +63,11 @@ def _crs(text: str) -> str:
         raise UsageError(error.message, field="--crs") from error
     if metres != 1.0:
         raise UsageError(
-            tr("is not in metres; choose one that is, such as a UTM zone"), field="--crs"
+            tr(
+                "The unit of this coordinate reference system is not the metre. Choose one in "
+                "metres, such as a UTM zone."
+            ),
+            field="--crs",
         )
     return crs
 
@@ -85,7 +92,7 @@ def _tables(
             return None, marks, []
         names = [] if found is None else photo_names(photos)
         control, marks, why_not = usable_tables(found, marks, names)
-        said = [f"{found}: not used. {why_not}"] if why_not else []
+        said = [tr("{file}: Not used. {reason}", file=found, reason=why_not)] if why_not else []
         return control, marks, said
     control = Path(gcp).resolve()
     marks = named
@@ -94,7 +101,9 @@ def _tables(
         marks = with_photos
     if marks is None and not (marks := marks_beside(control)).is_file():
         raise InputError(
-            tr("there is no such file; name the marks with --marks"), file=marks, field="--marks"
+            tr("There is no such file. Name the image marks with --marks."),
+            file=marks,
+            field="--marks",
         )
     _require_file(marks, "--marks")
     return control, marks, []
@@ -102,4 +111,4 @@ def _tables(
 
 def _require_file(path: Path | None, field: str) -> None:
     if path is not None and not path.is_file():
-        raise InputError(tr("there is no such file"), file=path, field=field)
+        raise InputError(tr("There is no such file. Check its name."), file=path, field=field)
