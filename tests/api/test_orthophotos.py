@@ -115,11 +115,11 @@ def test_progress_is_told_and_can_stop_it(cliff: vs.Mesh) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ({}, "say once where to look"),
+        ({}, "Give one view direction"),
         ({"trend_deg": 5}, "both a trend and a plunge"),
         ({"trend_deg": 5, "plunge_deg": 5, "plane": "3/4"}, "say once"),
         ({"trend_deg": 5, "plunge_deg": 95}, "-90 .* to 90"),
-        ({"trend_deg": "north", "plunge_deg": 5}, "numbers are needed"),
+        ({"trend_deg": "north", "plunge_deg": 5}, "Numbers are needed"),
         ({"trend_deg": [1, 2], "plunge_deg": 5}, "single number"),
         ({"plane": "steep"}, "steep"),
         ({"plane": (1, 2, 3)}, "dip direction, dip"),

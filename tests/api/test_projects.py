@@ -133,7 +133,7 @@ def test_a_closed_project_says_so(folder: Path) -> None:
     project.close()
     project.close()
     assert "closed" in repr(project)
-    with pytest.raises(vs.errors.DocumentError, match="the project is closed"):
+    with pytest.raises(vs.errors.DocumentError, match="The project is closed"):
         project.planes()
 
 
@@ -209,7 +209,7 @@ def test_a_model_without_a_frame_comes_with_a_warning(folder: Path, tmp_path: Pa
         with pytest.raises(vs.errors.InputError, match="has changed since"):
             project.models[0].read()
         path.unlink()
-        with pytest.raises(vs.errors.InputError, match="not where it was"):
+        with pytest.raises(vs.errors.InputError, match="no longer where it was"):
             project.models[0].read()
 
 

@@ -20,9 +20,9 @@ PHOTOS = vs.sample("photos")
 @pytest.mark.parametrize(
     ("photos", "more", "said"),
     [
-        ("none", {}, "is no folder of photos"),
+        ("none", {}, "not a folder of photos"),
         (PHOTOS, {"quality": "best"}, "preview, low, medium, high"),
-        (PHOTOS, {"threads": 0}, "is 1 or more"),
+        (PHOTOS, {"threads": 0}, "must be 1 or more"),
         (PHOTOS, {"crs": "EPSG:4326"}, "projected"),
         (PHOTOS, {"gcp": "gone.csv"}, "no such file"),
         (PHOTOS, {"progress": "loud"}, "function"),
@@ -35,7 +35,7 @@ def test_what_cannot_be_begun_is_refused(tmp_path: Path, photos: Any, more: Any,
 
 
 def test_the_photos_own_folder_is_no_target() -> None:
-    with pytest.raises(vs.errors.UsageError, match="photos' own folder"):
+    with pytest.raises(vs.errors.UsageError, match="folder of the photos themselves"):
         vs.reconstruct(PHOTOS, PHOTOS)
 
 

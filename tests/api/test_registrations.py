@@ -57,7 +57,7 @@ def test_remarks_are_python_warnings() -> None:
         (MODEL, WORLD, {"sigma_m": np.zeros((7, 3))}, "row 0 .and 6 more. has no positive errors"),
         (MODEL, WORLD, {"check": [1, 2]}, r"an array \(7,\) of bool"),
         (MODEL, WORLD, {"check": np.arange(7)}, "of bool"),
-        ("a", WORLD, {}, "numbers are needed"),
+        ("a", WORLD, {}, "Numbers are needed"),
     ],
 )
 def test_what_are_no_pairs_is_refused(model: Any, world: Any, more: Any, said: str) -> None:

@@ -69,8 +69,8 @@ def test_folders_without_enough_photos_are_named_and_nothing_is_made(
 
 
 def test_a_folder_that_is_none_is_refused_on_the_command_line(photos: Path, tmp_path: Path) -> None:
-    assert "no folder of photos" in words(tmp_path / "gone", "-o", tmp_path / "out")
-    assert "no folder of photos" in words(photos / "photo 1.jpg", "-o", tmp_path / "out")
+    assert "not a folder of photos" in words(tmp_path / "gone", "-o", tmp_path / "out")
+    assert "not a folder of photos" in words(photos / "photo 1.jpg", "-o", tmp_path / "out")
 
 
 def test_photos_that_do_not_overlap_are_told_how_to_be_taken(photos: Path, tmp_path: Path) -> None:
@@ -128,7 +128,7 @@ def mixed(photos: Path, tmp_path: Path) -> Path:
 
 
 def test_what_is_wrong_with_some_photos_does_not_stop_the_others(mixed: Path) -> None:
-    """And the model may lie in the photos' own folder, without being taken for photos."""
+    """And the model may lie in the folder of the photos themselves, without being taken for photos."""
     out = mixed / "model"
     end = reconstruct(mixed, out)
     assert end.code == 0, end.err
@@ -168,8 +168,8 @@ def test_photos_of_100_megapixels_stay_below_the_memory_of_a_laptop(
 
 # --- folders for the model ----------------------------------------------------------------------
 def test_the_photos_are_not_written_over(photos: Path, tmp_path: Path) -> None:
-    assert "photos' own folder" in words(photos, "-o", photos)
-    assert "photos' own folder" in words(photos, "-o", photos / ".." / photos.name)
+    assert "folder of the photos themselves" in words(photos, "-o", photos)
+    assert "folder of the photos themselves" in words(photos, "-o", photos / ".." / photos.name)
     own = only(photos, tmp_path / "own", 1, 2)
     assert "other files" in here(own, own).message
     assert "other files" in here(own, tmp_path).message
@@ -298,7 +298,7 @@ def test_control_without_its_marks_asks_for_them(photos: Path, tmp_path: Path) -
     )
     said = words(photos, "-o", tmp_path / "out", "--gcp", tmp_path / "points.xml")
     assert "marks.csv" in said
-    assert "name the marks with --marks" in said
+    assert "Name the file of the marks with --marks" in said
 
 
 def test_marks_in_photos_that_are_not_there_are_refused_with_their_names(

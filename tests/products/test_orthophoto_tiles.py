@@ -15,7 +15,7 @@ from tests.marked import UTM
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho import orthophoto, tiles
-from vomstudio.products.ortho.orthophoto import _drawn, write_orthophoto
+from vomstudio.products.ortho.orthophoto import drawn_tiles, write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.tiles import TILE, Grid, Tile, TilePicture
 from vomstudio.products.ortho.view_directions import view_along_line
@@ -69,7 +69,7 @@ def test_every_tile_is_drawn_once_and_the_progress_counts_them(
 ) -> None:
     source, told = Numbers(), Told()
     grid = Grid(0.0, 0.0, 1.0, columns * TILE, TILE)
-    found = [(tile, picture) for tile, picture in _drawn(source, grid, told, threads)]
+    found = [(tile, picture) for tile, picture in drawn_tiles(source, grid, told, threads)]
     assert sorted(tile.number for tile, _ in found) == list(range(columns))
     assert sorted(source.drawn) == list(range(columns))
     for tile, picture in found:
@@ -82,7 +82,7 @@ def test_every_tile_is_drawn_once_and_the_progress_counts_them(
 def test_tiles_wait_until_those_before_them_are_taken() -> None:
     """Pictures of a large grid would fill the memory; and where one gives up, the rest stops."""
     source = Numbers()
-    coming = _drawn(source, Grid(0.0, 0.0, 1.0, 60 * TILE, TILE), Silent(), 2)
+    coming = drawn_tiles(source, Grid(0.0, 0.0, 1.0, 60 * TILE, TILE), Silent(), 2)
     for _ in range(3):
         next(coming)
     time.sleep(0.1)

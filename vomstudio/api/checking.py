@@ -27,8 +27,8 @@ def numbers(values: Any, name: str) -> Floats:
     if np.ma.isMaskedArray(values) and np.ma.getmaskarray(values).any():
         raise InputError(
             tr(
-                "a masked array with masked values has no number for each row; leave these "
-                "rows out."
+                "A masked array with masked values does not have a number in every row. "
+                "Leave these rows out."
             ),
             field=name,
         )
@@ -52,7 +52,8 @@ def _no_numbers(values: Any, name: str) -> InputError:
     kind = type(values).__name__
     return InputError(
         tr(
-            "numbers are needed, all rows of the same length; this {kind} holds something else.",
+            "Numbers are needed, with all rows of the same length; this {kind} holds "
+            "something else.",
             kind=kind,
         ),
         field=name,
@@ -64,7 +65,7 @@ def points(values: Any, name: str = "points") -> Floats:
     Raises InputError that names the first row that is none."""
     array = numbers(_coordinates_of(values, name), name)
     if array.size == 0:
-        raise InputError(tr("there are no points in it."), field=name)
+        raise InputError(tr("There are no points."), field=name)
     if array.ndim != 2 or array.shape[1] != 3:
         hint = ""
         if array.ndim == 2 and array.shape[0] == 3:
@@ -73,7 +74,7 @@ def points(values: Any, name: str = "points") -> Floats:
             hint = "; a single point is [[x, y, z]]"
         raise InputError(
             tr(
-                "points need three coordinates each, x, y, z: an array (n, 3), and this one "
+                "Points need three coordinates each, x, y, z, as an array (n, 3). This one "
                 "has the shape {shape}{hint}.",
                 shape=array.shape,
                 hint=hint,
@@ -103,9 +104,9 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
             what = f"no column {letter}" if not matches else f"more than one column {letter}"
             raise InputError(
                 tr(
-                    "there is {what} among its columns ({listed}); name them x, y, z.",
+                    "The table has {what} ({columns}). Name the columns x, y, z.",
                     what=what,
-                    listed=listed,
+                    columns=listed,
                 ),
                 field=name,
             )
@@ -120,7 +121,7 @@ def refuse_rows(bad: npt.NDArray[np.bool_], what: str, name: str) -> None:
         others = f" (and {more} more)" if more else ""
         raise InputError(
             tr(
-                "row {row}{others} has {what}; leave it out or correct it.",
+                "Row {row}{others} has {what}. Leave it out or correct it.",
                 row=row,
                 others=others,
                 what=what,
@@ -136,7 +137,7 @@ def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floats, Floa
         if array.ndim != 1:
             raise InputError(
                 tr(
-                    "one number a row is needed, an array (n,), and this one has the shape "
+                    "One number per row is needed, as an array (n,). This one has the shape "
                     "{shape}.",
                     shape=array.shape,
                 ),
@@ -145,16 +146,16 @@ def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floats, Floa
     if len(a) != len(b):
         raise InputError(
             tr(
-                "{count} values of {names} and {count_2} of {names_2} are no pairs.",
+                "{count} values of {names} and {second_count} of {second} are no pairs.",
                 count=len(a),
                 names=names[0],
-                count_2=len(b),
-                names_2=names[1],
+                second_count=len(b),
+                second=names[1],
             ),
             field=names[1],
         )
     if not len(a):
-        raise InputError(tr("there are no values in it."), field=names[0])
+        raise InputError(tr("There are no values."), field=names[0])
     for array, name in zip((a, b), names, strict=True):
         refuse_rows(~np.isfinite(array), "no finite number", name)
     return a, b
@@ -169,7 +170,7 @@ def positive(value: float | None, name: str) -> float | None:
     except (TypeError, ValueError):
         number = np.nan
     if not 0.0 < number < np.inf:
-        raise InputError(tr("a positive number of metres is needed."), field=name)
+        raise InputError(tr("A positive number of metres is needed."), field=name)
     return number
 
 

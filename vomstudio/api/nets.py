@@ -62,7 +62,7 @@ def stereonet(
         ax = stereonet_axes.new_axes(projection)
     elif not stereonet_axes.are_axes(ax):
         raise InputError(
-            tr("axes of mplstereonet are needed, such as those that vs.stereonet gives."),
+            tr("Axes of mplstereonet are needed, such as those that vs.stereonet returns."),
             field="ax",
         )
     stereonet_axes.draw_net(ax, net)

@@ -250,7 +250,7 @@ def _number(value: Any, name: str) -> float | None:
         return None
     array = numbers(value, name)
     if array.shape != ():
-        raise InputError(tr("a single number is needed."), field=name)
+        raise InputError(tr("A single number is needed."), field=name)
     return float(array)
 
 
@@ -262,6 +262,7 @@ def _plane(given: Any) -> str | None:
     array = numbers(given, "plane")
     if array.shape != (2,):
         raise InputError(
-            tr("a plane is 'DD/D', (dip direction, dip) or a PlaneFit."), field="plane"
+            tr("A plane is given as 'DD/D', as (dip direction, dip) or as a PlaneFit."),
+            field="plane",
         )
     return f"{float(array[0])!r}/{float(array[1])!r}"

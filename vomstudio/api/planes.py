@@ -283,7 +283,7 @@ def fit_planes(
         first = done.skipped[0]
         raise GeometryError(
             tr(
-                "none of its {count} planes can be fitted; the first: {reason}.",
+                "None of the {count} planes can be fitted. The first: {reason}.",
                 count=len(done.skipped),
                 reason=first["reason"],
             ),
@@ -333,26 +333,31 @@ def _groups(
     """ids, points, offsets, and how many rows were dropped."""
     if isinstance(given, Mapping):
         if by is not None:
-            raise UsageError(tr("names a column, and this is no DataFrame."), field="by")
+            raise UsageError(
+                tr("This names a column, but the points are not a DataFrame."), field="by"
+            )
         if not given:
-            raise InputError(tr("there are no groups in it."), field="groups")
+            raise InputError(tr("There are no groups of points."), field="groups")
         arrays = [points(each, f"points of {name}") for name, each in given.items()]
         offsets = np.concatenate([[0], np.cumsum([len(a) for a in arrays])])
         return list(given), np.concatenate(arrays), offsets.astype(np.int64), 0
     if not (hasattr(given, "columns") and hasattr(given, "groupby")):
         raise InputError(
-            tr("groups of points are {id: points} or a DataFrame with columns x, y, z."),
+            tr(
+                "Groups of points are given as {id: points} or as a DataFrame with the "
+                "columns x, y, z."
+            ),
             field="groups",
         )
     columns = list(given.columns)
     if by is None:
-        raise UsageError(tr("name the column that tells the planes apart."), field="by")
+        raise UsageError(tr("Name the column that tells the planes apart."), field="by")
     if by not in columns:
         raise UsageError(
             tr(
-                "there is no column '{by}'; the columns are {map}.",
-                by=by,
-                map=", ".join(map(str, columns)),
+                "There is no column '{column}'. The columns are {columns}.",
+                column=by,
+                columns=", ".join(map(str, columns)),
             ),
             field="by",
         )
@@ -360,7 +365,7 @@ def _groups(
     names = given[by]
     keep = np.isfinite(array).all(axis=1) & ~np.asarray(names.isna(), bool)
     if not keep.any():
-        raise InputError(tr("no row has finite coordinates and a group."), field="groups")
+        raise InputError(tr("No row has finite coordinates and a group."), field="groups")
     codes, ids = names[keep].factorize()
     counts = np.bincount(codes, minlength=len(ids))
     order = np.argsort(codes, kind="stable")

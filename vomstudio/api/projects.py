@@ -312,7 +312,7 @@ class Project:
     # --- within ----------------------------------------------------------------------------------
     def _open_desk(self) -> HeadlessProject:
         if self._desk is None:
-            raise DocumentError(tr("the project is closed; open it again"), file=self._folder)
+            raise DocumentError(tr("The project is closed. Open it again."), file=self._folder)
         return self._desk
 
     @property

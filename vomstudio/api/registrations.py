@@ -62,9 +62,9 @@ def register(
     if len(model) != len(world):
         raise InputError(
             tr(
-                "{count} points of the model and {count_2} of World are no pairs.",
+                "{count} points of the model and {world} of World do not form pairs.",
                 count=len(model),
-                count_2=len(world),
+                world=len(world),
             ),
             field="world_points",
         )
@@ -80,9 +80,9 @@ def _sigma(given: Any, n: int) -> Any:
     if array.shape != (n, 3):
         raise InputError(
             tr(
-                "one error for each coordinate is needed, an array ({n}, 3), and this one "
-                "has the shape {shape}.",
-                n=n,
+                "One standard error per coordinate is needed, as an array ({count}, 3). This "
+                "one has the shape {shape}.",
+                count=n,
                 shape=array.shape,
             ),
             field="sigma_m",

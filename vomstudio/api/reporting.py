@@ -47,7 +47,7 @@ def told(progress: Reported, cancel: CancelToken | None = None) -> Progress:
     """The Progress for what the user handed over. Raises InputError."""
     if cancel is not None and not isinstance(cancel, CancelToken):
         raise InputError(
-            tr("is a vs.CancelToken; call its cancel() to stop the work."), field="cancel"
+            tr("A vs.CancelToken is needed. Call its cancel() to stop the work."), field="cancel"
         )
     made: Progress
     if progress is None:
@@ -58,7 +58,7 @@ def told(progress: Reported, cancel: CancelToken | None = None) -> Progress:
         made = _Told(progress)
     else:
         raise InputError(
-            tr("is a function (stage, done, total), or an object with stage() and step()."),
+            tr("A function (stage, done, total) is needed, or an object with stage() and step()."),
             field="progress",
         )
     return made if cancel is None else _Cancellable(made, cancel)

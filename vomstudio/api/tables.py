@@ -107,8 +107,8 @@ def _no_table(given: Any) -> InputError:
     kind = type(given).__name__
     return InputError(
         tr(
-            "a table of orientations is a DataFrame, the path of a file, or the two "
-            "arrays (dip direction, dip) in degrees; this is a {kind}.",
+            "A table of orientations is a DataFrame, the path of a file, or the two "
+            "arrays (dip direction, dip) in degrees. This is a {kind}.",
             kind=kind,
         ),
         field="table",
@@ -126,7 +126,7 @@ def _cells_of(frame: Any) -> tuple[list[str], list[list[str]]]:
         names.append(str(name))
         columns.append([_cell(value) for value in values])
     if not names or not len(frame):
-        raise InputError(tr("there are no rows in this DataFrame."), field="table")
+        raise InputError(tr("This DataFrame has no rows."), field="table")
     return names, [list(row) for row in zip(*columns, strict=True)]
 
 

@@ -72,10 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     requests.check_direction(args.trend, args.plunge, args.plane, args.fold)
     if args.unit <= 0 or args.unit != args.unit or args.unit == float("inf"):
-        raise UsageError(
-            tr("The unit must be a positive length in metres, such as 0.001 for mm."),
-            field="--unit",
-        )
+        raise UsageError(tr("A unit is a length in metres, such as 0.001 for mm."), field="--unit")
     requests.check_gsd(args.gsd)
     if args.sheet is not None:
         format_of(args.sheet)

@@ -91,7 +91,7 @@ def _format(path: str) -> str:
     ending = Path(path).suffix.lower().removeprefix(".")
     if ending not in FORMATS:
         raise UsageError(
-            tr("The format follows from the name of the file. Let it end in .svg, .pdf or .png."),
+            tr("The ending of the name decides the format: .svg, .pdf or .png."),
             file=path,
             field="--output",
         )

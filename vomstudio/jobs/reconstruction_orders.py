@@ -36,17 +36,18 @@ def order_reconstruction(
     """
     folder, out = Path(photos), Path(output)
     if not folder.is_dir():
-        raise InputError(tr("This is not a folder. Name a folder of photos."), file=folder)
+        raise InputError(tr("This is not a folder of photos. Choose another."), file=folder)
     if quality not in QUALITIES:
         raise UsageError(
-            tr("The quality must be one of {qualities}.", qualities=", ".join(QUALITIES)),
+            tr("The quality is one of {qualities}.", qualities=", ".join(QUALITIES)),
             field="--quality",
         )
     if threads is not None and threads < 1:
         raise UsageError(tr("The number of threads must be 1 or more."), field="--threads")
     if out.resolve() == folder.resolve():
         raise UsageError(
-            tr("The output folder is the folder of the photos. Name another."), field="--output"
+            tr("This is the folder of the photos themselves. Choose another folder."),
+            field="--output",
         )
     name = None if crs is None else _crs(crs)
     points, seen, said = _tables(folder, control, marks)
@@ -64,8 +65,8 @@ def _crs(text: str) -> str:
     if metres != 1.0:
         raise UsageError(
             tr(
-                "The unit of this coordinate reference system is not the metre. Choose one in "
-                "metres, such as a UTM zone."
+                "The coordinate reference system is not in metres. Choose one that is, such "
+                "as a UTM zone."
             ),
             field="--crs",
         )
@@ -101,7 +102,7 @@ def _tables(
         marks = with_photos
     if marks is None and not (marks := marks_beside(control)).is_file():
         raise InputError(
-            tr("There is no such file. Name the image marks with --marks."),
+            tr("There is no such file. Name the file of the marks with --marks."),
             file=marks,
             field="--marks",
         )

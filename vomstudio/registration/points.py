@@ -136,8 +136,8 @@ def register_points(
     if used.sum() >= 3 and (nearly_on_a_line(world[used]) or nearly_on_a_line(model[used])):
         raise GeometryError(
             tr(
-                "the control points lie on one line, about which the model could turn; add "
-                "one beside it"
+                "The control points lie on one line, about which the model could turn. Add "
+                "one beside it."
             )
         )
     weights = np.ones_like(world) if sigma_m is None else 1.0 / sigma_m**2

@@ -78,9 +78,7 @@ def check_folder(
     """The check, and the photos that were looked at. distance_m : from camera to rock, where it is
     known. Raises InputError, UsageError."""
     if distance_m is not None and not 0 < distance_m < 1e6:
-        raise UsageError(
-            tr("The distance must be a positive number of metres."), field="--distance"
-        )
+        raise UsageError(tr("A distance is a positive number of metres."), field="--distance")
     found = read_photos(folder, progress)
     report = check_photos(found, distance_m=distance_m, progress=progress)
     checked = FolderCheck(str(Path(folder)), report, tuple(found.skipped), tuple(found.warnings))

@@ -219,12 +219,19 @@ class HeadlessProject:
         is gone, damaged, or not the one that was measured on."""
         path = self.project.find_model(model)
         if path is None:
-            raise InputError(tr("{model} is not where it was", model=model.name), file=model.path)
+            raise InputError(
+                tr(
+                    "{model} is no longer where it was. Open the project in the window to find it.",
+                    model=model.name,
+                ),
+                file=model.path,
+            )
         folder = model_cache.folder_of(path, self.project.cache)
         loaded = model_cache.load(path, folder, self._progress)
         if loaded.content_hash != model.content_hash:
             raise InputError(
-                tr("has changed since {model} was measured on it", model=model.name), file=path
+                tr("The file has changed since {model} was measured on it.", model=model.name),
+                file=path,
             )
         return loaded
 

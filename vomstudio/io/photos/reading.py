@@ -134,8 +134,9 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
         if reason and not _has_photo_beside(path, pictures):
             result.skipped.append((_said(path.relative_to(root).as_posix()), tr(reason)))
     for path in found_masks.left():
-        name = path.relative_to(root).as_posix()
-        result.skipped.append((name, tr("This is a mask without its photo")))
+        result.skipped.append(
+            (path.relative_to(root).as_posix(), tr("This is a mask without its photo"))
+        )
     result.warnings.extend(f"{_names(names)}: {words}" for words, names in problems.items())
     result.photos.sort(key=lambda photo: _natural(photo.name))
     if not result.photos:

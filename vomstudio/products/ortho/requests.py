@@ -72,14 +72,11 @@ def check_direction(
     line = trend_deg is not None or plunge_deg is not None
     if sum([line, plane is not None, fold is not None]) != 1:
         raise UsageError(
-            tr(
-                "Name the direction of view once: --trend T --plunge P, or --plane DD/D, or --fold "
-                "TABLE."
-            )
+            tr("Give one view direction: --trend T --plunge P, or --plane DD/D, or --fold TABLE.")
         )
     if line and (trend_deg is None or plunge_deg is None):
         raise UsageError(
-            tr("A direction needs both a trend and a plunge."),
+            tr("A direction has both a trend and a plunge."),
             field="--plunge" if plunge_deg is None else "--trend",
         )
 
@@ -87,9 +84,7 @@ def check_direction(
 def check_gsd(gsd_m: float | None) -> None:
     """Raises UsageError."""
     if gsd_m is not None and not 0 < gsd_m < math.inf:
-        raise UsageError(
-            tr("The ground sampling distance must be a positive length in metres."), field="--gsd"
-        )
+        raise UsageError(tr("The size of a pixel must be a length in metres."), field="--gsd")
 
 
 def direction_of(
