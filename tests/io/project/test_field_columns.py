@@ -366,7 +366,7 @@ def test_angles_of_a_line_end_where_a_compass_ends(
     assert made.inclination_deg == 90.0 or made.azimuth_deg == expected[0]
     upward = "-" in row
     assert ("plunges upward" in " ".join(found.remarks)) is upward
-    assert not upward or "line 3." in found.remarks[0]
+    assert not upward or "(line 3)." in found.remarks[0]
 
 
 @pytest.mark.parametrize(
@@ -465,8 +465,8 @@ def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(boo
     assert [r.position for r in found.rows] == [None] * 4
     found = understand(table, columns, "dipdir/dip")
     assert found.remarks == (
-        "4 readings have a position in degrees, which needs a project with a CRS, and come without "
-        "one: lines 2, 3, 4 and 5.",
+        "4 readings are imported without position: degrees need a project with a CRS (lines 2, 3, "
+        "4 and 5).",
     )
     found = understand(table_of(book, "lon,lat,dip direction,dip\n15,46,1,2\n"),
                        {"longitude": 0, "latitude": 1, "azimuth": 2, "inclination": 3},

@@ -238,7 +238,7 @@ def test_the_sentence_says_what_is_added_and_what_is_subtracted():
     )
     text = Turn("magnetic", -2.6, -0.8).sentence()
     assert (
-        text == "Subtracts 2.6° W declination, adds 0.80° meridian convergence: azimuths − 1.80°."
+        text == "Azimuths − 1.80°: declination 2.6° W subtracted, meridian convergence 0.80° added."
     )
     assert "no CRS" in Turn("true", 0.0, None).sentence()
     assert "as read" in Turn("grid").sentence()
