@@ -471,7 +471,7 @@ def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(boo
     found = understand(table_of(book, "lon,lat,dip direction,dip\n15,46,1,2\n"),
                        {"longitude": 0, "latitude": 1, "azimuth": 2, "inclination": 3},
                        "dipdir/dip")  # fmt: skip
-    assert found.remarks[0].startswith("1 reading has a position in degrees")
+    assert found.remarks[0].startswith("1 reading is imported without position: degrees")
 
 
 def test_metres_go_before_degrees(book: Path) -> None:
