@@ -71,7 +71,7 @@ def test_sets_have_names_in_the_legend(picks: Any) -> None:
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     counts = planes["kind"].value_counts()
     for kind, n in counts.items():
-        assert f"{kind} (poles, n = {n})" in texts
+        assert f"{kind}, poles (n = {n})" in texts
 
 
 def test_many_planes_are_poles_only() -> None:

@@ -73,7 +73,7 @@ HOSTILE = [
     (b"x,y,z,strike,dip\n1,2,3,4,5\n1,2\n", "2 cells"),
     (b"x,y,z,strike,dip\n1,2,3,4,5\n1;2;3;4;5\n", "1 cell"),
     (b"x,y,z,strike,dip\n1,2,3,4,5\n1,2,three,4,steep\n", "not a number"),
-    (b"x,x,y,z,dip,dip,strike\n1,2,3,4,5,6,7\n", "rename"),
+    (b"x,x,y,z,dip,dip,strike\n1,2,3,4,5,6,7\n", "Rename"),
     (b"x,y,z,strike,dip\nnan,nan,nan,nan,nan\n", "rows"),
     (b'x,y,z,strike,dip\n1,2,3,"4,5\n', "quotation"),
 ]

@@ -39,7 +39,7 @@ def test_the_same_file_with_a_header_needs_no_option(run, write, data_dir: Path)
 def test_the_name_of_a_file_without_header_may_tell_the_convention(run, data_dir: Path) -> None:
     found = run("fold", data_dir / "planes" / "big_elk_strike_dip.txt", "--json").json
     assert round(found["beta"]["trend_deg"], 1) == 125.3
-    assert "by the file's name" in found["convention"]
+    assert "by the name of the file" in found["convention"]
 
 
 def test_the_same_file_without_either_is_refused_with_the_way_out(

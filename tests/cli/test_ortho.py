@@ -65,7 +65,7 @@ def test_a_map_has_the_models_crs_and_a_chosen_pixel_is_said(run, model, tmp_pat
     assert found["world_file"] == str(tmp_path / "map.tfw")
     assert found["crs"] == "EPSG:32615"
     assert any("texture" in warning for warning in found["warnings"])
-    assert "gsd" in ran.err
+    assert "Ground sampling distance" in ran.err
     with rasterio.open(tmp_path / "map.tif") as file:
         assert file.crs.to_epsg() == 32615
         assert file.bounds.left == pytest.approx(UTM[0] - 2, abs=0.01)
@@ -92,7 +92,7 @@ def test_a_fold_is_looked_along_and_its_verdict_said(run, write, model, tmp_path
     found = run("ortho", model, "--fold", path, "-o", out, "--gsd", 0.05, "--json").json
     assert found["fold"]["beta"] == fold["beta"]
     assert found["fold"]["left_out"] == fold["left_out"]
-    assert "deep" in found["fold"]["cost"]
+    assert "depth of the view" in found["fold"]["cost"]
     assert found["sense"] in ("down-plunge", "up-plunge")
     sign = 1 if found["sense"] == "down-plunge" else -1
     assert found["plunge_deg"] == pytest.approx(sign * fold["beta"]["plunge_deg"], abs=1e-9)
@@ -179,4 +179,4 @@ def test_a_model_of_photos_that_knows_no_north_claims_none(
     facts = json.loads(Path(ran.json["sidecar"]).read_text("utf-8"))
     assert (facts["north"] is None) == scaled
     assert ("metre" in facts["unit"]) == scaled
-    assert any("north is not known" in text for text in ran.json["warnings"]) != scaled
+    assert any("north is unknown" in text for text in ran.json["warnings"]) != scaled

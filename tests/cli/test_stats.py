@@ -81,7 +81,7 @@ def test_poles_and_lines_are_never_averaged_together(run, write) -> None:
         "all (poles)": (2, "poles"),
         "all (lines)": (1, "lines"),
     }
-    assert "described apart" in ran.json["warnings"][0]
+    assert "described separately" in ran.json["warnings"][0]
 
 
 def test_people_read_the_same_figures(run, write) -> None:

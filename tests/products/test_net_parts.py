@@ -76,7 +76,7 @@ def test_sets_of_three_or_more_have_a_mean_with_its_words() -> None:
     assert (beds.color, beds.marker) == (sets[0].color, sets[0].marker)
     assert lines.label == "011.0/05.0"
     (alone,) = means_of(sets[:1])
-    assert alone.label == "mean 132/41"
+    assert alone.label == "Mean 132/41"
     even = make_sets({"e": ("line", [0.0, 60, 120], [0.0, 0, 0])})
     assert means_of(even) == ()
 

@@ -155,7 +155,7 @@ def test_an_azimuth_that_can_be_either_waits_for_the_user(window, studio, tmp_pa
     dialog = ask(window, path)
     choose(dialog._north, "grid")
     assert not ok(dialog).isEnabled()
-    assert "strike from a dip direction" in dialog._says.text()
+    assert "strike and dip direction cannot be told apart" in dialog._says.text()
     choose(dialog._notation, "strike/dip")
     assert dialog._column_roles[0].currentText() == "Strike (right-hand)"
     QTest.mouseClick(ok(dialog), driver.LEFT)

@@ -50,9 +50,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
             blur={p.name: p.blur for p in checked.photos if p.blur is not None},
         )
         checked = replace(checked, aligned=after)
-        out.text("\nAfter the alignment\n" + _in_words(after))
+        out.text("\n" + tr("After the alignment") + "\n" + _in_words(after))
     out.result(checked.as_dict())
-    out.warn([f"{name} {reason}" for name, reason in checked.skipped])
+    out.warn(
+        [
+            tr("{photo} was left out: {reason}", photo=name, reason=reason)
+            for name, reason in checked.skipped
+        ]
+    )
     out.warn(checked.warnings)
 
 
@@ -69,10 +74,10 @@ def _in_words(report: SurveyReport) -> str:
     ]
     lines = []
     if rows:
-        heads = ("photo", "pixel", "blur", "views", "overlap")
+        heads = (tr("photo"), tr("GSD"), tr("blur"), tr("views"), tr("overlap"))
         lines = [text_tables.table(heads, ("", "mm", "px", "", "%"), rows), ""]
     for finding in report.findings:
         lines.append(f"{finding.severity}: {finding.text}")
     lines += ["", report.verdict]
-    lines += [f"Next time: {advice}" for advice in report.next_time]
+    lines += [tr("Next time: {advice}", advice=advice) for advice in report.next_time]
     return "\n".join(lines)

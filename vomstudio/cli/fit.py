@@ -24,7 +24,7 @@ def add_parser(subparsers: Subparsers) -> None:
         ),
     )
     parser.add_argument("--method", choices=["pca", "regression"], default="pca")
-    add_output(parser, "write the orientation table as CSV")
+    add_output(parser, tr("write the orientation table as CSV"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -52,7 +52,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
         result["table"] = args.output
     out.result(result)
     out.warn(groups.warnings)
-    out.warn([f"plane {item['id']} skipped: {item['reason']}" for item in skipped])
+    out.warn(
+        [
+            tr("Plane {plane} was left out: {reason}", plane=item["id"], reason=item["reason"])
+            for item in skipped
+        ]
+    )
     out.text(_in_words(rows))
 
 
@@ -74,16 +79,29 @@ def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) ->
 
 
 def _in_words(rows: list[dict[str, Any]]) -> str:
-    heads = ["id", "n", "strike", "dip", "dip dir", "95 % conf.", "ang. error", "rms", "extent"]
-    heads.append("quality")
-    units = ["", "", "deg RHR", "deg", "deg", "deg max/min", "deg max/min", "m", "m", ""]
+    heads = [
+        tr("id"),
+        tr("n"),
+        tr("strike"),
+        tr("dip"),
+        tr("dip dir"),
+        tr("95 % conf."),
+        tr("ang. error"),
+        tr("rms"),
+        tr("extent"),
+        tr("quality"),
+    ]
+    largest = tr("deg max/min")
+    units = ["", "", tr("deg RHR"), tr("deg"), tr("deg"), largest, largest, "m", "m", ""]
     body = [
         [
             str(row["id"]),
             str(row["n_points"]),
             text_tables.azimuth(row["strike_rhr_deg"], 3),
             text_tables.inclination(row["dip_deg"], 3),
-            "undefined" if row["undefined"] else text_tables.azimuth(row["dip_direction_deg"], 3),
+            tr("undefined")
+            if row["undefined"]
+            else text_tables.azimuth(row["dip_direction_deg"], 3),
             _pair(row, "confidence95"),
             _pair(row, "angular_error"),
             text_tables.figures(row["rms_m"]),
@@ -93,7 +111,12 @@ def _in_words(rows: list[dict[str, Any]]) -> str:
         for row in rows
     ]
     reasons = [
-        f"{row['id']} is {row['quality']}: {row['quality_reason']}"
+        tr(
+            "{plane} is {verdict}: {reasons}",
+            plane=row["id"],
+            verdict=row["quality"],
+            reasons=row["quality_reason"],
+        )
         for row in rows
         if row["quality_reason"]
     ]

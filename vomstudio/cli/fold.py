@@ -36,30 +36,45 @@ def run(args: argparse.Namespace, out: Output) -> None:
     sets = None if args.sets is None else set_names(args.sets)
     found = table_fold(table, args.kind, sets)
     out.result(found.as_dict())
-    out.note(f"read as {found.convention}")
+    out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
     out.text(_in_words(found.as_dict()))
 
 
 def _in_words(result: dict[str, Any]) -> str:
     beta, plane = result["beta"], result["pi_plane"]
-    confidence = "undefined"
+    confidence = tr("undefined")
     if beta["max_confidence95_deg"] is not None:
-        confidence = (
-            f"{beta['max_confidence95_deg']:.1f} x {beta['min_confidence95_deg']:.1f} deg "
-            "(semi-axes, joint 95 %)"
+        confidence = tr(
+            "{largest:.1f} x {smallest:.1f} deg (semi-axes, joint 95 %)",
+            largest=beta["max_confidence95_deg"],
+            smallest=beta["min_confidence95_deg"],
         )
-    lines = [
-        f"planes used   {result['used']} of {result['n']}",
-        *(f"  left out    {o['n']} {o['what']} ({o['reason']})" for o in result["left_out"]),
-        f"beta          {text_tables.line(beta)}  trend/plunge, deg",
-        f"  confidence  {confidence}",
-        f"pi-plane      {text_tables.azimuth(plane['dip_direction_deg'])}/"
-        f"{text_tables.inclination(plane['dip_deg'])} dip direction/dip = "
-        f"{text_tables.azimuth(plane['strike_rhr_deg'])}/"
-        f"{text_tables.inclination(plane['dip_deg'])} "
-        "strike (RHR)/dip, deg",
-        f"verdict       {result['verdict']}; view along beta valid: {result['valid']}",
-        *(f"  - {reason}" for reason in result["reasons"]),
+    dip = text_tables.inclination(plane["dip_deg"])
+    rows = [
+        (tr("planes used"), tr("{used} of {all}", used=result["used"], all=result["n"])),
+        *(
+            ("  " + tr("left out"), f"{o['n']} {o['what']} ({o['reason']})")
+            for o in result["left_out"]
+        ),
+        (tr("beta"), tr("{line}  trend/plunge, deg", line=text_tables.line(beta))),
+        ("  " + tr("confidence"), confidence),
+        (
+            tr("pi-plane"),
+            tr(
+                "{dip_direction_dip} dip direction/dip = {strike_dip} strike (RHR)/dip, deg",
+                dip_direction_dip=f"{text_tables.azimuth(plane['dip_direction_deg'])}/{dip}",
+                strike_dip=f"{text_tables.azimuth(plane['strike_rhr_deg'])}/{dip}",
+            ),
+        ),
+        (
+            tr("verdict"),
+            tr(
+                "{verdict}; view along beta valid: {valid}",
+                verdict=result["verdict"],
+                valid=result["valid"],
+            ),
+        ),
     ]
-    return "\n".join(lines)
+    lines = [f"{label:<13} {value}" for label, value in rows]
+    return "\n".join([*lines, *(f"  - {reason}" for reason in result["reasons"])])

@@ -38,7 +38,11 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--fold", metavar="TABLE", help=tr("look along the fold axis of this table's bedding")
     )
-    add_output(parser, "the picture, NAME.tif; NAME_depth.tif and NAME.json beside", required=True)
+    add_output(
+        parser,
+        tr("the picture, NAME.tif; NAME_depth.tif and NAME.json are written beside it"),
+        required=True,
+    )
     parser.add_argument("--gsd", type=float, metavar="M", help=tr("metres per pixel"))
     parser.add_argument("--flip", action="store_true", help=tr("look from the other side"))
     parser.add_argument(
@@ -118,10 +122,20 @@ def _in_words(result: dict[str, Any]) -> str:
     files = [result[key] for key in ("image", "depth", "sidecar", "world_file", "sheet")]
     return "\n".join(
         [
-            f"{result['width']} x {result['height']} pixels of {result['gsd_m']:g} m, "
-            f"{result['coverage']:.0%} covered",
-            f"view toward {azimuth(result['trend_deg'])}/{result['plunge_deg']:.1f} trend/plunge, "
-            f"{result['sense']}: {result['sense_reason']}",
+            tr(
+                "{width} x {height} pixels of {gsd:g} m, {coverage:.0%} covered",
+                width=result["width"],
+                height=result["height"],
+                gsd=result["gsd_m"],
+                coverage=result["coverage"],
+            ),
+            tr(
+                "view toward {trend}/{plunge:.1f} trend/plunge, {sense}: {reason}",
+                trend=azimuth(result["trend_deg"]),
+                plunge=result["plunge_deg"],
+                sense=tr(result["sense"]),
+                reason=result["sense_reason"],
+            ),
             *(str(file) for file in files if file is not None),
         ]
     )

@@ -264,17 +264,35 @@ def _in_words(summary: ProjectSummary) -> str:
         return ", ".join(f"{name} {count}" for name, count in of.items())
 
     history = summary.history
+    features = tr_n("{count} feature", "{count} features", summary.features)
     lines = [
-        f"{summary.project}: journal of schema {summary.schema}, "
-        + ("sound" if summary.sound else "damaged"),
-        *(f"model {m.name}: {m.kind}, {m.frame}, {m.features} features" for m in summary.models),
-        f"{summary.features} features" + (f": {counts(summary.kinds)}" if summary.kinds else ""),
+        tr(
+            "{project}: journal of schema {schema}, sound"
+            if summary.sound
+            else "{project}: journal of schema {schema}, damaged",
+            project=summary.project,
+            schema=summary.schema,
+        ),
+        *(
+            tr_n(
+                "model {model}: {kind}, {frame}, {count} feature",
+                "model {model}: {kind}, {frame}, {count} features",
+                m.features,
+                model=m.name,
+                kind=m.kind,
+                frame=m.frame,
+            )
+            for m in summary.models
+        ),
+        f"{features}: {counts(summary.kinds)}" if summary.kinds else features,
     ]
-    lines += [f"types: {counts(summary.types)}"] if summary.types else []
-    lines += [f"sets: {counts(summary.sets)}"] if summary.sets else []
-    lines += [f"history: {history.undo} steps back, {history.redo} forward"]
-    lines += ["there are changes that have not been saved"] if summary.unsaved else []
-    lines += ["there is an unfinished feature"] if summary.draft else []
+    lines += [tr("types: {counts}", counts=counts(summary.types))] if summary.types else []
+    lines += [tr("sets: {counts}", counts=counts(summary.sets))] if summary.sets else []
+    lines += [
+        tr("history: {undo} steps to undo, {redo} to redo", undo=history.undo, redo=history.redo)
+    ]
+    lines += [tr("There are unsaved changes.")] if summary.unsaved else []
+    lines += [tr("There is an unfinished feature.")] if summary.draft else []
     return "\n".join(lines)
 
 

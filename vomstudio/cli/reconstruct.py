@@ -83,12 +83,24 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _in_words(result: Reconstruction) -> str:
     lines = [
-        f"{result.registered} of {result.photos} photos placed, reprojection error "
-        f"{result.reprojection_error_px:.2f} px",
-        f"{result.dense_points:,} points, {result.faces:,} faces, frame {result.frame}",
+        tr(
+            "{aligned} of {count} photos aligned, reprojection error {error:.2f} px",
+            aligned=result.registered,
+            count=result.photos,
+            error=result.reprojection_error_px,
+        ),
+        tr(
+            "{points:,} points, {faces:,} faces, frame {frame}",
+            points=result.dense_points,
+            faces=result.faces,
+            frame=result.frame,
+        ),
         f"{result.mesh} ({sum(result.seconds.values()):.0f} s, {result.peak_memory_mb:.0f} MB)",
-        f"report: {result.report}",
-        f"the folder work beside it holds {result.work_mb:.0f} MB for another go and may be "
-        "removed",
+        tr("report: {file}", file=result.report),
+        tr(
+            "The folder “work” beside it holds {size:.0f} MB of intermediate results. It may be "
+            "removed.",
+            size=result.work_mb,
+        ),
     ]
     return "\n".join(lines)

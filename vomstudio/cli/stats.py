@@ -8,7 +8,7 @@ from typing import Any
 from vomstudio.cli import text_tables
 from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command
 from vomstudio.cli.output import Output
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -33,28 +33,28 @@ def run(args: argparse.Namespace, out: Output) -> None:
     found = table_statistics(table, args.set_column, args.directed)
     result = found.as_dict()
     out.result(result)
-    out.note(f"read as {found.convention}")
+    out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
     out.text("\n\n".join(_in_words(name, of_set) for name, of_set in result["sets"].items()))
 
 
 def _in_words(name: str, found: dict[str, Any]) -> str:
-    axial = "axial" if found["axial"] else "directed"
     s1, s2, s3 = found["tensor"]["eigenvalues"]
-    lines = [f"{name}: {found['n']} {found['of']}, {axial}"]
+    lines = [_heading(name, found)]
     fisher = found["fisher"]
     if fisher is None:
-        lines.append(f"  Fisher mean     none: {found['fisher_reason']}")
+        said = tr("none: {reason}", reason=found["fisher_reason"])
     else:
-        lines.append(
-            f"  Fisher mean     {text_tables.line(fisher)}  "
+        said = (
+            f"{text_tables.line(fisher)}  "
             f"alpha95 {text_tables.number(fisher['alpha95_deg'], 2)} deg, "
             f"kappa {text_tables.number(fisher['kappa'], 2)}, "
             f"R {text_tables.number(fisher['R'], 4)}"
         )
-    lines.append(f"  tensor          S1 {s1:.4f}, S2 {s2:.4f}, S3 {s3:.4f}")
+    lines.append(f"  {tr('Fisher mean'):<15} {said}")
+    lines.append(f"  {tr('tensor'):<15} S1 {s1:.4f}, S2 {s2:.4f}, S3 {s3:.4f}")
     axes = ", ".join(text_tables.line(axis) for axis in found["tensor"]["axes"])
-    lines.append(f"  axes            {axes}  (trend/plunge, deg)")
+    lines.append(f"  {tr('axes'):<15} " + tr("{axes}  (trend/plunge, deg)", axes=axes))
     shape, vollmer = found["woodcock"], found["vollmer"]
     lines.append(
         f"  Woodcock        K {text_tables.number(shape['K'], 4)}, "
@@ -64,3 +64,12 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
         f"  Vollmer         P {vollmer['P']:.4f}, G {vollmer['G']:.4f}, R {vollmer['R']:.4f}"
     )
     return "\n".join(lines)
+
+
+def _heading(name: str, found: dict[str, Any]) -> str:
+    count = found["n"]
+    if found["of"] == "poles":
+        return tr_n("{set}: {count} pole, axial", "{set}: {count} poles, axial", count, set=name)
+    if found["axial"]:
+        return tr_n("{set}: {count} line, axial", "{set}: {count} lines, axial", count, set=name)
+    return tr_n("{set}: {count} line, directed", "{set}: {count} lines, directed", count, set=name)

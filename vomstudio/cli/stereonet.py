@@ -19,7 +19,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help_=tr("Draw a stereonet, lower hemisphere, as SVG, PDF or PNG"),
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
-    add_output(parser, "the picture, by its ending: .svg, .pdf or .png", required=True)
+    add_output(parser, tr("the picture, by its ending: .svg, .pdf or .png"), required=True)
     parser.add_argument(
         "--set",
         metavar="COLUMN",
@@ -48,9 +48,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.contour is not None and args.contour not in DENSITY_METHODS:
         raise UsageError(
             tr(
-                "'{contour}' is no way to contour; use {DENSITY_METHODS}.",
-                contour=args.contour,
-                DENSITY_METHODS=", ".join(DENSITY_METHODS),
+                "'{method}' is not a density method. Use {methods}.",
+                method=args.contour,
+                methods=", ".join(DENSITY_METHODS),
             ),
             field="--contour",
         )
@@ -75,10 +75,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
             "warnings": list(table.warnings),
         }
     )
-    out.note(f"read as {table.convention}")
+    out.note(tr("read as {convention}", convention=table.convention))
     out.warn(table.warnings)
     sets = ", ".join(f"{s.name} (n = {len(s)})" for s in net.sets)
-    out.text(f"{args.output}: {sets}; equal {args.projection}, lower hemisphere")
+    out.text(
+        tr("{file}: {sets}; equal area, lower hemisphere", file=args.output, sets=sets)
+        if args.projection == "area"
+        else tr("{file}: {sets}; equal angle, lower hemisphere", file=args.output, sets=sets)
+    )
 
 
 def _format(path: str) -> str:

@@ -254,7 +254,7 @@ def set_statistics(
         if f.kappa is None:
             reason = tr("all orientations are the same: kappa is infinite")
         elif f.alpha95_deg is None:
-            reason = "too scattered: no cone holds the mean with 95 %"
+            reason = tr("too scattered: no cone holds the mean with 95 %")
     s1, s2, s3 = (float(s) for s in values)
     first, second, third = (
         LineFigures(line.trend_deg, line.plunge_deg) for line in map(Line.from_vector, axes)

@@ -116,29 +116,34 @@ class _Choice:
     def planes_only(self) -> None:
         lines = int((~self.table.is_plane).sum())
         if lines:
-            self.left_out.append(LeftOut("lines", lines, "not planes"))
+            self.left_out.append(LeftOut("lines", lines, tr("not planes")))
             self.use &= self.table.is_plane
         if not self.use.any():
-            raise self._error("there are only lines in it; a fold axis needs planes.", "geometry")
+            raise self._error(tr("The table has only lines. A fold axis needs planes."), "geometry")
 
     def one_kind(self, wanted: str | None) -> None:
         """Keep one kind: cross joints among beds would turn beta by up to 90 degrees."""
         kinds = self.table.kinds
         if kinds is None:
-            raise self._error("there is no column of kinds to choose from.", "--kind")
+            raise self._error(tr("The table has no column 'kind' to choose from."), "--kind")
         name = wanted or DEFAULT_KIND
         present = Counter(kind for kind, use in zip(kinds, self.use, strict=True) if use)
         if not any(_same(kind, name) for kind in present):
             listed = ", ".join(kind or "(empty)" for kind in present)
             raise self._error(
-                f"no plane is of the kind '{name}'; choose one with --kind: {listed}.", "kind"
+                tr(
+                    "No plane is of the kind '{kind}'. Choose one with --kind: {kinds}.",
+                    kind=name,
+                    kinds=listed,
+                ),
+                "kind",
             )
         for i, kind in enumerate(kinds):
             self.use[i] &= _same(kind, name)
         for kind, n in present.items():
             if not _same(kind, name):
                 what = kind or "no kind"
-                self.left_out.append(LeftOut(what, n, f"kind is not {name}"))
+                self.left_out.append(LeftOut(what, n, tr("kind is not {kind}", kind=name)))
 
     def axis(self) -> FoldAxis:
         return fold_axis(self.table.dip_direction_deg[self.use], self.table.dip_deg[self.use])
@@ -147,7 +152,9 @@ class _Choice:
         """Each set by its mean, once."""
         given = self.table.sets or self.table.kinds
         if given is None:
-            raise self._error("there is no column 'set' or 'kind' to choose from.", "--sets")
+            raise self._error(
+                tr("The table has no column 'set' or 'kind' to choose from."), "--sets"
+            )
         present = Counter(name for name, use in zip(given, self.use, strict=True) if use)
         chosen: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         used = np.zeros(len(self.table), dtype=bool)
@@ -156,7 +163,12 @@ class _Choice:
             if not members.any():
                 listed = ", ".join(s or "(empty)" for s in present)
                 raise self._error(
-                    f"no plane is in the set '{name}'; the sets are {listed}.", "--sets"
+                    tr(
+                        "No plane is in the set '{set}'. The sets are {sets}.",
+                        set=name,
+                        sets=listed,
+                    ),
+                    "--sets",
                 )
             chosen[name] = (
                 self.table.dip_direction_deg[members],
@@ -166,7 +178,7 @@ class _Choice:
         for name, n in present.items():
             if not any(_same(name, wanted) for wanted in names):
                 what = name or "no set"
-                self.left_out.append(LeftOut(what, n, "set was not named"))
+                self.left_out.append(LeftOut(what, n, tr("set was not named")))
         self.use = used
         return common_axis(chosen)
 

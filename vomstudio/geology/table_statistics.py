@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import SetStatistics, set_statistics
 from vomstudio.reprs import Shown
+from vomstudio.words import tr
 
 UNNAMED = "unassigned"
 
@@ -55,7 +56,13 @@ def _sets(
     of both becomes two."""
     names = ["all"] * len(table) if column is None else table.column(column)
     if column is not None and not all(names):
-        warnings.append(f"rows with nothing in column '{column}' make the set '{UNNAMED}'")
+        warnings.append(
+            tr(
+                "Rows with an empty cell in column '{column}' form the set '{set}'.",
+                column=column,
+                set=UNNAMED,
+            )
+        )
         names = [name or UNNAMED for name in names]
     rows: dict[str, list[int]] = {}
     for i, name in enumerate(names):
@@ -68,13 +75,20 @@ def _sets(
         if len(kinds) > 1:
             said = ", ".join(kind or "no kind" for kind in kinds)
             warnings.append(
-                f"set '{name}' pools planes or lines of {len(kinds)} kinds ({said}); "
-                "use --set to describe them apart"
+                tr(
+                    "The set '{set}' pools planes or lines of {count} kinds ({kinds}). Use --set "
+                    "to describe them separately.",
+                    set=name,
+                    count=len(kinds),
+                    kinds=said,
+                )
             )
         if plane.all() or not plane.any():
             result[name] = where
             continue
-        warnings.append(f"set '{name}' has planes and lines; they are described apart")
+        warnings.append(
+            tr("The set '{set}' has planes and lines. They are described separately.", set=name)
+        )
         result[f"{name} (poles)"] = where[plane]
         result[f"{name} (lines)"] = where[~plane]
     return result

@@ -93,7 +93,7 @@ def _tables(
             return None, marks, []
         names = [] if found is None else photo_names(photos)
         control, marks, why_not = usable_tables(found, marks, names)
-        said = [f"{found}: not used. {why_not}"] if why_not else []
+        said = [tr("{file}: Not used. {reason}", file=found, reason=why_not)] if why_not else []
         return control, marks, said
     control = Path(gcp).resolve()
     marks = named

@@ -85,7 +85,7 @@ def test_a_broken_package_does_not_stop_ours(
         "table of control points",
     ]
     said = registry.find_formats().broken
-    assert "does not load" in said[0]
+    assert "cannot be loaded" in said[0]
     assert "is not a ControlFormat" in said[1]
     path = tmp_path / "control.csv"
     path.write_text("label,x,y,z\nA,1,2,3\n")

@@ -97,7 +97,7 @@ def test_holes_that_the_file_does_not_declare_are_said(tmp_path: Path) -> None:
     values[:5] = -9999
     values[6, :3] = 3e38
     mesh, said = surface(write(tmp_path / "a.tif", values, nodata=None))
-    assert "300 pixels of -9999 taken for holes" in said
+    assert "300 pixels with the value -9999 are taken as no data" in said
     assert "3 pixels left out" in said
     assert mesh.vertices[:, 2].min() > 100
 
@@ -120,7 +120,7 @@ def test_a_huge_grid_is_thinned_and_that_is_said(
     monkeypatch.setattr(dem, "PIXELS_PER_STEP", 500)
     values = heights()
     mesh, said = surface(write(tmp_path / "a.tif", values))
-    assert "thinned to every third" in said
+    assert "one in 3 in both directions" in said
     assert len(mesh.vertices) == 14 * 20
     assert np.abs(mesh.vertices[:, 2] - values[::3, ::3].ravel()).max() < 1e-12
     x = NORTH_UP.c + (np.arange(0, 60, 3) + 0.5) * 0.5

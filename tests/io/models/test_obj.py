@@ -287,11 +287,12 @@ def test_unsound_vertices_and_faces_are_left_out_and_counted(tmp_path: Path) -> 
     )
     assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
     assert mesh.faces.tolist() == [[0, 1, 2], [1, 1, 2]]
-    assert "4 vertices left out" in said
-    assert "1 value not a number, first in line 5" in said
-    assert "3 faces left out that name vertices the file does not have, first in line 10" in said
+    assert "4 vertices without valid coordinates left out" in said
+    assert "1 value is not a number, in line 5" in said
+    assert "3 faces left out: they refer to vertices that the file does not have" in said
+    assert "first in line 10" in said
     assert "1 face with fewer than 3 corners" in said
-    assert "1 face without area" in said
+    assert "1 face has no area" in said
 
 
 def test_materials_keep_their_faces_when_some_are_left_out(tmp_path: Path) -> None:

@@ -188,7 +188,7 @@ def test_texture_coordinates_per_vertex(tmp_path: Path, names: tuple[str, str]) 
     assert loaded.data.uv is not None
     assert loaded.data.uv.tolist() == [[0.25, 0.75]] * 4
     assert loaded.data.materials[0].texture is None
-    assert "leads out" in loaded.warnings[0]
+    assert "outside the model's folder" in loaded.warnings[0]
 
 
 def test_unsound_vertices_and_faces_are_left_out_and_counted(tmp_path: Path) -> None:
@@ -202,11 +202,11 @@ def test_unsound_vertices_and_faces_are_left_out_and_counted(tmp_path: Path) -> 
         assert isinstance(loaded.data, Mesh)
         assert loaded.data.faces.tolist() == [[0, 1, 2], [2, 2, 1]]
         said = " ".join(loaded.warnings)
-        assert "1 vertex left out" in said
-        assert "1 face with them" in said
-        assert "2 faces left out that name vertices" in said
+        assert "1 vertex without valid coordinates left out" in said
+        assert "1 face left out: a corner of it" in said
+        assert "2 faces left out: they refer to vertices" in said
         assert "1 face with fewer than 3 corners" in said
-        assert "1 face without area" in said
+        assert "1 face has no area" in said
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -217,7 +217,7 @@ def test_fewer_records_than_promised_give_what_is_there_and_say_so(
     content = content.replace(b"element vertex 4", b"element vertex 1000000000000")
     loaded = read_model(save(tmp_path, content))
     assert len(loaded.data.points) == 4  # type: ignore[union-attr]
-    assert "4 of 1,000,000,000,000" in loaded.warnings[0]
+    assert "4 of the 1,000,000,000,000" in loaded.warnings[0]
 
 
 @pytest.mark.parametrize("form", FORMATS)

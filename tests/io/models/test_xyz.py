@@ -95,7 +95,7 @@ def test_the_usual_ways_of_writing_points(tmp_path: Path, content: bytes) -> Non
 def test_rows_without_coordinates_are_left_out_and_counted(tmp_path: Path) -> None:
     cloud, said = cloud_of(tmp_path, "x,y,z\n1,2,3\n,5,6\nnan,1,1\n1e99,0,0\n7,8,9\n", "a.csv")
     assert cloud.points.tolist() == [[1, 2, 3], [7, 8, 9]]
-    assert "3 points left out" in said
+    assert "3 points without valid coordinates left out" in said
 
 
 @pytest.mark.parametrize(

@@ -107,7 +107,7 @@ def test_a_cut_photo_keeps_the_focal_length_of_its_pixels_and_says_so(tmp_path: 
     )
     folder = read_photos(tmp_path)
     assert folder.photos[0].focal_px == pytest.approx(400)
-    assert "cut to 200 x 200 from 400 x 300" in folder.warnings[0]
+    assert "cropped to 200 x 200 from 400 x 300" in folder.warnings[0]
 
 
 def test_a_photo_without_exif_is_welcome(tmp_path: Path) -> None:
@@ -146,7 +146,7 @@ def test_numbers_that_are_none_are_left_out(tmp_path: Path, value) -> None:
         ({2: maker.at(46, 7)[2], 4: maker.at(46, 7)[4]}, "N or S"),
         (maker.at(0, 0), "0, 0"),
         ({**maker.at(46, 7), 2: maker.rationals((460, 1), (0, 1), (0, 1))}, "not on Earth"),
-        ({**maker.at(46, 7), 9: maker.text("V")}, "no fix"),
+        ({**maker.at(46, 7), 9: maker.text("V")}, "without a fix"),
     ],
 )
 def test_a_position_that_cannot_be_is_dropped_in_words(tmp_path: Path, gps, words: str) -> None:
@@ -177,7 +177,7 @@ def test_an_orientation_that_does_not_exist_is_said_and_ignored(tmp_path: Path) 
     maker.write_photo(tmp_path / "a.jpg", main={0x0112: maker.short(9)})
     folder = read_photos(tmp_path)
     assert folder.photos[0].orientation == 1
-    assert "orientation tag is 9" in folder.warnings[0]
+    assert "orientation tag 9" in folder.warnings[0]
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -407,7 +407,7 @@ def test_names_that_are_no_text_are_named_and_left_out(tmp_path: Path) -> None:
     found = read_photos(tmp_path)
     assert [photo.name for photo in found.photos] == ["a.jpg"]
     ((other, reason),) = found.skipped
-    assert "rename" in reason
+    assert "Rename" in reason
     assert other.encode()
 
 
@@ -453,7 +453,8 @@ def test_masks_are_found_under_every_usual_name(tmp_path: Path, name: str) -> No
 
 
 @pytest.mark.parametrize(
-    ("size", "kept", "words"), [((80, 60), True, "stretched"), ((30, 40), False, "another shape")]
+    ("size", "kept", "words"),
+    [((80, 60), True, "scaled"), ((30, 40), False, "another aspect ratio")],
 )
 def test_a_mask_of_another_size_is_stretched_or_refused_in_words(
     tmp_path: Path, size, kept: bool, words: str
@@ -479,9 +480,9 @@ def test_no_folder_no_photo_and_a_file_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such folder"):
         read_photos(tmp_path / "missing")
     (tmp_path / "file.txt").write_text("x")
-    with pytest.raises(InputError, match="is a file"):
+    with pytest.raises(InputError, match="This is a file"):
         read_photos(tmp_path / "file.txt")
-    with pytest.raises(NoPhotos, match="1 other files"):
+    with pytest.raises(NoPhotos, match="1 other file"):
         read_photos(tmp_path)
 
 

@@ -238,8 +238,8 @@ def test_rows_of_another_width_are_told_and_kept_in_their_columns(book: Path) ->
     table = table_of(book, "name,dip direction,dip\na,132,41,,\nb,132\nc,132,41,wet,cold\n")
     assert table.rows == [["a", "132", "41"], ["b", "132", ""], ["c", "132", "41"]]
     assert dict(table.ragged) == {
-        1: "it has 2 cells and not 3",
-        2: "it has 5 cells and not 3; put a cell with commas in quotation marks",
+        1: "The row has 2 cells instead of 3.",
+        2: "The row has 5 cells instead of 3. Put cells with commas in quotation marks.",
     }
     table = table_of(book, "132,41\n120,30\n1,2,3\n5,6\n")
     assert (table.names, table.width, list(table.ragged)) == (None, 2, [2])
@@ -302,8 +302,8 @@ def test_numbers_in_cells(book: Path) -> None:
         ({}, "dipdir/dip", "two angles"),
         ({"azimuth": 0}, "dipdir/dip", "dip or plunge"),
         ({"inclination": 0}, "dipdir/dip", "azimuth"),
-        ({"azimuth": 0, "inclination": 1}, None, "strike from a dip direction"),
-        ({"text": 0}, None, "strike from a dip direction"),
+        ({"azimuth": 0, "inclination": 1}, None, "strike and dip direction cannot be told apart"),
+        ({"text": 0}, None, "strike and dip direction cannot be told apart"),
     ],
 )
 def test_what_is_missing_is_asked_for(
@@ -339,7 +339,7 @@ def test_angles_of_a_plane_end_where_a_compass_ends(
     else:
         assert [bad.line for bad in found.bad] == [3]
         assert (expected or "") in found.bad[0].reason
-        assert str(found.bad[0]) == f"line 3: {found.bad[0].reason}"
+        assert str(found.bad[0]) == f"Line 3: {found.bad[0].reason}"
         assert [r.line for r in found.rows] == [2, 4]
 
 
@@ -365,8 +365,8 @@ def test_angles_of_a_line_end_where_a_compass_ends(
     assert made.inclination_deg == expected[1]
     assert made.inclination_deg == 90.0 or made.azimuth_deg == expected[0]
     upward = "-" in row
-    assert ("plunge upward" in " ".join(found.remarks)) is upward
-    assert not upward or "line 3." in found.remarks[0]
+    assert ("plunges upward" in " ".join(found.remarks)) is upward
+    assert not upward or "(line 3)." in found.remarks[0]
 
 
 @pytest.mark.parametrize(
@@ -437,10 +437,12 @@ def test_half_a_position_or_one_beyond_the_earth_is_left_out_and_said(
     header = "x,y,z,dip direction,dip\n"
     found = readings(book, f"{header}{place},1,2\n1,2,3,1,2\n1e12,-1e12,0,1,2\n")
     assert [r.position for r in found.rows] == [None, (1.0, 2.0, 3.0), (1e12, -1e12, 0.0)]
-    assert found.remarks == ("1 reading has no whole position and comes without one: line 2.",)
+    assert found.remarks == (
+        "1 reading is imported without position: x, y or z is missing (line 2).",
+    )
     found = readings(book, f"{header}{place},1,2\n{place},1,2\n")
     assert found.remarks == (
-        "2 readings have no whole position (x, y and z) and come without one: lines 2 and 3.",
+        "2 readings are imported without position: x, y or z is missing (lines 2 and 3).",
     )
 
 
@@ -458,18 +460,18 @@ def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(boo
         (150.0, 4600.0, 350.0), None, (150.0, -9000.0, 350.0), None,
     ]  # fmt: skip
     assert "lines 3 and 5" in found.remarks[0]
-    assert "no whole position" in found.remarks[0]
+    assert "x, y or z is missing" in found.remarks[0]
     found = understand(table, columns, "dipdir/dip", lambda *_: None)
     assert [r.position for r in found.rows] == [None] * 4
     found = understand(table, columns, "dipdir/dip")
     assert found.remarks == (
-        "4 readings have a position in degrees, which needs a project with a CRS, and come without "
-        "one: lines 2, 3, 4 and 5.",
+        "4 readings are imported without position: degrees need a project with a CRS (lines 2, 3, "
+        "4 and 5).",
     )
     found = understand(table_of(book, "lon,lat,dip direction,dip\n15,46,1,2\n"),
                        {"longitude": 0, "latitude": 1, "azimuth": 2, "inclination": 3},
                        "dipdir/dip")  # fmt: skip
-    assert found.remarks[0].startswith("1 reading has a position in degrees")
+    assert found.remarks[0].startswith("1 reading is imported without position: degrees")
 
 
 def test_metres_go_before_degrees(book: Path) -> None:
@@ -526,17 +528,16 @@ def test_only_what_has_an_azimuth_is_turned(
 @pytest.mark.parametrize(
     ("turn", "said"),
     [
-        (Turn("magnetic", 2.5), "Adds 2.5° E declination, no meridian convergence, for no CRS says "
-                                "it: azimuths + 2.50°."),
-        (Turn("magnetic", 0.0, 0.0), "Adds 0° E declination, subtracts 0.00° meridian convergence: "
-                                     "azimuths + 0.00°."),
-        (Turn("magnetic", -2.5, -3.0), "Subtracts 2.5° W declination, adds 3.00° meridian "
-                                       "convergence: azimuths + 0.50°."),
-        (Turn("true", 2.5, 0.5), "Subtracts 0.50° meridian convergence: azimuths − 0.50°."),
-        (Turn("true", 0.0, 0.004), "Subtracts 0.00° meridian convergence: azimuths + 0.00°."),
-        (Turn("true", 0.0, 0.006), "Subtracts 0.01° meridian convergence: azimuths − 0.01°."),
-        (Turn("grid", 2.5, 0.5), "Azimuths are kept as read: they are taken to be from grid "
-                                 "north."),
+        (Turn("magnetic", 2.5), "Azimuths + 2.50°: declination 2.5° E added, meridian convergence "
+                                "unknown (no CRS)."),
+        (Turn("magnetic", 0.0, 0.0), "Azimuths + 0.00°: declination 0° E added, meridian "
+                                     "convergence 0.00° subtracted."),
+        (Turn("magnetic", -2.5, -3.0), "Azimuths + 0.50°: declination 2.5° W subtracted, meridian "
+                                       "convergence 3.00° added."),
+        (Turn("true", 2.5, 0.5), "Azimuths − 0.50°: meridian convergence 0.50° subtracted."),
+        (Turn("true", 0.0, 0.004), "Azimuths + 0.00°: meridian convergence 0.00° subtracted."),
+        (Turn("true", 0.0, 0.006), "Azimuths − 0.01°: meridian convergence 0.01° subtracted."),
+        (Turn("grid", 2.5, 0.5), "Azimuths are relative to grid north and are kept as read."),
     ],
 )  # fmt: skip
 def test_what_will_be_done_is_said_to_the_hundredth_of_a_degree(turn: Turn, said: str) -> None:

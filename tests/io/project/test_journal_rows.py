@@ -265,7 +265,7 @@ def test_missing_rows_are_named_and_no_other_is_blamed(
     kept = [seq for (seq,) in asked(four_beds / "journal.sqlite", "SELECT seq FROM journal")]
     played = read_replay(four_beds)
     assert [p for p in played.problems if "missing" in p] == [
-        f"journal {said}: what was done there is lost"
+        f"Journal {said}. What was done there is lost."
     ]
     assert traces(four_beds) == {f"t{seq - 4}" for seq in kept if seq >= 4}
 
@@ -276,15 +276,15 @@ def test_what_stands_for_lost_rows_says_so_and_nothing_else(four_beds: Path) -> 
     journal = SqliteJournal(path)
     last = list(journal.rows())[-1]
     journal.close()
-    words = "journal rows 6 to 7 are missing: what was done there is lost"
+    words = "Journal rows 6 to 7 are missing. What was done there is lost."
     assert last == Row(7, "gap", None, "", None, None, "", "", None, notice=words)
 
 
 def test_a_damaged_row_takes_no_other_with_it(four_beds: Path) -> None:
     changed(four_beds / "journal.sqlite", "UPDATE journal SET time = 'x' WHERE seq IN (4, 6)")
     problems = read_replay(four_beds).problems
-    assert [p.split(" (")[0] for p in problems] == ["journal row 4", "journal row 6"]
-    assert all("not what was written" in problem for problem in problems)
+    assert [p.split(" (")[0] for p in problems] == ["Journal row 4", "Journal row 6"]
+    assert all("differs from what was written" in problem for problem in problems)
     assert traces(four_beds) == {"t1", "t3"}
 
 

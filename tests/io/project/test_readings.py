@@ -181,7 +181,7 @@ def test_a_quadrant_that_the_strike_cannot_dip_to_is_refused(tmp_path):
 def test_half_a_position_is_left_out_and_said(tmp_path):
     understood = read(tmp_path, "dip direction,dip,x,y,z\n132,41,1,2,\n132,41,1,2,3\n132,41,,,\n")
     assert [r.position for r in understood.rows] == [None, (1.0, 2.0, 3.0), None]
-    assert understood.remarks[0].startswith("1 reading has no whole position")
+    assert understood.remarks[0].startswith("1 reading is imported without position")
     assert "line 2" in understood.remarks[0]
 
 
@@ -197,7 +197,7 @@ def test_a_position_in_degrees_lands_where_the_crs_has_it(tmp_path):
     assert y == pytest.approx(5_096_085.926 * 0.9996, abs=0.01)
     without = understand(table, found.columns, found.notation)
     assert without.rows[0].position is None
-    assert "needs a project with a CRS" in without.remarks[0]
+    assert "degrees need a project with a CRS" in without.remarks[0]
 
 
 @pytest.mark.parametrize("text", ["", "# only\n", "strike,dip\n"])
@@ -234,11 +234,11 @@ def test_each_north_is_turned_by_what_lies_between_it_and_the_grid():
 def test_the_sentence_says_what_is_added_and_what_is_subtracted():
     text = Turn("magnetic", 2.6, 0.8).sentence()
     assert (
-        text == "Adds 2.6° E declination, subtracts 0.80° meridian convergence: azimuths + 1.80°."
+        text == "Azimuths + 1.80°: declination 2.6° E added, meridian convergence 0.80° subtracted."
     )
     text = Turn("magnetic", -2.6, -0.8).sentence()
     assert (
-        text == "Subtracts 2.6° W declination, adds 0.80° meridian convergence: azimuths − 1.80°."
+        text == "Azimuths − 1.80°: declination 2.6° W subtracted, meridian convergence 0.80° added."
     )
     assert "no CRS" in Turn("true", 0.0, None).sentence()
     assert "as read" in Turn("grid").sentence()

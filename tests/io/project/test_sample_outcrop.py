@@ -109,9 +109,9 @@ def test_the_truth_is_by_name(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("read", "text", "word"),
     [
-        (read_true_cameras, CAMERAS, "truth"),
+        (read_true_cameras, CAMERAS, "true values"),
         (read_picks, PICKS, "picks"),
-        (read_truth, TRUTH, "truth"),
+        (read_truth, TRUTH, "true values"),
     ],
 )
 def test_damage_is_said_with_the_name_of_the_file(

@@ -287,7 +287,7 @@ def test_a_mask_is_a_file_that_undoing_finds_again(project: Project, tmp_path: P
     assert verify(project.folder).sound
     (mask,) = session.of(Mask)
     (project.folder / mask.file.path).write_bytes(b"other")
-    assert "holds something else" in verify(project.folder).problems[0]
+    assert "differs from what was written" in verify(project.folder).problems[0]
     (project.folder / mask.file.path).unlink()
     assert "is missing" in verify(project.folder).problems[0]
 

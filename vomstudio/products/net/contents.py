@@ -61,12 +61,14 @@ class NetSet:
 
 @dataclass(frozen=True)
 class NetMean:
-    """A mean of a set: a line to mark, and the text beside it."""
+    """A mean of a set: a line to mark, and the text beside it. orientation : the line, or the mean
+    plane, in the net's notation"""
 
     line: Line
     label: str
     color: str
     marker: str
+    orientation: str = ""
 
 
 @dataclass(frozen=True)
@@ -180,7 +182,7 @@ def means_of(
             text = format_line(line, decimals)
         # Colour and symbol tell whose mean it is; a name would not fit where sets are many.
         label = text if len(chosen) > 1 else tr("Mean {orientation}", orientation=text)
-        means.append(NetMean(line, label, s.color, s.marker))
+        means.append(NetMean(line, label, s.color, s.marker, text))
     return tuple(means)
 
 

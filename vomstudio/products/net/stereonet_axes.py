@@ -10,6 +10,7 @@ import numpy as np
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geology.stereonet import density
 from vomstudio.products.net.contents import NetContents, NetSet, circles_shown
+from vomstudio.words import tr
 
 _GRID = 101
 _CONTOURS = "Greys"
@@ -63,7 +64,7 @@ def draw_net(ax: Any, net: NetContents) -> None:
             markersize=12,
             markerfacecolor=mean.color,
             markeredgecolor="black",
-            label=f"mean {mean.label.removeprefix('mean ')}",
+            label=tr("Mean {orientation}", orientation=mean.orientation),
         )
     ax.legend(loc="upper left", bbox_to_anchor=(1.1, 1.0), frameon=False, fontsize="small")
 
@@ -73,8 +74,9 @@ def _strikes(s: NetSet) -> Any:
 
 
 def _label(s: NetSet) -> str:
-    what = "poles" if s.kind == "plane" else "lines"
-    return f"{s.name} ({what}, n = {len(s)})"
+    if s.kind == "plane":
+        return tr("{set}, poles (n = {count:,})", set=s.name, count=len(s))
+    return tr("{set}, lines (n = {count:,})", set=s.name, count=len(s))
 
 
 def _draw_density(ax: Any, net: NetContents, method: str) -> None:

@@ -14,6 +14,7 @@ from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.requests import OrthophotoFigures, figures_of
 from vomstudio.products.ortho.tiles import Tile, TilePicture
 from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +47,7 @@ def draw_picture(
 ) -> DrawnPicture:
     """Draw a planned picture. Raises Cancelled."""
     progress = progress or Silent()
-    progress.stage("preparing the model")
+    progress.stage(tr("Preparing the model"))
     grid = plan.grid
     source = source_of(data, plan)
     rgba = np.zeros((grid.height, grid.width, 4), np.uint8)

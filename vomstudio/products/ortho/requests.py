@@ -26,11 +26,11 @@ from vomstudio.products.ortho.view_directions import (
     view_along_line,
     view_of_plane,
 )
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
-NOT_PLACED = (
-    "the model was made of photos without control or GPS: north is not known, nor the "
-    "unit, unless --unit says it"
+NOT_PLACED = to_translate(
+    "The model was made of photos without control points or GPS: north is unknown, and so is the "
+    "unit unless --unit gives it."
 )
 
 
@@ -125,9 +125,14 @@ def request_picture(
     if fold is not None:
         warnings += fold.warnings
         if fold.valid != "yes":
-            judged = "only conditionally valid" if fold.valid == "conditional" else "not valid"
             warnings.append(
-                f"a view along this axis is {judged}: {fold.verdict}; see vomstudio fold."
+                tr(
+                    "A view along this axis is only conditionally valid: {verdict} (see vomstudio "
+                    "fold)."
+                    if fold.valid == "conditional"
+                    else "A view along this axis is not valid: {verdict} (see vomstudio fold).",
+                    verdict=fold.verdict,
+                )
             )
         view = view_along_axis(fold.beta.trend_deg, fold.beta.plunge_deg, data, to_world)
     assert view is not None
@@ -144,7 +149,7 @@ def request_picture(
         along = _fold_view(fold, planned)
         warnings.append(along.cost)
     if not placed:
-        warnings.append(NOT_PLACED)
+        warnings.append(tr(NOT_PLACED))
     return Requested(planned, along, tuple(warnings))
 
 
