@@ -64,8 +64,8 @@ def test_a_model_in_feet_is_saved_in_feet(triangle: Path, tmp_path: Path) -> Non
         ({"up": "x"}, "none of y, z"),
         ({"unit": "yard"}, "none of m, cm"),
         ({"crs": "EPSG:4326"}, "projected"),
-        ({"crs": "somewhere"}, "not a CRS"),
-        ({"crs": "EPSG:32633", "unit": "ft"}, "leave one of them out"),
+        ({"crs": "somewhere"}, "not a known coordinate reference system"),
+        ({"crs": "EPSG:32633", "unit": "ft"}, "Leave out --crs or --unit"),
     ],
 )
 def test_declarations_that_cannot_be_are_refused(triangle: Path, more: Any, said: str) -> None:
@@ -91,7 +91,7 @@ def test_saving_keeps_what_it_is(cliff: vs.Mesh, tmp_path: Path) -> None:
     with pytest.raises(vs.errors.TargetError):
         cliff.save(made)
     cliff.save(made, force=True)
-    with pytest.raises(vs.errors.UsageError, match="ending"):
+    with pytest.raises(vs.errors.UsageError, match="format follows from the name"):
         cliff.save(tmp_path / "cliff.docx")
     with pytest.raises(vs.errors.TargetError):
         cliff.save(cliff.path, force=True)

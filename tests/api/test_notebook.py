@@ -66,4 +66,4 @@ def test_an_error_in_a_notebook_is_a_sentence_of_ours(folder: Path) -> None:
     with pytest.raises(CellExecutionError) as error:
         run(cells, folder)
     assert error.value.ename == "InputError"
-    assert error.value.evalue.startswith("points: row 1 has no finite coordinates")
+    assert error.value.evalue.startswith("points: Row 1 has no finite coordinates")

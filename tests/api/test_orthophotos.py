@@ -103,7 +103,7 @@ def test_planes_are_taken_in_every_form(cliff: vs.Mesh, picks: Any) -> None:
 def test_progress_is_told_and_can_stop_it(cliff: vs.Mesh) -> None:
     told: list[tuple[str, int, int | None]] = []
     vs.orthophoto(cliff, trend_deg=0, plunge_deg=90, gsd_m=1, progress=lambda *a: told.append(a))
-    assert ("casting rays", 1, 1) in told
+    assert ("Casting rays", 1, 1) in told
 
     def stop(stage: str, done: int, total: int | None) -> None:
         raise vs.errors.Cancelled()
@@ -117,14 +117,14 @@ def test_progress_is_told_and_can_stop_it(cliff: vs.Mesh) -> None:
     [
         ({}, "Give one view direction"),
         ({"trend_deg": 5}, "both a trend and a plunge"),
-        ({"trend_deg": 5, "plunge_deg": 5, "plane": "3/4"}, "say once"),
+        ({"trend_deg": 5, "plunge_deg": 5, "plane": "3/4"}, "Give one view direction"),
         ({"trend_deg": 5, "plunge_deg": 95}, "-90 .* to 90"),
         ({"trend_deg": "north", "plunge_deg": 5}, "Numbers are needed"),
         ({"trend_deg": [1, 2], "plunge_deg": 5}, "single number"),
         ({"plane": "steep"}, "steep"),
         ({"plane": (1, 2, 3)}, "dip direction, dip"),
         ({"trend_deg": 5, "plunge_deg": 5, "gsd_m": 0}, "length in metres"),
-        ({"trend_deg": 5, "plunge_deg": 5, "gsd_m": 1e-6}, "--gsd .* would do"),
+        ({"trend_deg": 5, "plunge_deg": 5, "gsd_m": 1e-6}, "Use --gsd .* or larger"),
         ({"trend_deg": 5, "plunge_deg": 5, "progress": 7}, "function"),
     ],
 )

@@ -155,8 +155,8 @@ def test_the_resolution_enters_the_verdict() -> None:
         (np.zeros((3, 9)), r"points\.T"),
         (np.zeros((9, 2)), "three coordinates"),
         (np.zeros((2, 2, 3)), "three coordinates"),
-        ([[0, 0, 0], [1, 0, 0], [0, np.nan, 0], [np.inf, 0, 0]], r"row 2 \(and 1 more\)"),
-        ([[0, 0, 0], [1, 0, 0], [0, 1, 1e300]], "row 2"),
+        ([[0, 0, 0], [1, 0, 0], [0, np.nan, 0], [np.inf, 0, 0]], r"Row 2 \(and 1 more\)"),
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 1e300]], "Row 2"),
         (np.ma.masked_less(np.ones((4, 3)), 2), "masked"),
         (pandas.DataFrame({"a": [1], "b": [2], "c": [3]}), "no column x"),
         (pandas.DataFrame({"x": [1], "X": [2], "y": [3], "z": [1]}), "more than one column x"),
@@ -191,7 +191,7 @@ def test_groups_without_a_plane_are_named(picks: Any) -> None:
         made = vs.fit_planes({"bed": bed, "short": bed[:2]})
     assert list(made["id"]) == ["bed"]
     assert made.attrs["skipped"][0]["id"] == "short"
-    with pytest.raises(vs.errors.GeometryError, match="none of its 1 planes"):
+    with pytest.raises(vs.errors.GeometryError, match="None of the 1 planes"):
         vs.fit_planes({"short": bed[:2]})
 
 

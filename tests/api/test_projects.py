@@ -123,7 +123,7 @@ def test_two_notebooks_cannot_have_one_project(folder: Path) -> None:
     with vs.Project.create(folder):
         with pytest.raises(vs.errors.InputError, match="open in another window"):
             vs.Project.open(folder)
-        with pytest.raises(vs.errors.TargetError, match="a project here already"):
+        with pytest.raises(vs.errors.TargetError, match="already a project here"):
             vs.Project.create(folder)
     vs.Project.open(folder).close()
 
@@ -169,12 +169,12 @@ def test_an_old_project_is_read_as_the_commands_read_it(
     [
         (lambda p, b: p.add_trace(b[:2], model="sample", type="bedding"), "GeometryError", "plane"),
         (lambda p, b: p.add_trace(b.T, model="sample", type="bedding"), "InputError", "points.T"),
-        (lambda p, b: p.add_trace(b, model="sample", type="dyke"), "UsageError", "there are Bed"),
-        (lambda p, b: p.add_trace(b, model="other", type="fault"), "UsageError", "no model is"),
+        (lambda p, b: p.add_trace(b, model="sample", type="dyke"), "UsageError", "feature types are: Bed"),
+        (lambda p, b: p.add_trace(b, model="other", type="fault"), "UsageError", "No model is"),
         (lambda p, b: p.add_model("gone.obj"), "InputError", "gone.obj"),
         (lambda p, b: p.add_model(MODEL, up="x"), "InputError", "none of y, z"),
-        (lambda p, b: p.fit("B99"), "InputError", "there is no feature B99"),
-        (lambda p, b: p.redo(), "DocumentError", "nothing to do again"),
+        (lambda p, b: p.fit("B99"), "InputError", "has no feature B99"),
+        (lambda p, b: p.redo(), "DocumentError", "nothing to redo"),
         (lambda p, b: p.export("docx", "out.docx"), "InputError", "no features yet"),
     ],
 )
@@ -192,7 +192,7 @@ def test_the_project_itself_is_no_target(folder: Path, bed: Any) -> None:
         project.add_trace(bed, model=project.add_model(MODEL), type="bedding")
         with pytest.raises(vs.errors.TargetError):
             project.export("csv", folder / "journal.sqlite", force=True)
-        with pytest.raises(vs.errors.UsageError, match="choose one of csv"):
+        with pytest.raises(vs.errors.UsageError, match="Choose one of csv"):
             project.export("docx", folder.parent / "out.docx")
 
 
@@ -202,7 +202,7 @@ def test_a_model_without_a_frame_comes_with_a_warning(folder: Path, tmp_path: Pa
     with vs.Project.create(folder) as project:
         with pytest.warns(vs.errors.VomWarning, match="taken as local, in metres"):
             first = project.add_model(path)
-        with pytest.warns(vs.errors.VomWarning, match="has this file already"):
+        with pytest.warns(vs.errors.VomWarning, match="already contains this file"):
             assert project.add_model(path) == first
         assert project.models[0].read().points.tolist() == [[1, 2, 3], [4, 2, 3], [1, 6, 5]]
         path.write_text("v 1 2 3\nv 4 2 3\nv 1 6 6\nf 1 2 3\n")

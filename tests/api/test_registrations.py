@@ -45,16 +45,16 @@ def test_remarks_are_python_warnings() -> None:
 @pytest.mark.parametrize(
     ("model", "world", "more", "said"),
     [
-        (MODEL, WORLD[:5], {}, "7 points of the model and 5 of World are no pairs"),
+        (MODEL, WORLD[:5], {}, "7 points of the model and 5 of World do not form pairs"),
         (MODEL[:, :2], WORLD, {}, "three coordinates"),
         (
             MODEL,
             np.where(np.arange(21).reshape(7, 3) == 4, np.nan, WORLD),
             {},
-            "row 1 has no finite",
+            "Row 1 has no finite",
         ),
         (MODEL, WORLD, {"sigma_m": 0.1}, r"an array \(7, 3\)"),
-        (MODEL, WORLD, {"sigma_m": np.zeros((7, 3))}, "row 0 .and 6 more. has no positive errors"),
+        (MODEL, WORLD, {"sigma_m": np.zeros((7, 3))}, "Row 0 .and 6 more. has no positive errors"),
         (MODEL, WORLD, {"check": [1, 2]}, r"an array \(7,\) of bool"),
         (MODEL, WORLD, {"check": np.arange(7)}, "of bool"),
         ("a", WORLD, {}, "Numbers are needed"),
