@@ -169,7 +169,11 @@ def test_an_old_project_is_read_as_the_commands_read_it(
     [
         (lambda p, b: p.add_trace(b[:2], model="sample", type="bedding"), "GeometryError", "plane"),
         (lambda p, b: p.add_trace(b.T, model="sample", type="bedding"), "InputError", "points.T"),
-        (lambda p, b: p.add_trace(b, model="sample", type="dyke"), "UsageError", "feature types are: Bed"),
+        (
+            lambda p, b: p.add_trace(b, model="sample", type="dyke"),
+            "UsageError",
+            "feature types are: Bed",
+        ),
         (lambda p, b: p.add_trace(b, model="other", type="fault"), "UsageError", "No model is"),
         (lambda p, b: p.add_model("gone.obj"), "InputError", "gone.obj"),
         (lambda p, b: p.add_model(MODEL, up="x"), "InputError", "none of y, z"),

@@ -42,7 +42,7 @@ def test_a_check_is_that_of_the_command(command: Any, three: Path) -> None:
     assert json.loads(to_json(found.as_dict())) == told
     assert found.verdict == told["verdict"]
     assert [photo.name for photo in found.photos] == [photo["name"] for photo in told["photos"]]
-    assert "looking at photos" in seen
+    assert "Measuring photo quality" in seen
     with pytest.raises(vs.errors.UsageError, match="positive number of metres"):
         vs.check(three, distance_m=-1)
 

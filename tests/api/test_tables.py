@@ -73,7 +73,7 @@ def test_an_azimuth_must_be_told(write: Write) -> None:
         ("dip_direction,dip\n120,95\n", "line 2, dip: 95 is outside 0 to 90"),
         ("dip_direction,dip\n120,up\n", "line 2, dip: 'up' is not a number"),
         ("colour,size\nred,3\n", "no columns of orientations"),
-        ("dip_direction,dip\n", "nothing below it"),
+        ("dip_direction,dip\n", "nothing below the header"),
     ],
 )
 def test_errors_name_file_line_and_column(write: Write, text: str, said: str) -> None:
@@ -152,9 +152,9 @@ def test_a_file_its_table_and_its_arrays_say_the_same(data_dir: Path) -> None:
         (([], []), "no values"),
         ((1, 2, 3), "DataFrame, the path of a file, or the two arrays"),
         (np.zeros((5, 2)), "two arrays"),
-        (7, "this is a int"),
-        (None, "this is a NoneType"),
-        ({"dip": [3]}, "this is a dict"),
+        (7, "This is a int"),
+        (None, "This is a NoneType"),
+        ({"dip": [3]}, "This is a dict"),
         (pandas.DataFrame({"colour": ["red"]}), r"no columns of orientations in the header \(col"),
         (pandas.DataFrame({"dip_dir": [10], "dip": ["steep"]}), "'steep' is not a number"),
         (pandas.DataFrame({"dip_dir": [], "dip": []}), "no rows"),

@@ -146,7 +146,7 @@ def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floats, Floa
     if len(a) != len(b):
         raise InputError(
             tr(
-                "{count} values of {names} and {second_count} of {second} are no pairs.",
+                "{count} values of {names} and {second_count} of {second} do not form pairs.",
                 count=len(a),
                 names=names[0],
                 second_count=len(b),

@@ -60,7 +60,7 @@ def reconstruct(
     >>> import vomstudio as vs
     >>> vs.reconstruct(tempfile.gettempdir() + "/none", "model")
     Traceback (most recent call last):
-    vomstudio.errors.InputError: ...none: is no folder of photos
+    vomstudio.errors.InputError: ...none: This is not a folder of photos. Choose another.
     """
     from vomstudio.jobs.reconstruction_orders import order_reconstruction
     from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT

@@ -58,7 +58,7 @@ def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> An
     >>> beds[["dip_direction_deg", "dip_deg", "strike_rhr_deg"]].values.tolist()
     [[120.0, 45.0, 30.0], [210.0, 60.0, 120.0]]
     >>> beds.attrs["convention"]
-    "planes by strike (right-hand rule)/dip ('strike', 'dip')"
+    "planes as strike (right-hand rule)/dip ('strike', 'dip')"
     """
     table = orientation_reading.read_orientations(path, azimuth)
     said = _noticed(table)
