@@ -157,7 +157,7 @@ def _sections() -> dict[str, str]:
 
 
 def _commands() -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    for name, parser in _inner(_parser()):
+    for name, parser in _inner(_parser(())):
         yield name, parser
         yield from ((f"{name} {action}", inner) for action, inner in _inner(parser))
 

@@ -74,7 +74,7 @@ def test_every_tile_is_drawn_once_and_the_progress_counts_them(
     assert sorted(source.drawn) == list(range(columns))
     for tile, picture in found:
         assert picture.rgba[0, 0, 0] == tile.number
-    assert told.stages == [("casting rays", columns)]
+    assert told.stages == [("Casting rays", columns)]
     assert told.steps == list(range(columns + 1))
     assert source.most <= min(threads or 8, 8, columns)
 

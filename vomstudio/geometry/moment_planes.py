@@ -36,27 +36,19 @@ def fit_moments(
     centroid = np.asarray(mean, dtype=np.float64)
     matrix = np.asarray(scatter, dtype=np.float64)
     if n < 3:
-        raise GeometryError(
-            tr("A plane through {count} points: {reason}.", count=n, reason=tr(TOO_FEW))
-        )
+        raise _no_plane(n, TOO_FEW)
     if not (np.isfinite(matrix).all() and (np.abs(centroid) < LARGEST).all()):
-        raise GeometryError(
-            tr("A plane through {count} points: {reason}.", count=n, reason=tr(NOT_FINITE))
-        )
+        raise _no_plane(n, NOT_FINITE)
     matrix = matrix / n
     size = float(np.trace(matrix))
     rounding = ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(centroid).max())
     if size <= max(rounding**2, np.finfo(np.float64).tiny):
-        raise GeometryError(
-            tr("A plane through {count} points: {reason}.", count=n, reason=tr(IDENTICAL))
-        )
+        raise _no_plane(n, IDENTICAL)
     values, vectors = np.linalg.eigh(matrix / size)
     values, axes = np.maximum(values[::-1], 0.0), vectors.T[::-1].copy()
     thin = 64.0 * float(np.finfo(np.float64).eps)
     if values[1] <= max(thin, (rounding**2) / size):
-        raise GeometryError(
-            tr("A plane through {count} points: {reason}.", count=n, reason=tr(COLLINEAR))
-        )
+        raise _no_plane(n, COLLINEAR)
     values = np.where(values <= thin, 0.0, values)
     values /= values.sum()
     axes[2] = upward(axes[None, 2])[0]
@@ -110,3 +102,9 @@ def fit_moments(
 
 def _known(value: Floats, known: bool) -> float | None:
     return float(value[0]) if known and np.isfinite(value[0]) else None
+
+
+def _no_plane(n: int, reason: str) -> GeometryError:
+    return GeometryError(
+        tr("A plane through {count} points: {reason}.", count=n, reason=tr(reason))
+    )

@@ -192,7 +192,14 @@ def understand(
                 notes=word.get("notes", ""),
             )
         )
-    remarks = list(table.notes)
+    in_degrees = "longitude" in columns and to_grid is None
+    remarks = [*table.notes, *_remarks(turned_over, placeless, in_degrees)]
+    return FieldReadings(tuple(rows), tuple(bad), tuple(remarks))
+
+
+def _remarks(turned_over: list[int], placeless: list[int], in_degrees: bool) -> list[str]:
+    """What is said of the lines of rows that were turned over, or have no position."""
+    remarks = []
     if turned_over:
         remarks.append(
             tr_n(
@@ -203,7 +210,6 @@ def understand(
             )
         )
     if placeless:
-        in_degrees = "longitude" in columns and to_grid is None
         remarks.append(
             tr_n(
                 "{count} reading is imported without position: degrees need a project with a CRS "
@@ -221,7 +227,7 @@ def understand(
                 lines=lines_in_words(placeless),
             )
         )
-    return FieldReadings(tuple(rows), tuple(bad), tuple(remarks))
+    return remarks
 
 
 def _orientation(
