@@ -103,7 +103,7 @@ def test_planes_are_taken_in_every_form(cliff: vs.Mesh, picks: Any) -> None:
 def test_progress_is_told_and_can_stop_it(cliff: vs.Mesh) -> None:
     told: list[tuple[str, int, int | None]] = []
     vs.orthophoto(cliff, trend_deg=0, plunge_deg=90, gsd_m=1, progress=lambda *a: told.append(a))
-    assert ("casting rays", 1, 1) in told
+    assert ("Casting rays", 1, 1) in told
 
     def stop(stage: str, done: int, total: int | None) -> None:
         raise vs.errors.Cancelled()

@@ -91,7 +91,7 @@ def test_what_was_guessed_of_a_view_is_said_and_what_is_known_is_not() -> None:
     for cloud, judged in ((PointCloud(points), True), (PointCloud(points, normals=up), False)):
         view = view_along_axis(30.0, 60.0, cloud, SAME)
         assert ("judged by surfaces taken to face up" in view.reason) == judged
-        assert view.reason.startswith("Down-plunge: 100% of what is hit faces the viewer")
+        assert view.reason.startswith("Down-plunge: 100% of the visible surface faces the viewer")
     square = Mesh(points[:3], np.array([[0, 1, 2]], np.int32))
     assert "judged" not in view_along_axis(30.0, 60.0, square, SAME).reason
 
@@ -356,7 +356,7 @@ def test_the_pixel_is_the_texel_that_half_of_the_surface_has(tmp_path: Path) -> 
     mesh = paved(tmp_path, [(2.0, 200), (3.0, 30), (4.0, 133)])
     found, why = planning.default_gsd(mesh, SAME, 10.0)
     assert found == pytest.approx(0.03)
-    assert why == "the texture's own resolution on the surface"
+    assert why == "the resolution of the texture on the surface"
     assert planning.default_gsd(mesh, np.diag([2.0, 2, 2, 1]), 10.0)[0] == pytest.approx(0.06)
     bare = replace(mesh, uv=None)
     assert planning.default_gsd(bare, SAME, 10.0)[1] == "the mean length of the mesh's edges"
