@@ -141,7 +141,7 @@ def test_a_plane_that_is_gone_leaves_the_line_and_says_so():
     assert found.rake_deg is None
     assert found.slip_rake_deg is None
     assert found.line is not None
-    assert any("gone" in r for r in found.verdict.reasons)
+    assert any("was deleted" in r for r in found.verdict.reasons)
 
 
 def test_a_compass_reading_is_a_plane_without_a_known_error():
@@ -233,7 +233,7 @@ def test_the_error_of_a_thickness_holds_the_truth_in_95_of_100(apart):
 
 def test_a_thickness_without_its_plane_says_why():
     gone = measured(world(thickness([[0, 0, 0], [0, 0, 1]])), "d1")
-    assert "gone" in gone.problem
+    assert "was deleted" in gone.problem
     none = measured(world(thickness([[0, 0, 0], [0, 0, 1]], "")), "d1")
     assert "choose one" in none.problem
 

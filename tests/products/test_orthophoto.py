@@ -197,7 +197,7 @@ def test_the_exposed_side_of_a_cloud_is_found_with_and_without_normals() -> None
     bare = PointCloud(points)
     guessed = view_along_axis(180.0, 10.0, bare, SAME)
     assert guessed.sense == "up-plunge"
-    assert "taken to face up" in guessed.reason
+    assert "taken to point up" in guessed.reason
     outward = np.array([0, -np.sin(np.radians(70)), np.cos(np.radians(70))], np.float32)
     known = replace(bare, normals=np.tile(outward, (len(points), 1)))
     assert view_along_axis(180.0, 10.0, known, SAME).sense == "up-plunge"
