@@ -141,7 +141,7 @@ def test_a_plane_that_is_gone_leaves_the_line_and_says_so():
     assert found.rake_deg is None
     assert found.slip_rake_deg is None
     assert found.line is not None
-    assert any("was deleted" in r for r in found.verdict.reasons)
+    assert any("gone" in r for r in found.verdict.reasons)
 
 
 def test_a_compass_reading_is_a_plane_without_a_known_error():
