@@ -258,7 +258,7 @@ def test_a_damaged_row_is_named_and_left_out_and_later_steps_back_take_it_along(
     played.rows[1] = replace(played.rows[1], problem="its checksum is wrong")
     found = replay(played.rows)
     assert set(found.records) == {"t1", "l1"}
-    assert found.problems == ["journal row 2 (do 'Do 2'): its checksum is wrong"]
+    assert found.problems == ["Journal row 2 (do 'Do 2'): its checksum is wrong"]
     played.row("undo", lost)
     found = replay(played.rows)
     assert found.problems[-1].endswith(f"refers to row {lost}, which is missing.")

@@ -233,7 +233,7 @@ def test_the_error_of_a_thickness_holds_the_truth_in_95_of_100(apart):
 
 def test_a_thickness_without_its_plane_says_why():
     gone = measured(world(thickness([[0, 0, 0], [0, 0, 1]])), "d1")
-    assert "gone" in gone.problem
+    assert "was deleted" in gone.problem
     none = measured(world(thickness([[0, 0, 0], [0, 0, 1]], "")), "d1")
     assert "choose one" in none.problem
 

@@ -197,7 +197,7 @@ def test_the_exposed_side_of_a_cloud_is_found_with_and_without_normals() -> None
     bare = PointCloud(points)
     guessed = view_along_axis(180.0, 10.0, bare, SAME)
     assert guessed.sense == "up-plunge"
-    assert "taken to face up" in guessed.reason
+    assert "taken to point up" in guessed.reason
     outward = np.array([0, -np.sin(np.radians(70)), np.cos(np.radians(70))], np.float32)
     known = replace(bare, normals=np.tile(outward, (len(points), 1)))
     assert view_along_axis(180.0, 10.0, known, SAME).sense == "up-plunge"
@@ -637,12 +637,12 @@ def test_the_pixel_of_a_model_without_a_resolution_is_a_thousandth_of_its_size()
     for extent, gsd in ((0.0, 0.001), (0.5, 0.001), (40.0, 0.04)):
         found, why = planning.default_gsd(alone, SAME, extent)
         assert found == pytest.approx(gsd)
-        assert why == "a thousandth of the model's size"
+        assert why == "a thousandth of the size of the model"
     doubled = np.diag([3.0, 3.0, 3.0, 1.0])
     g = np.arange(0.0, 2.0, 0.1)
     x, y = (k.ravel() for k in np.meshgrid(g, g))
     grid = PointCloud(np.column_stack([x, y, 0 * x]))
-    assert planning.default_gsd(grid, SAME, 2.0) == (0.1, "the cloud's mean spacing")
+    assert planning.default_gsd(grid, SAME, 2.0) == (0.1, "the mean point spacing of the cloud")
     assert planning.default_gsd(grid, doubled, 6.0)[0] == pytest.approx(0.3)
 
 

@@ -90,8 +90,8 @@ def test_what_was_guessed_of_a_view_is_said_and_what_is_known_is_not() -> None:
     up = np.tile(np.array([0.0, 0.0, 1.0], np.float32), (900, 1))
     for cloud, judged in ((PointCloud(points), True), (PointCloud(points, normals=up), False)):
         view = view_along_axis(30.0, 60.0, cloud, SAME)
-        assert ("judged by surfaces taken to face up" in view.reason) == judged
-        assert view.reason.startswith("Down-plunge: 100% of what is hit faces the viewer")
+        assert ("normals estimated, taken to point up" in view.reason) == judged
+        assert view.reason.startswith("Down-plunge: 100% of the visible surface faces the viewer")
     square = Mesh(points[:3], np.array([[0, 1, 2]], np.int32))
     assert "judged" not in view_along_axis(30.0, 60.0, square, SAME).reason
 
@@ -135,8 +135,11 @@ def test_what_a_wrong_direction_costs_is_reckoned(
     angle = np.radians(5.0 if error is None else error)
     unit = "m" if metric else "units"
     assert f"{1 - np.cos(angle):.1%}" in words
-    assert f"{depth * np.sin(angle):.3g} {unit} over the {depth:.3g} {unit}" in words
-    assert ("95 % confidence" in words) == (error is not None)
+    assert (
+        f"{depth * np.sin(angle):.3g} {unit} over the depth of the view ({depth:.3g} {unit})"
+        in words
+    )
+    assert ("95 % error" in words) == (error is not None)
 
 
 @pytest.mark.parametrize("size", [1e-3, 0.3, 1.0, 40.0])
@@ -356,10 +359,10 @@ def test_the_pixel_is_the_texel_that_half_of_the_surface_has(tmp_path: Path) -> 
     mesh = paved(tmp_path, [(2.0, 200), (3.0, 30), (4.0, 133)])
     found, why = planning.default_gsd(mesh, SAME, 10.0)
     assert found == pytest.approx(0.03)
-    assert why == "the texture's own resolution on the surface"
+    assert why == "the resolution of the texture on the surface"
     assert planning.default_gsd(mesh, np.diag([2.0, 2, 2, 1]), 10.0)[0] == pytest.approx(0.06)
     bare = replace(mesh, uv=None)
-    assert planning.default_gsd(bare, SAME, 10.0)[1] == "the mean length of the mesh's edges"
+    assert planning.default_gsd(bare, SAME, 10.0)[1] == "the mean edge length of the mesh"
 
 
 @pytest.mark.parametrize(("gsd", "coarser"), [(0.009, 0), (0.019, 0), (0.021, 1), (0.041, 2)])
@@ -505,4 +508,4 @@ def test_a_map_has_its_pixels_where_its_world_file_and_its_matrix_say(
     facts: dict[str, Any] = made.facts
     assert (facts["width"], facts["height"]) in ((12, 8), (8, 12))
     assert facts["crs"] is None
-    assert "names no CRS" in made.warnings[-1]
+    assert "without a CRS" in made.warnings[-1]

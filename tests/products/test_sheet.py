@@ -119,7 +119,7 @@ def test_nothing_on_a_sheet_covers_anything_else(
     arrow = np.array([*drawn.arrow, *drawn.shaft])
     arrow_box = (*arrow.min(axis=0), *arrow.max(axis=0))
     things = {**drawn.texts, "frame": frame, "bar": bar, "arrow": arrow_box}
-    assert "Not registered: north and scale not known" in things
+    assert "Not registered: north and scale unknown" in things
     for name, box in things.items():
         assert box[0] >= 0, name
         assert box[1] >= 0, name

@@ -176,7 +176,7 @@ def test_selection_emphasises_in_the_same_colour_and_can_be_taken_back() -> None
 
 def test_the_legend_names_the_ellipse_as_long_as_there_is_one() -> None:
     figure, artists = draw(replace(FULL, selected=frozenset(), ellipses=()))
-    name = "joint 95 % of the selected pole"
+    name = "Joint 95 % of the selected pole"
     assert name not in texts(artists)
     artists.select({"Bedding3"}, FULL.ellipses)
     assert name in texts(artists)

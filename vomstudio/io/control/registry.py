@@ -32,7 +32,7 @@ def choose_format(path: Path) -> ControlFormat:
     for format_ in sorted(found.all, key=lambda one: not one.certain):
         if format_.matches(path):
             return format_
-    known = ", ".join(one.name for one in found.all)
+    known = ", ".join(tr(one.name) for one in found.all)
     sentence = tr("This is no file of control points. Supported: {formats}.", formats=known)
     if found.broken:
         sentence += f" ({'; '.join(found.broken)})"

@@ -44,7 +44,7 @@ def extensions() -> tuple[str, ...]:
 
 def what_can_be_read() -> str:
     """For sentences: 'LAS/LAZ point cloud (.las, .laz), ...'."""
-    return ", ".join(f"{r.name} ({', '.join(r.extensions)})" for r in find_readers().all)
+    return ", ".join(f"{tr(r.name)} ({', '.join(r.extensions)})" for r in find_readers().all)
 
 
 def read_head(path: Path) -> bytes:

@@ -128,7 +128,9 @@ class Files(QObject):
         path = self._studio.project.find_model(model) if model is not None else None
         if model is None or path is None:
             return
-        patterns = [f"{w.name} ({' '.join(f'*{e}' for e in w.extensions)})" for w in find_writers()]
+        patterns = [
+            f"{tr(w.name)} ({' '.join(f'*{e}' for e in w.extensions)})" for w in find_writers()
+        ]
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
             tr("Export {model} as", model=model.name),

@@ -17,7 +17,7 @@ from vomstudio.io.text.xml_tree import (
     read_xml,
     wrong,
 )
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 TOP = "document"
 
@@ -139,7 +139,7 @@ def _known(path: Path, element: Element, name: str, known: dict[str, str]) -> st
 
 
 CONTROL_FORMAT = ControlFormat(
-    "markers of Metashape (XML)",
+    to_translate("markers of Metashape (XML)"),
     matches=matches,
     points=points_of,
     marks=marks_of,

@@ -17,7 +17,7 @@ from vomstudio.io.text.xml_tree import (
     words,
     wrong,
 )
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 POINTS, MARKS = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
 _POINT, _PHOTO, _MARK = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I"
@@ -118,7 +118,7 @@ def marks_of(path: Path) -> list[Mark]:
 
 # It takes whatever XML no other format knows, and says what it misses in it.
 CONTROL_FORMAT = ControlFormat(
-    "ground points of MicMac (XML)",
+    to_translate("ground points of MicMac (XML)"),
     matches=is_xml,
     points=points_of,
     marks=marks_of,

@@ -12,7 +12,7 @@ from vomstudio.errors import InputError
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 _LARGEST = 64 << 20
 _UTM = re.compile(r"WGS84\s+UTM\s+(\d{1,2})\s*([NS])", re.IGNORECASE)
@@ -170,7 +170,7 @@ def _number(path: Path, line: int, name: str, cell: str) -> float:
 
 
 CONTROL_FORMAT = ControlFormat(
-    "list of ground control of OpenDroneMap",
+    to_translate("list of ground control of OpenDroneMap"),
     matches=is_odm,
     points=points_of,
     marks=marks_of,

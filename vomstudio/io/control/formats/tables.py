@@ -18,7 +18,7 @@ from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
 from vomstudio.io.text.tables import TextTable, read_table
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 _IN_COMMENT = re.compile(r"[#\s]*(?:CRS\s*[:=]?\s*)?(EPSG:\d+\b|[A-Z]+CRS\[.*\])", re.IGNORECASE)
 _CONTROL = {"", "control", "yes", "true", "1", "gcp"}
@@ -153,7 +153,7 @@ def _at(table: TextTable, row: int, column: int, message: str) -> InputError:
 
 
 CONTROL_FORMAT = ControlFormat(
-    "table of control points",
+    to_translate("table of control points"),
     matches=lambda path: True,
     points=points_of,
     marks=marks_of,

@@ -16,7 +16,7 @@ from vomstudio.io.gis.raster import libtiff_silent
 from vomstudio.io.models.formats._common import UNKNOWN_CRS, drop_unsound
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
+from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[Any]
 
@@ -291,4 +291,4 @@ def _triangles(number: Array, heights: Array) -> Array:
     return faces[faces[:, 0] >= 0]
 
 
-READER = Reader("GeoTIFF height model", (".tif", ".tiff"), matches, read)
+READER = Reader(to_translate("GeoTIFF height model"), (".tif", ".tiff"), matches, read)

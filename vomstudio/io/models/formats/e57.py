@@ -19,7 +19,7 @@ from vomstudio.io.models.formats._common import (
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
+from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[Any]
 
@@ -229,4 +229,4 @@ def _crs(image: Any, said: list[str]) -> str | None:
         return None
 
 
-READER = Reader("E57 scan", (".e57",), matches, read)
+READER = Reader(to_translate("E57 scan"), (".e57",), matches, read)

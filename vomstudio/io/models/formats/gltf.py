@@ -26,7 +26,7 @@ from vomstudio.io.models.formats._gltf_primitives import Piece, pieces_of
 from vomstudio.io.models.offset_file import checked_origin, crs_or_problem, offset_path, read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 
@@ -216,4 +216,4 @@ def _warn_if_z_looks_up(pieces: list[Piece], said: list[str]) -> None:
         )
 
 
-READER = Reader("glTF scene", (".glb", ".gltf"), matches, read)
+READER = Reader(to_translate("glTF scene"), (".glb", ".gltf"), matches, read)

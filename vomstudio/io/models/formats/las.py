@@ -22,7 +22,7 @@ from vomstudio.io.models.formats._las_header import check_header, mended
 from vomstudio.io.models.formats._las_records import STANDARD_FIELDS
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.generic]
 
@@ -207,4 +207,4 @@ def _crs(header: Any, said: list[str]) -> str | None:
         return None
 
 
-READER = Reader("LAS/LAZ point cloud", (".las", ".laz"), matches, read)
+READER = Reader(to_translate("LAS/LAZ point cloud"), (".las", ".laz"), matches, read)

@@ -31,7 +31,7 @@ from vomstudio.io.models.formats._common import (
 from vomstudio.io.models.mtl import decode, find_beside, read_library, unquote
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
+from vomstudio.words import to_translate, tr, tr_n
 
 BLOCK_BYTES = 8 * 1024 * 1024
 LOOKED_AT_ONCE = 1 << 18
@@ -448,4 +448,4 @@ def _not_understood(count: int) -> str:
     )
 
 
-READER = Reader("Wavefront OBJ", (".obj",), matches, read)
+READER = Reader(to_translate("Wavefront OBJ"), (".obj",), matches, read)

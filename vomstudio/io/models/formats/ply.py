@@ -31,7 +31,7 @@ from vomstudio.io.models.formats._ply_tables import Table, read_binary, read_tex
 from vomstudio.io.models.mtl import check_image, find_beside
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
+from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[np.generic]
 
@@ -317,4 +317,4 @@ def _texture(name: str, index: int, path: Path, said: list[str]) -> Material:
     return Material(name, found)
 
 
-READER = Reader("PLY mesh or cloud", (".ply",), matches, read)
+READER = Reader(to_translate("PLY mesh or cloud"), (".ply",), matches, read)

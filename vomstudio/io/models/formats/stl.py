@@ -21,7 +21,7 @@ from vomstudio.io.models.formats._common import drop_unsound, read_whole
 from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
+from vomstudio.words import to_translate, tr, tr_n
 
 HEADER_BYTES, RECORD_BYTES = 84, 50
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -156,4 +156,4 @@ def _joined(
     return corners[first[order]].astype(np.float64), np.ascontiguousarray(faces)
 
 
-READER = Reader("STL mesh", (".stl",), matches, read)
+READER = Reader(to_translate("STL mesh"), (".stl",), matches, read)

@@ -30,7 +30,7 @@ from vomstudio.io.text.rows import (
 )
 from vomstudio.io.text.tables import FARTHEST_M, TextTable, coordinate_columns, plain, read_points
 from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
+from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[Any]
 
@@ -380,7 +380,7 @@ def _triple(indices: list[int], numeric: Any) -> Array | None:
 
 
 READER = Reader(
-    "text table of points",
+    to_translate("text table of points"),
     (".xyz", ".csv", ".txt", ".asc", ".pts", ".xyzrgb", ".xyzn"),
     matches,
     read,

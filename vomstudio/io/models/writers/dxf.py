@@ -15,7 +15,7 @@ from vomstudio.io.models.writers._common import (
     prj_beside,
     step_rows,
 )
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 
 def write(out: Outgoing) -> list[str]:
@@ -70,4 +70,4 @@ def write(out: Outgoing) -> list[str]:
     return said
 
 
-WRITER = Writer("DXF drawing", (".dxf",), write)
+WRITER = Writer(to_translate("DXF drawing"), (".dxf",), write)

@@ -19,7 +19,7 @@ from vomstudio.io.models.offset_file import offset_path, offset_text
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import image_bytes, positions_of
 from vomstudio.version import __version__
-from vomstudio.words import tr, tr_n
+from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[Any]
 
@@ -262,4 +262,4 @@ def linear(srgb: Array) -> Array:
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-WRITER = Writer("glTF scene", (".glb",), write)
+WRITER = Writer(to_translate("glTF scene"), (".glb",), write)

@@ -23,7 +23,7 @@ from vomstudio.io.models.writers._common import (
     renamed,
     step_rows,
 )
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 
@@ -200,4 +200,4 @@ def _short_names(fields: dict[str, Array], said: list[str]) -> dict[str, Array]:
     return result
 
 
-WRITER = Writer("LAS/LAZ point cloud", (".las", ".laz"), write)
+WRITER = Writer(to_translate("LAS/LAZ point cloud"), (".las", ".laz"), write)

@@ -23,7 +23,7 @@ from vomstudio.io.models.writers._common import (
     step_rows,
     write_lines,
 )
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 
 def write(out: Outgoing) -> list[str]:
@@ -119,4 +119,4 @@ def _write_faces(file, out, mesh, start, stop, has) -> None:  # type: ignore[no-
         write_lines(file, columns, "f %d/%d %d/%d %d/%d")
 
 
-WRITER = Writer("Wavefront OBJ", (".obj",), write)
+WRITER = Writer(to_translate("Wavefront OBJ"), (".obj",), write)

@@ -19,7 +19,7 @@ from vomstudio.io.models.writers._common import (
     prj_beside,
     step_rows,
 )
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 
@@ -151,4 +151,4 @@ def _write_faces(file, out, mesh, images) -> None:  # type: ignore[no-untyped-de
         file.write(block.tobytes())
 
 
-WRITER = Writer("PLY", (".ply",), write)
+WRITER = Writer(to_translate("PLY"), (".ply",), write)

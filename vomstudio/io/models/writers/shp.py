@@ -19,7 +19,7 @@ from vomstudio.io.models.writers._common import (
     renamed,
     step_rows,
 )
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 
@@ -72,4 +72,4 @@ def _columns(out: Outgoing, said: list[str]) -> list[Column]:
     return [column(names[name], array) for name, array in values.items()]
 
 
-WRITER = Writer("shapefile of points", (".shp",), write)
+WRITER = Writer(to_translate("shapefile of points"), (".shp",), write)

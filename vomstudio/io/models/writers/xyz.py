@@ -19,7 +19,7 @@ from vomstudio.io.models.writers._common import (
     step_rows,
     write_lines,
 )
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 
@@ -63,4 +63,4 @@ def _plain(values: Array) -> list[Any]:
     return found
 
 
-WRITER = Writer("text table of points", (".xyz", ".csv", ".txt", ".asc"), write)
+WRITER = Writer(to_translate("text table of points"), (".xyz", ".csv", ".txt", ".asc"), write)
