@@ -128,11 +128,7 @@ def mixed(photos: Path, tmp_path: Path) -> Path:
 
 
 def test_what_is_wrong_with_some_photos_does_not_stop_the_others(mixed: Path) -> None:
-<<<<<<< HEAD
-    """And the model may lie in the folder of the photos, without being taken for photos."""
-=======
     """And the model may lie in the photos' own folder, without being taken for photos."""
->>>>>>> eng-rest
     out = mixed / "model"
     end = reconstruct(mixed, out)
     assert end.code == 0, end.err

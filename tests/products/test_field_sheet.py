@@ -348,11 +348,11 @@ def test_up_to_four_hundred_photos_show_the_ways_they_look(plan: SurveyPlan, n: 
 def test_a_line_of_a_sheet_has_112_letters_at_most(
     plan: SurveyPlan, length: int, lines: int
 ) -> None:
-    warning = "a" * length + " b"
+    warning = "a" * length + " b."
     figure = draw_field_sheet(replace(plan, warnings=(warning,)))
     (at,) = [i for i, text in enumerate(figure.texts) if text.get_text().startswith("! ")]
     said = [figure.texts[at + k].get_text() for k in range(lines)]
-    assert " ".join(said) == f"! {warning}."
+    assert " ".join(said) == f"! {warning}"
     assert figure.texts[at + lines].get_text().startswith("- ")
 
 

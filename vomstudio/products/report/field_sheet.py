@@ -85,7 +85,7 @@ def draw_field_sheet(plan: SurveyPlan, *, pictures_only: bool = False) -> Figure
         for line in _reminders(plan):
             for k, part in enumerate(_wrapped(line, 112)):
                 figure.text(0.07 if k == 0 else 0.09, y, part, fontsize=8.5, color=INK, va="top")
-                y -= 0.0145
+                y -= 0.0138
             y -= 0.003
     return figure
 
