@@ -424,7 +424,7 @@ def test_long_reminders_go_on_a_little_further_in(plan: SurveyPlan) -> None:
         begins = text.get_text().startswith(("- ", "! ", "Date "))
         assert x == (0.07 if begins else 0.09)
         if before is not None:
-            step = 0.0145 + (0.003 if begins else 0.0)
+            step = 0.0138 + (0.003 if begins else 0.0)
             assert before.get_position()[1] - y == pytest.approx(step)
         assert len(text.get_text()) <= 112
     assert sum(x.get_position()[0] == 0.09 for x in lines) > 0
