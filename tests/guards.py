@@ -221,5 +221,6 @@ def _vtk_objects(found: list[Any]) -> list[str]:
     core = sys.modules.get("vtkmodules.vtkCommonCore")
     if core is None:
         return []
-    names = [type(each).__name__ for each in found if isinstance(each, core.vtkObjectBase)]
+    # By its type: asking a weak proxy for its class asks what may be gone.
+    names = [type(each).__name__ for each in found if issubclass(type(each), core.vtkObjectBase)]
     return [f"{names.count(name)} {name}" for name in sorted(set(names))]

@@ -72,7 +72,7 @@ def test_check_reports_progress_as_events(run, tmp_path: Path) -> None:
     ran = run("check", tmp_path, "--json", "--progress", "json")
     events = [json.loads(line) for line in ran.err.splitlines()]
     stages = [e["stage"] for e in events if e["event"] == "stage"]
-    assert stages == ["reading photos", "Measuring photo quality", "Matching photos"]
+    assert stages == ["Reading photos", "Measuring photo quality", "Matching photos"]
 
 
 def test_plan_says_all_that_is_promised(run) -> None:

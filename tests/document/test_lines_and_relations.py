@@ -235,7 +235,7 @@ def test_a_thickness_without_its_plane_says_why():
     gone = measured(world(thickness([[0, 0, 0], [0, 0, 1]])), "d1")
     assert "was deleted" in gone.problem
     none = measured(world(thickness([[0, 0, 0], [0, 0, 1]], "")), "d1")
-    assert "choose one" in none.problem
+    assert "Choose one" in none.problem
 
 
 # --- intersections -------------------------------------------------------------------------------

@@ -57,7 +57,7 @@ def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeed
     os.kill(jobs.visible()[0].worker._process.pid, signal.SIGKILL)
     wait(lambda: not jobs.visible(), "the end of the job")
     assert "ended unexpectedly" in window.message_bar.text
-    assert "try again" in window.message_bar.text
+    assert "Try again" in window.message_bar.text
     assert window.message_bar.isVisible()
     assert window.isVisible()
     driver.open_outcrop(window, outcrop)
@@ -208,7 +208,7 @@ def test_a_folder_that_cannot_be_written_is_refused_in_words(window, tmp_path):
         before = window.studio.project.folder
         window.open_path(folder)
         assert window.studio.project.folder == before
-        assert "copy it" in window.message_bar.text, window.message_bar.text
+        assert "Copy it" in window.message_bar.text, window.message_bar.text
         with pytest.raises(Exception, match="cannot be written"):
             window.studio.save_as(disk / "other.vom")
         assert window.studio.project.folder == before

@@ -509,14 +509,14 @@ def test_what_the_photos_model_is_worth_is_said_in_millimetres() -> None:
         length("model off the outcrop, median", 1.2345), length("camera centres, median", 4.5678)
     ]  # fmt: skip
     words = in_words(lengths)
-    assert "lies 1234 mm off the outcrop (median), its cameras 4568 mm;" in words
-    assert "for 0 of 0 planes on it, the worst is 0.0 degrees off" in words
+    assert "is 1234 mm off the outcrop, and its cameras are 4568 mm off (medians)." in words
+    assert "for 0 of 0 planes on the model; the largest error is 0.0 degrees." in words
     angles = [
         Check(name, {}, {}, error, 2.0, error < 2.0)
         for name, error in zip("abc", (0.4, 3.25, 1.1), strict=True)
     ]
     words = in_words([*lengths, *angles])
-    assert "for 2 of 3 planes on it, the worst is 3.2 degrees off" in words
+    assert "for 2 of 3 planes on the model; the largest error is 3.2 degrees." in words
 
 
 @pytest.mark.usefixtures("fewer")

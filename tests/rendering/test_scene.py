@@ -246,7 +246,7 @@ def test_a_texture_that_cannot_be_read_is_told_and_the_surface_is_still_there(
     told = show(scene, "w", wall(textures=[good, torn, tmp_path / "absent.png"]))
     assert len(told) == 2
     assert any("torn.jpg" in t for t in told)
-    assert any("absent.png" in t and "missing" in t for t in told)
+    assert any("absent.png" in t and "not found" in t for t in told)
     scene.camera.fit(scene.corners(), SIZE)
     picture = rest(scene)
     assert (np.abs(picture - picture[2, 2]).max(axis=2) > 10).mean() > 0.4
@@ -259,7 +259,7 @@ def test_a_texture_too_large_for_the_card_is_reduced_and_told(tmp_path: Path) ->
     Image.new("RGB", (600, 300), (90, 120, 30)).save(path)
     texture = load_texture(path, 256)
     assert max(texture.levels[0].tiles[0].shape[:2]) <= 256
-    assert "600 x 300" in texture.note
+    assert "600 × 300" in texture.note
     assert load_texture(path, 1024).note == ""
 
 

@@ -198,7 +198,7 @@ def test_a_distance_is_done_with_its_second_click(measure, context):
 def test_the_distance_to_the_cursor_is_read_before_the_second_click(measure, context):
     clicks(measure, [(0, 0, 0)])
     measure.pointer(event(Pointer.MOVE, (3, 4, -12), button=Button.NONE))
-    assert context.shown[-1].reading == ("13.0 m straight", "5.00 m horizontal, 12.0 m down")
+    assert context.shown[-1].reading == ("Distance 13.0 m", "Horizontal 5.00 m, downward 12.0 m")
 
 
 @pytest.mark.parametrize(("kind", "points"), [("polyline", 2), ("area", 3)])
@@ -249,7 +249,9 @@ def test_a_thickness_wants_a_plane_and_says_so(measure, context):
     assert measure.finish() is None
     assert "hoose the plane" in context.said[-1]
     measure.choose(plane_id="f1")
-    assert any(r.endswith("m thick, 95 %: ± ") or "thick" in r for r in context.shown[-1].reading)
+    assert any(
+        r.endswith("m thick, 95 %: ± ") or "hickness" in r for r in context.shown[-1].reading
+    )
     assert context.shown[-1].patch is not None
     assert measure.finish() is not None
     (found,) = of(context, Dimension)

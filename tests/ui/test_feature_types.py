@@ -92,7 +92,7 @@ def test_a_type_in_use_is_kept_and_the_dialog_says_why(studio, dialog):
     dialog.select("fault")
     press(dialog.remove_button)
     assert "Fault" in kinds(studio)
-    assert "1 feature is of the type Fault" in dialog.says.text()
+    assert "1 feature has the type Fault" in dialog.says.text()
     studio.attempt(edits.set_attributes, ["t1"], type_id="joint")
     dialog.select("fault")
     press(dialog.remove_button)
@@ -225,7 +225,7 @@ def test_the_menu_of_a_type_changes_its_colour_and_refuses_to_remove_it(window, 
     colors["Orange"].trigger()
     assert studio.records["bedding"].color == "#e69f00"
     by_text["Re&move type"].trigger()
-    assert "give them another type first" in studio.notices[-1].text
+    assert "Give it another type first" in studio.notices[-1].text
     by_text["&Select its features"].trigger()
     assert studio.selection.ids == ("t1",)
 

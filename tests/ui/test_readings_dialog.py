@@ -66,7 +66,7 @@ def test_nothing_is_added_before_the_north_is_said_and_then_it_says_what_it_does
     assert not ok(dialog).isEnabled()
     assert "declination" in dialog._says.text()
     QTest.keyClicks(dialog._declination, "2,6")
-    assert "Adds 2.6° E declination" in dialog._says.text()
+    assert "declination 2.6° E added" in dialog._says.text()
     assert "convergence" in dialog._says.text()
     assert "line 4: there is no dip" in dialog._bad.toPlainText()
     assert dialog._bad.isVisible()

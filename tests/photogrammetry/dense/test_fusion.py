@@ -8,7 +8,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.fusion import FusionOptions, fuse
-from vomstudio.photogrammetry.pipeline.photo_results import Kept
+from vomstudio.photogrammetry.pipeline.photo_results import PhotoResults
 
 NORMAL = np.array([-0.3, 0.2, 1.0]) / np.linalg.norm([-0.3, 0.2, 1.0])
 
@@ -99,7 +99,7 @@ def test_the_order_of_the_photos_does_not_move_the_surface():
 
 def test_maps_in_files_and_a_small_cache_give_the_same(tmp_path):
     maps = [exact(view) for view in some_views()]
-    stored = Kept(tmp_path, names(maps), lambda path, one: one.save(path), DepthMap.load)
+    stored = PhotoResults(tmp_path, names(maps), lambda path, one: one.save(path), DepthMap.load)
     for row, one in enumerate(maps):
         stored.put(row, one)
     around = {name: tuple(n for n in names(maps) if n != name) for name in names(maps)}
