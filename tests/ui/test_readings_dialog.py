@@ -68,7 +68,7 @@ def test_nothing_is_added_before_the_north_is_said_and_then_it_says_what_it_does
     QTest.keyClicks(dialog._declination, "2,6")
     assert "declination 2.6° E added" in dialog._says.text()
     assert "convergence" in dialog._says.text()
-    assert "line 4: there is no dip" in dialog._bad.toPlainText()
+    assert "Line 4: The row has no dip" in dialog._bad.toPlainText()
     assert dialog._bad.isVisible()
     assert ok(dialog).text() == "Add 3 readings"
     dialog.reject()
