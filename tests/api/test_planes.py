@@ -187,7 +187,7 @@ def test_settings_that_cannot_be_are_refused(wrong: Any) -> None:
 
 def test_groups_without_a_plane_are_named(picks: Any) -> None:
     bed = picks[picks["pick"] == "B01"][["x", "y", "z"]].to_numpy()
-    with pytest.warns(vs.errors.VomWarning, match="plane short skipped"):
+    with pytest.warns(vs.errors.VomWarning, match="Plane short was skipped"):
         made = vs.fit_planes({"bed": bed, "short": bed[:2]})
     assert list(made["id"]) == ["bed"]
     assert made.attrs["skipped"][0]["id"] == "short"

@@ -1,5 +1,9 @@
 """The Python interface: what `import vomstudio as vs` offers, a module for each part of it.
 
 `vomstudio/__init__.py` names the modules as text and imports one where something of it is asked
-for; nothing is imported here.
+for. Whoever asks first brings the language of the user.
 """
+
+from vomstudio.languages import use_users_language
+
+use_users_language()

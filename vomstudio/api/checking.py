@@ -69,9 +69,9 @@ def points(values: Any, name: str = "points") -> Floats:
     if array.ndim != 2 or array.shape[1] != 3:
         hint = ""
         if array.ndim == 2 and array.shape[0] == 3:
-            hint = "; transpose it: points.T"
+            hint = tr("; transpose it: points.T")
         elif array.shape == (3,):
-            hint = "; a single point is [[x, y, z]]"
+            hint = tr("; a single point is [[x, y, z]]")
         raise InputError(
             tr(
                 "Points need three coordinates each, x, y, z, as an array (n, 3). This one "
@@ -82,7 +82,7 @@ def points(values: Any, name: str = "points") -> Floats:
             field=name,
         )
     far = np.asarray(~(np.abs(array) <= FARTHEST_M).all(axis=1))
-    refuse_rows(far, "no finite coordinates in metres", name)
+    refuse_rows(far, tr("no finite coordinates in metres"), name)
     return np.ascontiguousarray(array)
 
 
@@ -101,7 +101,11 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
         matches = matches or [c for c, word in known.items() if word in others]
         if len(matches) != 1:
             listed = ", ".join(map(str, columns))
-            what = f"no column {letter}" if not matches else f"more than one column {letter}"
+            what = (
+                tr("more than one column {letter}", letter=letter)
+                if matches
+                else tr("no column {letter}", letter=letter)
+            )
             raise InputError(
                 tr(
                     "The table has {what} ({columns}). Name the columns x, y, z.",
@@ -118,7 +122,7 @@ def refuse_rows(bad: npt.NDArray[np.bool_], what: str, name: str) -> None:
     """Raises InputError that names the first of the bad rows, counted from 0 as arrays are."""
     if bad.any():
         row, more = int(np.argmax(bad)), int(bad.sum()) - 1
-        others = f" (and {more} more)" if more else ""
+        others = tr(" (and {count} more)", count=more) if more else ""
         raise InputError(
             tr(
                 "Row {row}{others} has {what}. Leave it out or correct it.",
@@ -157,7 +161,7 @@ def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floats, Floa
     if not len(a):
         raise InputError(tr("There are no values."), field=names[0])
     for array, name in zip((a, b), names, strict=True):
-        refuse_rows(~np.isfinite(array), "no finite number", name)
+        refuse_rows(~np.isfinite(array), tr("no finite number"), name)
     return a, b
 
 
@@ -194,7 +198,8 @@ def looks_like_radians(azimuth: Floats, angle: Floats) -> str | None:
     small = len(a) >= 3 and (a >= 0.0).all() and (a <= 2 * np.pi).all() and (b <= np.pi / 2).all()
     if not small or (a == np.round(a)).all():
         return None
-    return (
-        f"all {len(a)} azimuths are below 2 pi and all dips or plunges below pi / 2: if these are "
-        "radians, turn them with numpy.degrees; they were taken as degrees"
+    return tr(
+        "All {count} azimuths are below 2 pi and all dips or plunges below pi / 2. They were taken "
+        "as degrees; if they are radians, convert them with numpy.degrees.",
+        count=len(a),
     )

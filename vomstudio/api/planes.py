@@ -14,7 +14,7 @@ from vomstudio.api.tables import frame
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.reprs import html_table
 from vomstudio.tables.fitted_planes import FittedPlanes, fitted_planes
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Method = Literal["pca", "regression"]
 Axis = Literal["auto", "x", "y", "z"]
@@ -289,9 +289,18 @@ def fit_planes(
             ),
             field=str(first["id"]),
         )
-    said = [f"plane {item['id']} skipped: {item['reason']}" for item in done.skipped]
+    said = [
+        tr("Plane {plane} was skipped: {reason}.", plane=item["id"], reason=item["reason"])
+        for item in done.skipped
+    ]
     if dropped:
-        said.append(f"{dropped} row{'s' * (dropped > 1)} without finite coordinates dropped")
+        said.append(
+            tr_n(
+                "{count} row without finite coordinates was dropped.",
+                "{count} rows without finite coordinates were dropped.",
+                dropped,
+            )
+        )
     warn(said)
     made = frame(done.rows)
     made.attrs["skipped"] = done.skipped

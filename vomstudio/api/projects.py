@@ -112,9 +112,12 @@ class Project:
         settings = _settings()
         folder = ProjectFolder.open(Path(path), settings=settings.affecting_results)
         made = cls(folder, settings)
-        said = [f"a part could not be read and was left out: {p}" for p in folder.problems]
+        said = [
+            tr("A part of the project could not be read and was left out: {problem}", problem=p)
+            for p in folder.problems
+        ]
         if made._recovered:
-            said.append("changes that had not been saved are part of the project")
+            said.append(tr("Changes that had not been saved are part of the project."))
         try:
             warn(said)
         except VomWarning:
@@ -213,7 +216,7 @@ class Project:
         if found.rows:
             row = found.rows[0]
             return plane_of_row(row) if row["geometry"] == "plane" else line_of_row(row)
-        reason = found.skipped[0]["reason"] if found.skipped else "it is neither plane nor line"
+        reason = found.skipped[0]["reason"] if found.skipped else tr("it is neither plane nor line")
         raise GeometryError(f"{id}: {reason}.")
 
     def verify(self) -> Verification:
@@ -306,7 +309,10 @@ class Project:
         refuse_empty(records, self._folder)
         thresholds = self._measurements.thresholds
         table = export_records(records, format, Path(path), force=force, thresholds=thresholds)
-        warn(f"{item['name']} left out: {item['reason']}" for item in table.skipped)
+        warn(
+            tr("{feature} was left out: {reason}.", feature=item["name"], reason=item["reason"])
+            for item in table.skipped
+        )
         return tuple(table.files)
 
     # --- within ----------------------------------------------------------------------------------
