@@ -223,7 +223,7 @@ def test_a_photo_that_goes_away_in_mid_run_is_named(photos: Path, tmp_path: Path
         (("--threads", "many"), "--threads"),
         (("--seed", "x"), "--seed"),
         (("--quality", "best"), "--quality"),
-        (("--marks", "gone.csv"), "--marks there is no such file"),
+        (("--marks", "gone.csv"), "--marks There is no such file"),
         (("--gcp", "gone.csv"), "no such file"),
     ],
 )

@@ -91,7 +91,7 @@ def test_a_mask_hides_features() -> None:
     assert found.keypoints[:, 0].max() < 200
     assert len(found.keypoints) == (free.keypoints[:, 0] < 200).sum()
     hidden = extract(ExtractTask(encoded(pixels), encoded(mask * 0)))
-    assert hidden.problem == "is hidden by its mask altogether"
+    assert hidden.problem == "Its mask hides all of it."
 
 
 def test_features_carry_the_colour_of_their_place() -> None:
@@ -109,8 +109,8 @@ def test_features_carry_the_colour_of_their_place() -> None:
         (b"", "cannot be read"),
         (b"no picture", "cannot be read"),
         (encoded(rock(), "JPEG")[:5000], "cannot be read"),
-        (encoded(np.zeros((200, 300, 3), np.uint8)), "nothing that could be recognised"),
-        (encoded(np.zeros((1, 1, 3), np.uint8)), "nothing that could be recognised"),
+        (encoded(np.zeros((200, 300, 3), np.uint8)), "no features that could be found"),
+        (encoded(np.zeros((1, 1, 3), np.uint8)), "no features that could be found"),
     ],
 )
 def test_a_photo_without_use_is_a_sentence_and_no_error(data: bytes, problem: str) -> None:
