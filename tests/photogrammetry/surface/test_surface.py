@@ -160,7 +160,7 @@ def test_a_cloud_that_is_too_large_is_thinned_and_says_so():
         (np.zeros((0, 3)), np.zeros((0, 3)), "no points"),
         (np.random.default_rng(0).random((500, 3)), None, "no normals"),
         (np.eye(3), np.eye(3), "3 points"),
-        (np.ones((500, 3)), np.ones((500, 3)), "one place"),
+        (np.ones((500, 3)), np.ones((500, 3)), "the same position"),
         (np.full((500, 3), np.nan), np.ones((500, 3)), "0 points"),
     ],
 )
