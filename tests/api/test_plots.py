@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 import vomstudio as vs
 
@@ -71,7 +70,6 @@ def test_beside_a_running_qt_it_is_a_window(cliff: vs.Mesh, qtbot: Any) -> None:
 
 def test_north_is_away_where_the_view_looks_north(tmp_path: Path, own_folders: Path) -> None:
     """The camera looks at the exposed side: against the mean normal of the faces."""
-    pytest.importorskip("pyvista")
     from vomstudio.rendering.plots.plotting import draw, off_screen_plotter
 
     model = vs.read(MODEL)

@@ -103,7 +103,7 @@ def test_the_real_model_keeps_its_millimetres_and_its_nine_textures(run, data_di
 def test_a_table_of_nothing_but_a_header_is_refused(run, write) -> None:
     ran = run("info", write("x,y,z\n"), "--json")
     assert ran.code == 2
-    assert "othing below the header" in ran.json["error"]["message"]
+    assert "nothing below the header" in ran.json["error"]["message"]
 
 
 def test_a_height_model_is_a_raster_with_a_place(run, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QComboBox,
+    QFormLayout,
     QGridLayout,
     QHBoxLayout,
     QLabel,
@@ -108,3 +109,11 @@ def side_by_side(page: QWidget, left: QWidget, right: QWidget, sizes: list[int])
     split.setSizes(sizes)
     split.setChildrenCollapsible(False)
     QHBoxLayout(page).addWidget(split)
+
+
+def narrow_form() -> QFormLayout:
+    """A form for a dock, with little space between its rows."""
+    form = QFormLayout()
+    form.setContentsMargins(0, 0, 0, 0)
+    form.setVerticalSpacing(3)
+    return form

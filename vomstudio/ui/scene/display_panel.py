@@ -38,7 +38,7 @@ from vomstudio.rendering.view.scalars import (
 )
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace import display
 
@@ -111,7 +111,7 @@ class DisplayPanel(QWidget):
         row = QHBoxLayout()
         row.addWidget(self.lit)
         row.addWidget(self.eye_dome, 1)
-        form = _form()
+        form = narrow_form()
         form.addRow(tr("Mode"), self.mode)
         form.addRow(tr("Point size"), self.points)
         form.addRow(tr("Lighting"), row)
@@ -144,7 +144,7 @@ class DisplayPanel(QWidget):
         self.whole.clicked.connect(
             lambda: self._restyle(low=None, high=None, percentiles=PERCENTILES)
         )
-        form = _form()
+        form = narrow_form()
         form.addRow(tr("Field"), self.field)
         form.addRow(tr("Colour map"), self.palette_box)
         form.addRow(tr("Range"), _pair(self.low, self.high, tr("to")))
@@ -368,13 +368,6 @@ class DisplayPanel(QWidget):
             with QSignalBlocker(spin):
                 spin.setSingleStep(max(0.01, round(span / 100.0, 2)))
                 spin.setValue((box.low, box.high)[side][axis])
-
-
-def _form() -> QFormLayout:
-    form = QFormLayout()
-    form.setContentsMargins(0, 0, 0, 0)
-    form.setVerticalSpacing(3)
-    return form
 
 
 def _pair(first: QWidget, second: QWidget, between: str, after: QWidget | None = None) -> QWidget:

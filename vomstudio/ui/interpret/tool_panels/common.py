@@ -13,14 +13,6 @@ from vomstudio.words import tr
 _PICKING = ("finish", "cancel", "continue_trace", "delete_vertex")
 
 
-def narrow_form() -> QFormLayout:
-    """A form for a dock, with little space between its rows."""
-    form = QFormLayout()
-    form.setContentsMargins(0, 0, 0, 0)
-    form.setVerticalSpacing(3)
-    return form
-
-
 def set_field(typed: Callable[[], None]) -> QLineEdit:
     """Line edit for the set of the next feature."""
     field = QLineEdit()

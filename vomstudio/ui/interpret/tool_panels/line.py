@@ -12,11 +12,10 @@ from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import (
     hint_label,
     lay_out_picking,
-    narrow_form,
     set_field,
 )
 from vomstudio.words import tr

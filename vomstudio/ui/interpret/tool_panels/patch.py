@@ -19,11 +19,11 @@ from vomstudio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS, PatchTool
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
+from vomstudio.ui.common.widgets import narrow_form
 from vomstudio.ui.interpret.tool_panels import patch_commands
 from vomstudio.ui.interpret.tool_panels.common import (
     hint_label,
     narrow_column,
-    narrow_form,
     set_field,
 )
 from vomstudio.words import tr
