@@ -14,7 +14,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.writing import write_model
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 from vomstudio.io.photos.reading import read_photos
-from vomstudio.photogrammetry.align import mapping, matching
+from vomstudio.photogrammetry.align import mapping, match_database
 from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.priors import Calibration
@@ -97,7 +97,7 @@ def make(folder: Path) -> Made:
         descriptors = rng.integers(0, 255, (count + 20, 128), np.uint8)
         colors = np.zeros((count + 20, 3), np.uint8)
         features.append(Features(keypoints, descriptors, colors, WIDE, HIGH))
-    matching.open_database(aligned / "database.db", listed, features, ["k"] * 3)
+    match_database.open_database(aligned / "database.db", listed, features, ["k"] * 3)
     database = pycolmap.Database.open(aligned / "database.db")
     rows = np.column_stack([np.arange(100), np.arange(100)]).astype(np.uint32)
     refused = np.array([[120, 7]], np.uint32)

@@ -14,7 +14,7 @@ from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
 from vomstudio.photogrammetry.align.mapping import residuals
-from vomstudio.photogrammetry.align.matching import matches_of_pair
+from vomstudio.photogrammetry.align.match_database import matches_of_pair
 from vomstudio.progress import Silent
 from vomstudio.registration.similarity import fit_similarity
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.errors import InputError
-from vomstudio.photogrammetry.align import mapping, matching, shared_lenses
+from vomstudio.photogrammetry.align import mapping, match_database, matching, shared_lenses
 from vomstudio.photogrammetry.align.calibration import calibrate
 from vomstudio.photogrammetry.align.features import (
     MOST_FEATURES,
@@ -28,7 +28,8 @@ from vomstudio.photogrammetry.align.features import (
     extract,
     extraction_memory,
 )
-from vomstudio.photogrammetry.align.matching import MatchingRule, PhotoLike
+from vomstudio.photogrammetry.align.matching import MatchingRule
+from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.progress import Executor, Progress
@@ -151,13 +152,13 @@ def align(
     threads = options.threads or -1
     features, keys = find_features(photos, work, options, executor, progress)
     database = work / "database.db"
-    matching.open_database(database, photos, features, keys)
+    match_database.open_database(database, photos, features, keys)
     choice = matching.choose_pairs(photos, features, options.matching, progress)
     # A photo without features matches none.
     useful = [len(f.keypoints) > 0 for f in features]
     pairs = [(i, j) for i, j in choice.pairs if useful[i] and useful[j]]
     matching.match_pairs(database, pairs, progress, threads=threads, seed=options.seed)
-    counts = matching.pair_counts(database)
+    counts = match_database.pair_counts(database)
     best = _best_matches(len(photos), counts)
     if max(best, default=0) < _FEWEST_MATCHES:
         raise InputError(_no_overlap(photos, features, best))

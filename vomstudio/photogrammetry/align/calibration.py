@@ -15,7 +15,7 @@ from vomstudio.photogrammetry.align.adjustment import (
     cross_validation_error,
     free_parameters,
 )
-from vomstudio.photogrammetry.align.matching import PhotoLike
+from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration, Freedom
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.progress import Progress

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.photogrammetry.align.features import Features
-from vomstudio.photogrammetry.align.matching import PhotoLike
+from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.progress import Progress

@@ -1,4 +1,4 @@
-"""Which photos see the same rock: COLMAP's database, and the matching of pairs of photos.
+"""Which photos see the same rock: the choice of pairs of photos, and their matching.
 
 Pairs are matched in blocks of a few seconds, and every finished pair stays in the database, so that
 a stopped run goes on where it was.
@@ -6,67 +6,37 @@ a stopped run goes on where it was.
 
 from __future__ import annotations
 
-import json
-import sqlite3
 import tempfile
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import InputError
 from vomstudio.photogrammetry.align.features import Features, sizes
+from vomstudio.photogrammetry.align.match_database import (
+    Pair,
+    compared,
+    image_name,
+    is_compared,
+    reading,
+)
+from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr, tr_n
 
-Pair = tuple[int, int]
 MatchingRule = Literal["auto", "exhaustive", "spatial", "preselected", "sequential"]
 
 _EXHAUSTIVE_UP_TO = 60
 _NEIGHBOURS = 30
 _IN_SEQUENCE = 10
 _BLOCK = 12
-_DEFAULT_FOCAL = 1.2
 # Of the positions from GPS: under this spread they say nothing about who is whose neighbour.
 _SMALLEST_SPREAD_M = 10.0
 _FOR_PRESELECTION = 400
-
-
-class PhotoLike(Protocol):
-    """What the alignment wants to know of a photo (see `io.photos.Photo`)."""
-
-    @property
-    def path(self) -> Path: ...
-    @property
-    def name(self) -> str: ...
-    @property
-    def width(self) -> int: ...
-    @property
-    def height(self) -> int: ...
-    @property
-    def camera_key(self) -> tuple[object, ...]: ...
-    @property
-    def focal_px(self) -> float | None: ...
-    @property
-    def latitude_deg(self) -> float | None: ...
-    @property
-    def longitude_deg(self) -> float | None: ...
-    @property
-    def altitude_m(self) -> float | None: ...
-    @property
-    def altitude_reference(self) -> str | None: ...
-    @property
-    def gps_accuracy_m(self) -> float | None: ...
-    @property
-    def taken(self) -> datetime | None: ...
-    @property
-    def mask(self) -> Path | None: ...
 
 
 @dataclass(frozen=True)
@@ -228,112 +198,6 @@ def _mutual_matches(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> i
     return int((clear & (cosine.argmax(axis=0)[best] == np.arange(len(a)))).sum())
 
 
-# ------------------------------------------------------------------------------------------------
-def open_database(
-    path: Path,
-    photos: Sequence[PhotoLike],
-    features: Sequence[Features],
-    keys: Sequence[str],
-    lenses: Sequence[int] | None = None,
-) -> None:
-    """Make the database of these photos, or keep one that is of exactly these and sound.
-
-    Photo number i becomes image i + 1; photos with the same `camera_key`, size and number of the
-    lens share a camera.
-    """
-    lenses = lenses or [0] * len(photos)
-    stated = json.dumps(
-        [
-            [p.name, p.width, p.height, repr(p.camera_key), p.focal_px, k, lens]
-            for p, k, lens in zip(photos, keys, lenses, strict=True)
-        ]
-    )
-    note = path.with_suffix(".json")
-    try:
-        if note.read_text(encoding="utf-8") == stated and _is_sound(path):
-            return
-    except OSError:
-        pass
-    note.unlink(missing_ok=True)
-    for tail in ("", "-wal", "-shm", "-journal"):
-        path.with_name(path.name + tail).unlink(missing_ok=True)
-    pycolmap = colmap()
-    cameras: dict[tuple[object, ...], int] = {}
-    database = pycolmap.Database.open(path)
-    try:
-        of_photo = [
-            (p.camera_key, p.width, p.height, lens) for p, lens in zip(photos, lenses, strict=True)
-        ]
-        for photo, key in zip(photos, of_photo, strict=True):
-            if key not in cameras:
-                cameras[key] = len(cameras) + 1
-                camera = _camera(photo, cameras[key])
-                database.write_camera(camera, use_camera_id=True)
-                rig = pycolmap.Rig(rig_id=cameras[key])
-                rig.add_ref_sensor(camera.sensor_id)
-                database.write_rig(rig, use_rig_id=True)
-        for row, found in enumerate(features):
-            camera_id = cameras[of_photo[row]]
-            image = pycolmap.Image(name=image_name(row), camera_id=camera_id, image_id=row + 1)
-            database.write_image(image, use_image_id=True)
-            frame = pycolmap.Frame(frame_id=row + 1, rig_id=camera_id)
-            frame.add_data_id(image.data_id)
-            database.write_frame(frame, use_frame_id=True)
-            database.write_keypoints(row + 1, found.keypoints)
-            descriptors = pycolmap.FeatureDescriptors(
-                pycolmap.FeatureExtractorType.SIFT, found.descriptors
-            )
-            database.write_descriptors(row + 1, descriptors)
-    finally:
-        database.close()
-    note.write_text(stated, encoding="utf-8")
-
-
-def image_name(row: int) -> str:
-    """In the database: COLMAP's lists of pairs take no name with a space."""
-    return f"{row + 1:06d}"
-
-
-def starting_focal(photo: PhotoLike) -> float:
-    """Pixels; of a lens of ordinary width where the photo does not say."""
-    return photo.focal_px or _DEFAULT_FOCAL * max(photo.width, photo.height)
-
-
-def _camera(photo: PhotoLike, number: int) -> Any:
-    camera = colmap().Camera(
-        model="SIMPLE_RADIAL",
-        width=photo.width,
-        height=photo.height,
-        params=[starting_focal(photo), photo.width / 2, photo.height / 2, 0.0],
-    )
-    camera.camera_id = number
-    camera.has_prior_focal_length = photo.focal_px is not None
-    return camera
-
-
-def _is_sound(path: Path) -> bool:
-    try:
-        with closing(_connection(path)) as connection:
-            return bool(connection.execute("PRAGMA quick_check").fetchone() == ("ok",))
-    except sqlite3.Error:
-        return False
-
-
-def _connection(path: Path) -> sqlite3.Connection:
-    if not path.exists():
-        raise sqlite3.OperationalError("no such file")
-    return sqlite3.connect(path, timeout=10)
-
-
-def finished_pairs(path: Path) -> set[Pair]:
-    """Rows of photos that have been compared, with whatever result."""
-    pycolmap = colmap()
-    with closing(_connection(path)) as connection:
-        rows = connection.execute("SELECT pair_id FROM two_view_geometries").fetchall()
-    pairs = (pycolmap.pair_id_to_image_pair(row[0]) for row in rows)
-    return {(min(a, b) - 1, max(a, b) - 1) for a, b in pairs}
-
-
 def match_pairs(
     path: Path,
     pairs: Sequence[Pair],
@@ -344,8 +208,8 @@ def match_pairs(
 ) -> None:
     """Match and verify what is not yet in the database. Raises Cancelled within a block."""
     pycolmap = colmap()
-    done = finished_pairs(path)
-    left = [pair for pair in pairs if pair not in done]
+    with reading(path) as database:
+        left = [pair for pair in pairs if not is_compared(database, pair)]
     progress.stage(tr("Matching photos"), len(pairs))
     finished = len(pairs) - len(left)
     progress.step(finished)
@@ -359,8 +223,17 @@ def match_pairs(
     # One call for all: it keeps the search trees of the photos from block to block.
     with (
         tempfile.TemporaryDirectory(prefix="vom-pairs-") as folder,
-        closing(_connection(path)) as watching,
+        reading(path) as watched,
     ):
+        before = compared(watched)
+
+        def now_finished() -> int:
+            try:
+                return finished + compared(watched) - before
+            except RuntimeError:
+                # COLMAP is just bringing its log into the database.
+                return finished
+
         pairing.match_list_path = Path(folder, "pairs.txt")
         pairing.match_list_path.write_text(
             "".join(f"{image_name(i)} {image_name(j)}\n" for i, j in left), encoding="utf-8"
@@ -376,85 +249,6 @@ def match_pairs(
                     cancellation_token=token,
                 ),
                 progress,
-                lambda: max(finished, _count(watching, len(done), finished)),
+                now_finished,
             )
     progress.step(len(pairs))
-
-
-def _count(watching: sqlite3.Connection, other: int, finished: int) -> int:
-    """Pairs of this run in the database; it may be read while COLMAP writes (write-ahead log)."""
-    try:
-        row = watching.execute("SELECT count(*) FROM two_view_geometries").fetchone()
-    except sqlite3.OperationalError:
-        return finished
-    return finished + int(row[0]) - other
-
-
-def pair_counts(path: Path) -> dict[Pair, int]:
-    """Verified matches of every pair of photos (rows) that has any."""
-    pycolmap = colmap()
-    with closing(_connection(path)) as connection:
-        rows = connection.execute(
-            "SELECT pair_id, rows FROM two_view_geometries WHERE rows > 0 ORDER BY pair_id"
-        ).fetchall()
-    counts: dict[Pair, int] = {}
-    for pair_id, count in rows:
-        a, b = pycolmap.pair_id_to_image_pair(pair_id)
-        counts[(min(a, b) - 1, max(a, b) - 1)] = int(count)
-    return counts
-
-
-# ------------------------------------------------------------------------------------------------
-def match_counts(path: Path) -> dict[Pair, tuple[int, int]]:
-    """(matches, verified matches) of every pair of photos (rows) that was compared. Raises
-    InputError without a sound database."""
-    pycolmap = colmap()
-    counts: dict[Pair, tuple[int, int]] = {}
-    for pair_id, tried, kept in _rows_of_query(
-        path,
-        "SELECT g.pair_id, m.rows, g.rows FROM two_view_geometries g "
-        "LEFT JOIN matches m ON m.pair_id = g.pair_id",
-    ):
-        a, b = pycolmap.pair_id_to_image_pair(pair_id)
-        counts[(min(a, b) - 1, max(a, b) - 1)] = (max(int(tried or 0), int(kept)), int(kept))
-    return counts
-
-
-def feature_counts(path: Path) -> dict[int, int]:
-    """Features of every photo (row). Raises InputError without a sound database."""
-    rows = _rows_of_query(path, "SELECT image_id, rows FROM keypoints")
-    return {int(image) - 1: int(count) for image, count in rows}
-
-
-def _rows_of_query(path: Path, question: str) -> list[tuple[Any, ...]]:
-    try:
-        with closing(_connection(path)) as connection:
-            return connection.execute(question).fetchall()
-    except sqlite3.Error as error:
-        raise InputError(
-            tr("The matches cannot be read ({error}). Align the photos again.", error=error),
-            file=path,
-        ) from error
-
-
-Rows = npt.NDArray[np.int64]
-
-
-def matches_of_pair(
-    path: Path, a: int, b: int
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], Rows, Rows]:
-    """Features (n, 2) and (n, 2) in pixels of two photos (rows), and rows of both (m, 2): of all
-    matches, and of the verified ones. Raises InputError without a database."""
-    if not path.exists():
-        raise InputError(tr("There are no matches. Align the photos first."), file=path)
-    database = colmap().Database.open(path)
-    try:
-        tried = database.read_matches(a + 1, b + 1)
-        kept = database.read_two_view_geometry(a + 1, b + 1).inlier_matches
-        left, right = (database.read_keypoints(i + 1)[:, :2] for i in (a, b))
-    finally:
-        database.close()
-    # Cut loose from COLMAP's memory.
-    first, second = (np.array(points, np.float32).reshape(-1, 2) for points in (left, right))
-    every, agreeing = (np.array(rows, np.int64).reshape(-1, 2) for rows in (tried, kept))
-    return first, second, every, agreeing

@@ -13,19 +13,17 @@ from __future__ import annotations
 
 import itertools
 import shutil
-import sqlite3
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vomstudio.photogrammetry.align import mapping, matching
+from vomstudio.photogrammetry.align import mapping, match_database
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.mapping import Mapped, MappingOptions
-from vomstudio.photogrammetry.align.matching import PhotoLike
+from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
@@ -113,13 +111,8 @@ def _database(
 ) -> Path:
     """A database with other cameras and the pairs of `source`."""
     keys = [str(row) for row in range(len(photos))]
-    matching.open_database(path, photos, features, keys, lenses)
-    with closing(sqlite3.connect(path)) as connection:
-        connection.execute("ATTACH ? AS source", (str(source),))
-        connection.execute(
-            "INSERT INTO two_view_geometries SELECT * FROM source.two_view_geometries"
-        )
-        connection.commit()
+    match_database.open_database(path, photos, features, keys, lenses)
+    match_database.copy_pairs(source, path)
     return path
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.photogrammetry.align import mapping, matching
+from vomstudio.photogrammetry.align import mapping, match_database
 from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.base.checkpoints import file_name
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -71,8 +71,8 @@ def overview(out: Path) -> dict[str, Any]:
     facts = _facts(framed)
     database = folder / "database.db"
     names = _aligned_names(folder)
-    counts = matching.match_counts(database)
-    features = matching.feature_counts(database)
+    counts = match_database.match_counts(database)
+    features = match_database.feature_counts(database)
     registration = facts.get("registration", {})
     gps = {row["name"]: row["error_m"] for row in registration.get("residuals", [])}
     depths = stage_folder(out, "depths")
@@ -170,7 +170,7 @@ def pair(out: Path, a: str, b: str) -> PairOfPhotos:
     for name in (a, b):
         if name not in names:
             raise InputError(tr("{photo} is not among the aligned photos.", photo=name), file=out)
-    left, right, tried, kept = matching.matches_of_pair(
+    left, right, tried, kept = match_database.matches_of_pair(
         folder / "database.db", names.index(a), names.index(b)
     )
     known = {(int(i), int(j)) for i, j in kept}

@@ -12,7 +12,7 @@ import numpy as np
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.photo_names import photo_finder
-from vomstudio.photogrammetry.align.matching import PhotoLike
+from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.place.control import WANTED_PHOTOS, WANTED_POINTS, require_width
 from vomstudio.survey.check_results import named
 from vomstudio.words import tr, tr_n

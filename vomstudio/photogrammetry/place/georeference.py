@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.photogrammetry.align.matching import PhotoLike
+from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.gps_priors import adjust_to_positions
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict

@@ -1,0 +1,103 @@
+"""COLMAP's database is opened by one SQLite library only, whoever else has it open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pycolmap
+import pytest
+
+from vomstudio.errors import InputError
+from vomstudio.io.photos.reading import read_photos
+from vomstudio.photogrammetry.align import match_database
+from vomstudio.photogrammetry.align.features import Features
+
+
+def _features(seed: int) -> Features:
+    rng = np.random.default_rng(seed)
+    keypoints = np.zeros((40, 6), np.float32)
+    keypoints[:, :2] = rng.uniform(0, [60, 40], (40, 2))
+    keypoints[:, [2, 5]] = 3.0
+    descriptors = rng.integers(0, 255, (40, 128), np.uint8)
+    return Features(keypoints, descriptors, np.zeros((40, 3), np.uint8), 60, 40)
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> tuple[Path, tuple[object, ...]]:
+    """Three photos: of the first two, 12 of 13 matches are verified; the second and the third were
+    compared and have nothing in common."""
+    from PIL import Image
+
+    (tmp_path / "photos").mkdir()
+    for k, name in enumerate("abc"):
+        Image.new("RGB", (60, 40), (80 * k, 90, 90)).save(tmp_path / "photos" / f"{name}.jpg")
+    photos = read_photos(tmp_path / "photos").photos
+    path = tmp_path / "database.db"
+    asked = (photos, [_features(k) for k in range(3)], ["k"] * 3)
+    match_database.open_database(path, *asked)
+    rows = np.column_stack([np.arange(13), np.arange(13)]).astype(np.uint32)
+    database = pycolmap.Database.open(path)
+    for pair, tried, kept in (((1, 2), rows, rows[:12]), ((2, 3), rows[:0], rows[:0])):
+        database.write_matches(*pair, tried)
+        geometry = pycolmap.TwoViewGeometry()
+        geometry.inlier_matches = kept
+        geometry.config = 3 if len(kept) else 0
+        database.write_two_view_geometry(*pair, geometry)
+    database.close()
+    return path, asked
+
+
+def test_a_pair_without_a_match_counts_as_compared(made) -> None:
+    path, _ = made
+    assert match_database.match_counts(path) == {(0, 1): (13, 12), (1, 2): (0, 0)}
+    assert match_database.pair_counts(path) == {(0, 1): 12}
+    assert match_database.feature_counts(path) == {0: 40, 1: 40, 2: 40}
+    with match_database.reading(path) as database:
+        assert match_database.compared(database) == 2
+        asked = [(0, 1), (1, 2), (0, 2)]
+        assert [match_database.is_compared(database, pair) for pair in asked] == [True, True, False]
+
+
+def test_pairs_with_matches_are_copied_whole(made, tmp_path: Path) -> None:
+    path, asked = made
+    other = tmp_path / "other.db"
+    match_database.open_database(other, *asked, [0, 1, 0])
+    match_database.copy_pairs(path, other)
+    one, two = pycolmap.Database.open(path), pycolmap.Database.open(other)
+    try:
+        mine, copied = (d.read_two_view_geometry(1, 2) for d in (one, two))
+        assert copied.config == mine.config
+        assert np.array_equal(copied.inlier_matches, mine.inlier_matches)
+        assert two.num_cameras() == 2
+    finally:
+        one.close()
+        two.close()
+
+
+def test_every_question_leaves_the_locks_of_an_open_database_alone(made, tmp_path: Path) -> None:
+    """Python's sqlite3 in the same process does not see that COLMAP has the database open: at its
+    end it deletes the shared index, at its start it shortens it under COLMAP (a bus error)."""
+    path, asked = made
+    index = path.with_name(path.name + "-shm")
+    with match_database.reading(path) as database:
+        before = index.stat()
+        match_database.match_counts(path)
+        match_database.pair_counts(path)
+        match_database.feature_counts(path)
+        match_database.matches_of_pair(path, 0, 1)
+        match_database.open_database(path, *asked)
+        match_database.open_database(tmp_path / "other.db", *asked)
+        match_database.copy_pairs(path, tmp_path / "other.db")
+        assert index.stat().st_ino == before.st_ino
+        assert match_database.compared(database) == 2
+
+
+def test_what_is_no_database_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "database.db"
+    with pytest.raises(InputError, match="no matches") as raised:
+        match_database.pair_counts(path)
+    assert raised.value.file == str(path)
+    path.write_bytes(b"nothing of the kind" * 400)
+    with pytest.raises(InputError, match="cannot be read"):
+        match_database.match_counts(path)
