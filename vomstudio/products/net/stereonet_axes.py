@@ -55,11 +55,12 @@ def draw_net(ax: Any, net: NetContents) -> None:
         if s.kind == "plane":
             ax.pole(_strikes(s), s.angle_deg.copy(), **style)
         else:
-            ax.line(s.angle_deg.copy(), s.azimuth_deg.copy(), **style)
+            _plot_lines(ax, s.azimuth_deg, s.angle_deg, **style)
     for mean in net.means:
-        ax.line(
-            np.array([mean.line.plunge_deg]),
+        _plot_lines(
+            ax,
             np.array([mean.line.trend_deg]),
+            np.array([mean.line.plunge_deg]),
             marker="*",
             markersize=12,
             markerfacecolor=mean.color,
@@ -67,6 +68,11 @@ def draw_net(ax: Any, net: NetContents) -> None:
             label=tr("Mean {orientation}", orientation=mean.orientation),
         )
     ax.legend(loc="upper left", bbox_to_anchor=(1.1, 1.0), frameon=False, fontsize="small")
+
+
+def _plot_lines(ax: Any, trend_deg: Any, plunge_deg: Any, **style: Any) -> None:
+    """As one artist with one entry in the legend; the library's own `line` makes one of each."""
+    ax.plot(*_library().line(plunge_deg.copy(), trend_deg.copy()), linestyle="None", **style)
 
 
 def _strikes(s: NetSet) -> Any:

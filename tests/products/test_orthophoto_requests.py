@@ -1,0 +1,291 @@
+"""Which orthophoto is asked for, what is said of it, and the same picture in memory."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import rasterio
+
+from tests.marked import UTM, marked_cloud, marked_mesh
+from vomstudio.errors import InputError, UsageError
+from vomstudio.geology.orientation import Plane, lines_to_vectors
+from vomstudio.geology.table_folds import TableFold, table_fold
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.products.ortho import tiles
+from vomstudio.products.ortho.drawn_picture import draw_picture, drawn_figures
+from vomstudio.products.ortho.orthophoto import write_orthophoto
+from vomstudio.products.ortho.planning import plan
+from vomstudio.products.ortho.requests import (
+    NOT_PLACED,
+    Direction,
+    Requested,
+    check_direction,
+    check_gsd,
+    direction_of,
+    request_picture,
+    written,
+)
+from vomstudio.products.ortho.view_directions import (
+    cost_of_direction,
+    view_along_axis,
+    view_along_line,
+)
+
+SAME = np.eye(4)
+MODEL = Path("model.obj")
+FLOOR = Mesh(
+    np.array([(0, 0, 0), (10, 0, 0), (10, 10, 0), (0, 10, 0)], np.float64),
+    np.array([[0, 1, 2], [0, 2, 3]], np.int32),
+)
+
+
+def ask(data: Any, direction: Direction, **more: Any) -> Requested:
+    return request_picture(data, direction, to_world=SAME, path=MODEL, **more)
+
+
+def cylinder(folder: Path, wobble_deg: float = 1.0) -> TableFold:
+    """Beds about an axis that plunges 20 degrees to 090, their poles a little off its pi-plane."""
+    rng = np.random.default_rng(7)
+    axis = lines_to_vectors(90.0, 20.0)
+    one = np.cross(axis, (0.0, 0.0, 1.0))
+    one /= np.linalg.norm(one)
+    two = np.cross(axis, one)
+    turn = np.radians(np.linspace(-70, 70, 30))[:, None]
+    poles = np.cos(turn) * two + np.sin(turn) * one
+    poles += math.radians(wobble_deg) * rng.normal(size=poles.shape)
+    poles /= np.linalg.norm(poles, axis=1, keepdims=True)
+    poles *= np.where(poles[:, 2:] < 0, -1.0, 1.0)
+    dip = np.degrees(np.arccos(poles[:, 2]))
+    direction = np.degrees(np.arctan2(poles[:, 0], poles[:, 1])) % 360
+    table = folder / "beds.csv"
+    rows = "".join(f"{a:.3f},{b:.3f}\n" for a, b in zip(direction, dip, strict=True))
+    table.write_text("dip_direction,dip\n" + rows, encoding="utf-8")
+    return table_fold(read_orientations(table))
+
+
+# Which way ------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    "asked",
+    [
+        (None, None, None, None),
+        (10.0, 20.0, "10/20", None),
+        (10.0, 20.0, None, "fold"),
+        (None, None, "10/20", "fold"),
+        (10.0, None, "10/20", None),
+    ],
+)
+def test_one_way_to_look_is_said(asked: tuple[Any, ...]) -> None:
+    with pytest.raises(UsageError, match="Give one view direction"):
+        check_direction(*asked)
+
+
+def test_a_line_is_said_whole() -> None:
+    with pytest.raises(UsageError, match="both a trend and a plunge") as raised:
+        check_direction(10.0, None, None, None)
+    assert raised.value.field == "--plunge"
+    with pytest.raises(UsageError, match="both a trend and a plunge") as raised:
+        check_direction(None, 10.0, None, None)
+    assert raised.value.field == "--trend"
+    for sound in ((0.0, 0.0, None, None), (None, None, "0/0", None), (None, None, None, "fold")):
+        check_direction(*sound)
+
+
+@pytest.mark.parametrize("gsd", [0.0, -0.1, math.inf, math.nan])
+def test_a_pixel_has_a_size(gsd: float) -> None:
+    with pytest.raises(UsageError, match="length in metres") as raised:
+        check_gsd(gsd)
+    assert raised.value.field == "--gsd"
+
+
+def test_a_sound_size_of_a_pixel_is_taken() -> None:
+    check_gsd(None)
+    check_gsd(1e-9)
+
+
+def test_a_direction_looks_where_it_says(tmp_path: Path) -> None:
+    line = direction_of(370.0, -30.0, None, None)
+    assert line.view is not None
+    assert (line.view.trend_deg, line.view.plunge_deg, line.fold) == (10.0, -30.0, None)
+    plane = direction_of(None, None, "120/40", None)
+    assert plane.view is not None
+    assert plane.view.frame.direction == pytest.approx(-Plane(120, 40).normal(), abs=1e-12)
+    fold = cylinder(tmp_path)
+    assert direction_of(None, None, None, fold) == Direction(None, fold)
+    with pytest.raises(UsageError) as raised:
+        direction_of(None, None, "steep", None)
+    assert raised.value.field == "--plane"
+    assert "steep" in raised.value.message
+
+
+# What is asked for ----------------------------------------------------------------------------
+def test_a_request_is_the_plan_of_its_view() -> None:
+    asked = ask(FLOOR, direction_of(0.0, 90.0, None, None), gsd_m=0.5)
+    assert (asked.plan.grid.width, asked.plan.grid.height, asked.plan.grid.gsd) == (20, 20, 0.5)
+    assert (asked.fold, asked.warnings) == (None, ())
+    assert asked.plan.view.north_known
+    assert asked.plan.view.metric
+
+
+def test_the_other_side_is_the_opposite_direction() -> None:
+    direction = direction_of(30.0, 50.0, None, None)
+    there, back = (ask(FLOOR, direction, gsd_m=1.0, flip=flip) for flip in (False, True))
+    assert back.plan.frame.direction == pytest.approx(-there.plan.frame.direction, abs=1e-12)
+    assert back.plan.view.sense == "against the given direction"
+
+
+@pytest.mark.parametrize("metric", [True, False])
+def test_a_model_without_a_place_says_so(metric: bool) -> None:
+    asked = ask(FLOOR, direction_of(0.0, 90.0, None, None), gsd_m=1, placed=False, metric=metric)
+    assert asked.warnings == (NOT_PLACED,)
+    assert not asked.plan.view.north_known
+    assert asked.plan.view.metric == metric
+
+
+def test_a_model_that_cannot_be_drawn_is_named() -> None:
+    empty = Mesh(FLOOR.vertices, np.zeros((0, 3), np.int32))
+    with pytest.raises(InputError, match="no surface") as raised:
+        ask(empty, direction_of(0.0, 90.0, None, None))
+    assert raised.value.file == str(MODEL)
+    for data in (empty, PointCloud(np.zeros((0, 3)))):
+        with pytest.raises(InputError, match="to draw"):
+            view_along_axis(0.0, 30.0, data, SAME)
+
+
+def test_too_many_pixels_are_counted() -> None:
+    """10 m by 10 m at a hundredth of a millimetre are 10^12 pixels."""
+    with pytest.raises(UsageError, match=r"needs 1000000 million pixels; the limit is 300 million"):
+        ask(FLOOR, direction_of(0.0, 90.0, None, None), gsd_m=1e-5)
+
+
+# Along the axis of a fold ---------------------------------------------------------------------
+def test_a_fold_is_looked_at_along_its_axis_and_its_error_has_a_cost(tmp_path: Path) -> None:
+    fold = replace(cylinder(tmp_path), valid="yes")
+    assert fold.beta.trend_deg == pytest.approx(90, abs=1)
+    assert fold.beta.plunge_deg == pytest.approx(20, abs=1)
+    # A wall that faces West, 4 m deep along the view's horizontal.
+    corners = [(0, 0, 0), (0, 10, 0), (0, 10, 5), (0, 0, 5), (4, 0, 0), (4, 10, 0), (4, 10, 5)]
+    wall = Mesh(
+        np.array(corners, np.float64),
+        np.array([[0, 3, 2], [0, 2, 1], [4, 6, 5]], np.int32),
+    )
+    asked = ask(wall, Direction(None, fold), gsd_m=0.5)
+    assert asked.plan.view.sense == "down-plunge"
+    assert asked.plan.view.trend_deg == pytest.approx(fold.beta.trend_deg)
+    assert asked.plan.view.plunge_deg == pytest.approx(fold.beta.plunge_deg)
+    axis = lines_to_vectors(fold.beta.trend_deg, fold.beta.plunge_deg)
+    depth = float(np.ptp(wall.vertices @ axis))
+    along = asked.fold
+    assert along is not None
+    assert along.cost == cost_of_direction(fold.beta.max_confidence95_deg, depth)
+    assert asked.warnings == (along.cost,)
+    assert (along.beta, along.valid, along.verdict) == (fold.beta, fold.valid, fold.verdict)
+    assert (along.reasons, along.used, along.left_out) == (fold.reasons, 30, ())
+
+
+def test_an_axis_that_is_not_trusted_is_said_to_be_so(tmp_path: Path) -> None:
+    fold = replace(cylinder(tmp_path), warnings=("Line 7 was dropped.",))
+    for valid, said in (("conditional", "is only conditionally valid"), ("no", "is not valid")):
+        doubtful = replace(fold, valid=valid, verdict="few planes")
+        asked = ask(FLOOR, Direction(None, doubtful), gsd_m=1.0, placed=False)
+        assert asked.fold is not None
+        first, second, *others = asked.warnings
+        assert first == "Line 7 was dropped."
+        assert second == f"A view along this axis {said}: few planes (see vomstudio fold)."
+        assert others == [asked.fold.cost, NOT_PLACED]
+
+
+# What is drawn --------------------------------------------------------------------------------
+@pytest.mark.parametrize("kind", ["mesh", "cloud"])
+def test_the_picture_in_memory_is_that_of_the_files(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In tiles that do not divide the picture."""
+    monkeypatch.setattr(tiles, "TILE", 64)
+    data = marked_mesh(tmp_path)[0] if kind == "mesh" else marked_cloud(20_000)[0]
+    planned = plan(data, view_along_line(40.0, 35.0), to_world=SAME, gsd=0.03)
+    assert planned.grid.width > 64
+    assert planned.grid.height > 64
+    assert planned.grid.width % 64
+    drawn = draw_picture(data, planned)
+    made = write_orthophoto(data, planned, tmp_path / "o.tif", crs="EPSG:32633")
+    with rasterio.open(made.image) as image, rasterio.open(made.depth) as depth:
+        assert np.array_equal(np.moveaxis(image.read(), 0, 2), drawn.rgba)
+        np.testing.assert_array_equal(depth.read(1), drawn.depth)
+    assert np.array_equal(drawn.rgba[..., 3] > 0, np.isfinite(drawn.depth))
+    figures = drawn_figures(drawn, planned, "EPSG:32633")
+    asked = Requested(planned, None, ("Asked.",))
+    told = written(made, asked, str(made.image), None, ("Of the model.",))
+    assert told.figures == figures
+    assert told.warnings == ("Of the model.", "Asked.", *made.warnings)
+    assert figures.crs is None
+    if kind == "cloud":
+        assert drawn.filled > 0
+        assert figures.holes_filled_px == drawn.filled
+        assert figures.holes_filled_up_to_m == drawn.hole_m
+    # Written from memory, nothing is drawn or counted twice.
+    again = write_orthophoto(data, planned, tmp_path / "again.tif", drawn=drawn)
+    assert again.facts["holes_filled_px"] == drawn.filled
+    assert again.image.read_bytes()[-1000:] == made.image.read_bytes()[-1000:]
+    with rasterio.open(again.image) as image:
+        assert np.array_equal(np.moveaxis(image.read(), 0, 2), drawn.rgba)
+
+
+def test_figures_say_what_the_picture_is(tmp_path: Path) -> None:
+    """A floor of 10 m by 10 m at UTM, as a map, of which a quarter is cut out."""
+    corners = [(0, 0), (5, 0), (10, 0), (0, 5), (5, 5), (10, 5), (0, 10), (5, 10)]
+    floor = Mesh(
+        np.column_stack([np.array(corners, np.float64), np.zeros(8)]) + UTM,
+        np.array([[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [3, 4, 7], [3, 7, 6]], np.int32),
+    )
+    asked = ask(floor, direction_of(0.0, 90.0, None, None), gsd_m=0.5)
+    drawn = draw_picture(floor, asked.plan)
+    figures = drawn_figures(drawn, asked.plan, "EPSG:32633")
+    assert (figures.width, figures.height, figures.gsd_m) == (20, 20, 0.5)
+    assert figures.coverage == pytest.approx(0.75, abs=0.01)
+    assert figures.reference_point == pytest.approx(UTM + [5, 5, 0], abs=1e-9)
+    assert figures.crs == "EPSG:32633"
+    assert (figures.holes_filled_px, figures.holes_filled_up_to_m) == (0, None)
+    assert (figures.sense, figures.sense_reason) == (
+        "as given",
+        "The viewer looks along the given direction.",
+    )
+    assert figures.direction == pytest.approx((0, 0, -1))
+    assert figures.right == pytest.approx((1, 0, 0))
+    assert figures.down == pytest.approx((0, -1, 0))
+    matrix = np.array(figures.pixel_to_world)
+    assert matrix @ (0, 0, 0, 1) == pytest.approx([*(UTM + [0, 10, 0]), 1], abs=1e-6)
+    made = write_orthophoto(floor, asked.plan, tmp_path / "o.tif", crs="EPSG:32633")
+    told = written(made, asked, "o.tif", None).as_dict()
+    assert told["world_file"] == str(tmp_path / "o.tfw")
+    assert told["sidecar"] == str(tmp_path / "o.json")
+    assert told["depth"] == str(tmp_path / "o_depth.tif")
+    assert (told["image"], told["sheet"], told["fold"]) == ("o.tif", None, None)
+    assert {name: told[name] for name in asdict(figures)} == asdict(figures)
+    assert list(told)[-2:] == ["fold", "warnings"]
+
+
+def test_what_stands_behind_is_not_seen_from_inside() -> None:
+    """Two halves of one area: one faces the viewer, one, far behind, turns its back. Its share is a
+    half whichever point is named first."""
+    from vomstudio.geometry.view_frame import ViewFrame
+    from vomstudio.products.ortho.cloud_picture import share_facing_away
+
+    g = np.linspace(-1, 1, 200)
+    x, y = (part.ravel() for part in np.meshgrid(g, g))
+    points = np.column_stack([x, y, np.where(x + y > 0, -10.0, 0.0)])
+    normals = np.column_stack([np.zeros((len(x), 2)), np.where(x + y > 0, -1.0, 1.0)])
+    frame = ViewFrame.looking((0.0, 0.0, -1.0))
+    seen = frame.to_view(points, np.zeros(3))
+    up = np.array([0.0, 0.0, 1.0]) @ frame.axes
+    for order in (slice(None), slice(None, None, -1)):
+        cloud = PointCloud(points[order], normals=normals[order].astype(np.float32))
+        share, guessed = share_facing_away(cloud, seen[order], normals[order] @ frame.axes, up)
+        assert not guessed
+        assert share == pytest.approx(0.5, abs=0.02)
