@@ -16,9 +16,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         from vomstudio.jobs.worker import main as work
 
         return work()
-    from vomstudio.cli import COMMANDS
+    if words[:1] == ["--graphics"]:
+        from vomstudio.rendering.scene.graphics import main as say
 
-    if words and (words[0] in COMMANDS or words[0].startswith("-")):
+        return say()
+    from vomstudio.cli import is_for_window
+
+    if not is_for_window(words):
         from vomstudio.cli import main as command_line
         from vomstudio.failures import log
 

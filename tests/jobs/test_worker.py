@@ -60,8 +60,8 @@ def worker(monkeypatch):
     real = subprocess.Popen
 
     def start(words, **more):
-        assert words[1:] == ["-m", "vomstudio", "--worker"]
-        return real([sys.executable, "-m", "tests.jobs.odd_jobs"], **more)
+        assert words[1:] == ["-P", "-m", "vomstudio", "--worker"]
+        return real([sys.executable, "-P", "-m", "tests.jobs.odd_jobs"], **more)
 
     monkeypatch.setattr("vomstudio.jobs.supervisor.subprocess.Popen", start)
     made = Worker()
@@ -267,6 +267,17 @@ def child(**more) -> subprocess.Popen[str]:
         [sys.executable, "-m", "vomstudio", "--worker"],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("named", ["", "."])
+def test_the_folder_of_the_user_is_not_imported_from(tmp_path, monkeypatch, worker, named):
+    """A json.py beside the photos is not Python's, however the program was started."""
+    (tmp_path / "json.py").write_text("raise SystemExit('imported from the folder of the photos')")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(named and str(tmp_path))
+    heard = Listener()
+    worker.submit(CHATTER, Word("hello"), heard)
+    assert heard.end() == Done(1, Word("hello"))
 
 
 def test_end_of_file_ends_an_idle_worker():

@@ -12,18 +12,12 @@ import warnings
 from collections.abc import Sequence
 
 from vomstudio.cli.arguments import HelpWanted, Parser
+from vomstudio.cli.first_word import COMMANDS, check_first_word
 from vomstudio.cli.output import Channel, Output, stdout_kept, to_json
-from vomstudio.errors import Cancelled, InputError, UsageError, VomError
+from vomstudio.cli.own_options import OWN_OPTIONS, add_own_options, run_own_option
+from vomstudio.errors import Cancelled, InputError, VomError
 from vomstudio.failures import log  # noqa: F401 - without a log nothing of it reaches stderr
-from vomstudio.version import __version__
 from vomstudio.words import tr
-
-COMMANDS = (
-    "demo", "info", "convert", "fit", "stats", "fold", "stereonet", "ortho", "plan", "check",
-    "frames", "reconstruct", "project", "export",
-)  # fmt: skip
-"""The words after `vomstudio` that are commands, each the name of its module here; anything else is
-for the window."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -54,6 +48,7 @@ def _run(words: list[str], channel: Channel) -> int:
             if not debug:
                 # A library's warning is for programmers; what users must know is said in words.
                 warnings.simplefilter("ignore")
+            check_first_word(words)
             args = _parser(words).parse_args(words)
             args.run(args, output)
         said = output.for_stdout()
@@ -133,16 +128,10 @@ def _parser(words: Sequence[str]) -> Parser:
         description=tr("Geology measured on virtual outcrop models."),
         epilog=tr("Without a command the window opens: vomstudio [FILE or PROJECT]."),
     )
-    parser.add_argument("--version", action="version", version=f"VOM Studio {__version__}")
+    add_own_options(parser)
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
     first = words[0] if words else ""
-    for name in [first] if first in COMMANDS else [] if first == "--version" else COMMANDS:
+    for name in [first] if first in COMMANDS else [] if first in OWN_OPTIONS else COMMANDS:
         importlib.import_module(f"vomstudio.cli.{name}").add_parser(subparsers)
-    parser.set_defaults(run=_no_command)
+    parser.set_defaults(run=run_own_option)
     return parser
-
-
-def _no_command(args: object, out: object) -> None:
-    raise UsageError(
-        tr("Name a command: {commands}. See vomstudio --help.", commands=", ".join(COMMANDS))
-    )

@@ -62,12 +62,18 @@ def versions() -> list[str]:
         f"System {platform.platform()}, {platform.machine()}",
         f"Installed as {'one program' if getattr(sys, 'frozen', False) else 'a package'}",
     ]
+    return lines + [f"{name} {version}" for name, version in packages().items()]
+
+
+def packages() -> dict[str, str]:
+    """Versions of the libraries that are installed, by their names in the package index."""
+    found = {}
     for name in _LIBRARIES:
         try:
-            lines.append(f"{name} {metadata.version(name)}")
+            found[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
             continue
-    return lines
+    return found
 
 
 def _crashes(private: list[str]) -> list[str]:

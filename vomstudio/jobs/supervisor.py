@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from vomstudio.errors import Cancelled, WorkerError
@@ -136,8 +137,7 @@ class Worker:
 
     def _start(self) -> subprocess.Popen[str]:
         environment = dict(os.environ)
-        # The child finds the same package, wherever the window was started from.
-        environment["PYTHONPATH"] = os.pathsep.join(p for p in sys.path if p)
+        environment["PYTHONPATH"] = os.pathsep.join(_import_folders())
         reading: tuple[int, ...] = ()
         writing: tuple[int, ...] = ()
         if os.name == "posix":
@@ -147,7 +147,8 @@ class Worker:
             environment[LIFELINE] = str(read)
         try:
             process = subprocess.Popen(
-                [sys.executable, "-m", "vomstudio", "--worker"],
+                # -P: a json.py beside the photos is not Python's.
+                [sys.executable, "-P", "-m", "vomstudio", "--worker"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 text=True,
@@ -237,6 +238,15 @@ class Worker:
                 self._end_later(job)
                 return
         process.kill()
+
+
+def _import_folders() -> list[str]:
+    """Where the child imports from: the same package as here, wherever the program was started
+    from, and never that folder itself."""
+    package = Path(__file__).resolve().parents[2]
+    here = Path.cwd()
+    others = [p for p in sys.path if p and Path(p) not in (here, package)]
+    return [str(package), *others]
 
 
 def _typed(event: Done, result: type[Any]) -> Event:

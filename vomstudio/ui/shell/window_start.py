@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from vomstudio.paths import resource
 from vomstudio.words import tr
 
 
@@ -28,7 +29,7 @@ def run_window(paths: Sequence[str]) -> int:
         return 2
     os.environ.setdefault("QT_API", "pyside6")
     from PySide6.QtCore import QTimer
-    from PySide6.QtGui import QSurfaceFormat
+    from PySide6.QtGui import QIcon, QSurfaceFormat
     from PySide6.QtWidgets import QApplication, QMessageBox
 
     surface = QSurfaceFormat()
@@ -42,6 +43,7 @@ def run_window(paths: Sequence[str]) -> int:
     locale.setlocale(locale.LC_NUMERIC, "C")
     application.setApplicationName("VOM Studio")
     application.setDesktopFileName("vomstudio")
+    application.setWindowIcon(QIcon(str(resource("icon", "vomstudio.svg"))))
 
     from vomstudio.errors import VomError
     from vomstudio.io.settings import read_settings

@@ -1,0 +1,156 @@
+"""The first words of the command line: commands, files for the window, and what is neither."""
+
+from __future__ import annotations
+
+import configparser
+import json
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from vomstudio.cli import COMMANDS, is_for_window
+from vomstudio.files.desktop import install
+from vomstudio.paths import resource
+from vomstudio.version import __version__
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a model in it, in which the program is started."""
+    (tmp_path / "cliff.obj").write_text("v 0 0 0\n")
+    (tmp_path / "photos").mkdir()
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("words", [[], ["cliff.obj"], ["photos"], ["./cliff.obj", "photos"]])
+def test_what_is_there_is_for_the_window(here: Path, words: list[str]) -> None:
+    assert is_for_window(words)
+
+
+@pytest.mark.parametrize("words", [["fit"], ["--version"], ["clif.obj"], ["cliff.obj", "gone"]])
+def test_everything_else_is_for_the_command_line(here: Path, words: list[str]) -> None:
+    assert not is_for_window(words)
+
+
+def test_a_command_stays_one_beside_a_file_of_its_name(here: Path) -> None:
+    (here / "fit").touch()
+    assert not is_for_window(["fit"])
+
+
+@pytest.mark.parametrize(
+    ("word", "nearest"),
+    [("stero", "stereonet"), ("Fit", "fit"), ("reconstuct", "reconstruct"), ("exprot", "export")],
+)
+def test_a_misspelt_command_is_answered_with_the_nearest(
+    here: Path, run: Any, word: str, nearest: str
+) -> None:
+    done = run(word)
+    assert done.code == 2
+    assert f"Did you mean '{nearest}'?" in done.err
+    assert ", ".join(COMMANDS) in done.err
+    assert done.out == ""
+
+
+@pytest.mark.parametrize("words", [["register"], ["wxyz", "--json"], ["wxyz", "cliff.obj"]])
+def test_an_unknown_word_is_answered_with_the_list(here: Path, run: Any, words: list[str]) -> None:
+    done = run(*words)
+    assert done.code == 2
+    assert f"'{words[0]}' is neither a command nor a file." in done.err
+    assert ", ".join(COMMANDS) in done.err
+    if "--json" in words:
+        assert json.loads(done.out)["error"]["code"] == "usage"
+
+
+def test_a_missing_file_is_named_with_the_nearest(here: Path, run: Any) -> None:
+    done = run("clif.obj")
+    assert (done.code, done.out) == (2, "")
+    assert "clif.obj: There is no such file or folder. Did you mean 'cliff.obj'?" in done.err
+    assert "gone/a.obj: The folder of this file does not exist." in run("gone/a.obj").err
+    assert "photos/9.jpg: There is no such file or folder. Check" in run("photos/9.jpg").err
+    # Also the second one, and also where there is no screen.
+    assert "zzz.ply: There is no such file" in run("cliff.obj", "zzz.ply").err
+    assert "window takes files and folders" in run("cliff.obj", "--force").err
+
+
+def test_the_program_answers_so_without_a_screen(here: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "vomstudio", "stereonett"],
+        capture_output=True, text=True, check=False,
+        env={"PATH": "/usr/bin", "HOME": str(here), "PYTHONPATH": str(Path(__file__).parents[2])},
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "Did you mean 'stereonet'?" in done.stderr
+    assert "screen" not in done.stderr
+
+
+# The program's own options -------------------------------------------------------------------
+def test_versions_are_those_that_are_installed(run: Any) -> None:
+    import numpy
+    import vtkmodules.all as vtk
+
+    assert run("--version").out == f"VOM Studio {__version__}\n"
+    found = json.loads(run("--version", "--json").out)
+    assert found["version"] == __version__
+    assert found["python"] == sys.version.split()[0]
+    assert found["packages"]["numpy"] == numpy.__version__
+    assert found["packages"]["vtk"] == vtk.vtkVersion.GetVTKVersion()
+    assert set(found["graphics"]) == {"vendor", "renderer", "version"}
+    assert all(found["graphics"].values())
+
+
+def test_a_broken_driver_leaves_the_versions(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vomstudio.cli.own_options.sys.executable", "/bin/false")
+    assert json.loads(run("--version", "--json").out)["graphics"] is None
+
+
+def test_the_desktop_has_entry_icon_and_type(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    # A path with everything that the specification escapes.
+    python = '/opt/a "b" $c/100 %/`d`\\python'
+    monkeypatch.setattr("vomstudio.files.desktop.sys.executable", python)
+    files = [Path(path) for path in json.loads(run("--install-desktop", "--json").out)["files"]]
+    entry_file, icon, types = files
+    entry = configparser.RawConfigParser()
+    entry.optionxform = str  # type: ignore[assignment, method-assign]
+    entry.read(entry_file, "utf-8")
+    said = dict(entry["Desktop Entry"])
+    assert (said["Type"], said["Name"], said["Icon"]) == ("Application", "VOM Studio", icon.stem)
+    # Of the entry's value, then of the quoted word, as the specification has them.
+    line = re.sub(r"\\\\", r"\\", said["Exec"])
+    quoted = re.fullmatch(r'"((?:\\.|[^"\\])*)" -P -m vomstudio %F', line)
+    assert quoted
+    assert re.sub(r"\\(.)", r"\1", quoted[1]).replace("%%", "%") == python
+    assert icon.read_bytes() == resource("icon", "vomstudio.svg").read_bytes()
+    root = ElementTree.parse(types).getroot()
+    (kind,) = root
+    assert kind.get("type") in said["MimeType"].split(";")
+    (glob,) = [part.get("pattern") for part in kind if part.tag.endswith("glob")]
+    assert glob == "*.vom"
+    # Again, over the files of before.
+    assert [Path(p) for p in json.loads(run("--install-desktop", "--json").out)["files"]] == files
+
+
+def test_a_folder_that_cannot_be_made_is_named(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "data").write_text("a file")
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    done = run("--install-desktop")
+    assert done.code == 2
+    assert str(tmp_path / "data" / "applications") in done.err
+
+
+def test_other_systems_have_no_such_menu(monkeypatch: pytest.MonkeyPatch) -> None:
+    from vomstudio.errors import TargetError
+
+    monkeypatch.setattr("vomstudio.files.desktop.sys.platform", "darwin")
+    with pytest.raises(TargetError, match="Only Linux"):
+        install()

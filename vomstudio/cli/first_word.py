@@ -1,0 +1,81 @@
+"""What the first words of the command line are: a command, options, or files for the window."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from pathlib import Path
+
+from vomstudio.errors import UsageError
+from vomstudio.words import tr
+
+COMMANDS = (
+    "demo", "info", "convert", "fit", "stats", "fold", "stereonet", "ortho", "plan", "check",
+    "frames", "reconstruct", "project", "export",
+)  # fmt: skip
+"""The words after `vomstudio` that are commands, each the name of its module here."""
+
+
+def is_for_window(words: Sequence[str]) -> bool:
+    """Whether the window opens: without words, or with files and folders that are there."""
+    return all(not word.startswith("-") and Path(word).exists() for word in words) and (
+        not words or words[0] not in COMMANDS
+    )
+
+
+def check_first_word(words: Sequence[str]) -> None:
+    """Raises UsageError for what is neither a command nor there, with the nearest that is."""
+    if not words or words[0] in COMMANDS or words[0].startswith("-"):
+        return
+    missing = next((word for word in words if not _may_be_meant(word)), None)
+    if missing is None:
+        option = next(word for word in words if word.startswith("-"))
+        raise UsageError(
+            tr("The window takes files and folders, no options. See vomstudio --help."),
+            field=option,
+        )
+    if missing != words[0] or _looks_like_a_path(missing):
+        raise UsageError(_no_such_file(missing), file=missing)
+    nearest = difflib.get_close_matches(missing.casefold(), COMMANDS, 1, 0.6)
+    commands = ", ".join(COMMANDS)
+    if nearest:
+        raise UsageError(
+            tr(
+                "'{word}' is neither a command nor a file. Did you mean '{nearest}'? The commands "
+                "are: {commands}. See vomstudio --help.",
+                word=missing,
+                nearest=nearest[0],
+                commands=commands,
+            )
+        )
+    raise UsageError(
+        tr(
+            "'{word}' is neither a command nor a file. The commands are: {commands}. See "
+            "vomstudio --help.",
+            word=missing,
+            commands=commands,
+        )
+    )
+
+
+def _may_be_meant(word: str) -> bool:
+    return word.startswith("-") or Path(word).exists()
+
+
+def _looks_like_a_path(word: str) -> bool:
+    return len(Path(word).parts) > 1 or bool(Path(word).suffix)
+
+
+def _no_such_file(word: str) -> str:
+    path = Path(word)
+    try:
+        beside = sorted(other.name for other in path.parent.iterdir())
+    except OSError:
+        return tr("The folder of this file does not exist. Check its name.")
+    nearest = difflib.get_close_matches(path.name, beside, 1, 0.6)
+    if nearest:
+        return tr(
+            "There is no such file or folder. Did you mean '{nearest}'?",
+            nearest=path.with_name(nearest[0]),
+        )
+    return tr("There is no such file or folder. Check its name.")

@@ -1,0 +1,78 @@
+"""`vomstudio --version` and `vomstudio --install-desktop`: options without a command."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+from typing import Any
+
+from vomstudio.cli.arguments import HelpWanted, Parser
+from vomstudio.cli.first_word import COMMANDS
+from vomstudio.cli.output import Output
+from vomstudio.errors import UsageError
+from vomstudio.version import __version__
+from vomstudio.words import tr
+
+OWN_OPTIONS = ("--version", "--install-desktop")
+_GRAPHICS_WITHIN_S = 30
+
+
+def add_own_options(parser: Parser) -> None:
+    parser.add_argument(
+        "--version",
+        action="store_true",
+        help=tr("print the version; with --json also those of Python, packages and graphics"),
+    )
+    parser.add_argument(
+        "--install-desktop",
+        action="store_true",
+        help=tr("put VOM Studio into the menu of the desktop (Linux), for this user"),
+    )
+    parser.add_argument("--json", action="store_true", help=tr("print one JSON object on stdout"))
+
+
+def run_own_option(args: argparse.Namespace, output: Output) -> None:
+    if args.version:
+        if not args.json:
+            raise HelpWanted(f"VOM Studio {__version__}")
+        output.result(_versions())
+    elif args.install_desktop:
+        from vomstudio.files.desktop import install
+
+        files = install()
+        output.text("\n".join(map(str, files)))
+        output.result({"files": files})
+    else:
+        raise UsageError(
+            tr("Name a command: {commands}. See vomstudio --help.", commands=", ".join(COMMANDS))
+        )
+
+
+def _versions() -> dict[str, Any]:
+    import platform
+
+    from vomstudio.failures.report import packages
+
+    return {
+        "version": __version__,
+        "python": platform.python_version(),
+        "system": platform.platform(),
+        "machine": platform.machine(),
+        "packages": packages(),
+        "graphics": _graphics(),
+    }
+
+
+def _graphics() -> dict[str, str] | None:
+    """Asked in a process of its own, since a broken driver ends it; None where there is none."""
+    command = [sys.executable, "-P", "-m", "vomstudio", "--graphics"]
+    try:
+        said = subprocess.run(
+            command, capture_output=True, text=True, check=True, timeout=_GRAPHICS_WITHIN_S
+        ).stdout
+        found: dict[str, str] = json.loads(said.splitlines()[-1])
+    except (OSError, subprocess.SubprocessError, ValueError, IndexError):
+        return None
+    return found

@@ -1,0 +1,97 @@
+"""VOM Studio in the menu of a Linux desktop: entry, icon, and the type of project folders.
+
+As freedesktop.org's Desktop Entry, Icon Theme and Shared MIME-info specifications have it, under
+the user's own data folder.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from vomstudio.errors import TargetError
+from vomstudio.files.atomic import atomic_write
+from vomstudio.paths import resource
+from vomstudio.words import tr
+
+NAME = "vomstudio"
+PROJECT_TYPE = "application/x-vomstudio-project"
+
+_TYPES = f"""<?xml version="1.0" encoding="UTF-8"?>
+<mime-info xmlns="http://www.freedesktop.org/standards/shared-mime-info">
+  <mime-type type="{PROJECT_TYPE}">
+    <comment>VOM Studio project</comment>
+    <sub-class-of type="inode/directory"/>
+    <icon name="{NAME}"/>
+    <glob pattern="*.vom"/>
+  </mime-type>
+</mime-info>
+"""
+
+
+def install() -> list[Path]:
+    """Write entry, icon and type for this user, over those of before; the files. Raises
+    TargetError where the system has no such menu or a file cannot be written."""
+    if not sys.platform.startswith("linux"):
+        raise TargetError(
+            tr("Only Linux desktops have such a menu entry. Start VOM Studio by its command.")
+        )
+    data = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
+    wanted = {
+        data / "applications" / f"{NAME}.desktop": _entry(),
+        data / "icons" / "hicolor" / "scalable" / "apps" / f"{NAME}.svg": resource(
+            "icon", f"{NAME}.svg"
+        ).read_text("utf-8"),
+        data / "mime" / "packages" / f"{NAME}.xml": _TYPES,
+    }
+    for path, text in wanted.items():
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise TargetError(
+                tr(
+                    "The folder cannot be made ({reason}). Check its permissions.",
+                    reason=error.strerror,
+                ),
+                file=path.parent,
+            ) from error
+        with atomic_write(path, force=True) as part:
+            part.write_text(text, encoding="utf-8")
+    # Desktops that keep an index look into it; others read the files.
+    for command in (
+        ["update-desktop-database", str(data / "applications")],
+        ["update-mime-database", str(data / "mime")],
+    ):
+        if shutil.which(command[0]):
+            subprocess.run(command, capture_output=True, check=False, timeout=60)
+    return list(wanted)
+
+
+def _entry() -> str:
+    """Started by this very Python, whatever the PATH of the desktop is."""
+    return "\n".join(
+        [
+            "[Desktop Entry]",
+            "Type=Application",
+            "Name=VOM Studio",
+            "GenericName=Virtual outcrop models",
+            "Comment=Measure geology on virtual outcrop models",
+            f"Exec={_quoted(sys.executable)} -P -m vomstudio %F",
+            f"Icon={NAME}",
+            "Terminal=false",
+            "Categories=Science;Geology;Geoscience;",
+            f"MimeType={PROJECT_TYPE};model/obj;model/gltf-binary;application/x-ply;model/stl;",
+            f"StartupWMClass={NAME}",
+            "",
+        ]
+    )
+
+
+def _quoted(word: str) -> str:
+    """As `Exec` wants it: in double quotes, with a backslash before what is special within them, %
+    doubled, and then all backslashes doubled, since it is a value of an entry."""
+    escaped = "".join(f"\\{c}" if c in '"`$\\' else c for c in word).replace("%", "%%")
+    return '"' + escaped.replace("\\", "\\\\") + '"'

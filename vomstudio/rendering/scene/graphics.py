@@ -1,0 +1,31 @@
+"""What draws the scene: maker, name and version of OpenGL, as the driver states them."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+
+def versions() -> dict[str, str]:
+    """ "vendor", "renderer" and "version", asked of a small picture that nobody sees. A broken
+    driver may end the process."""
+    import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  makes the window one of OpenGL
+    from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
+
+    window = vtkRenderWindow()
+    window.SetOffScreenRendering(True)
+    window.SetSize(16, 16)
+    window.AddRenderer(vtkRenderer())
+    window.Render()
+    found = {}
+    for line in window.ReportCapabilities().splitlines():
+        for name in ("vendor", "renderer", "version"):
+            if line.startswith(f"OpenGL {name} string:"):
+                found[name] = line.partition(":")[2].strip()
+    return found
+
+
+def main() -> int:
+    """Print them as one line of JSON."""
+    sys.stdout.write(json.dumps(versions()) + "\n")
+    return 0
