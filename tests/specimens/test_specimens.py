@@ -22,11 +22,29 @@ RELATIVE = 1e-12
 NOTHING = 1e-12
 """Below this a number is rounding alone, such as the roughness of a line through two points."""
 
+SLIPS = {"line-2916121eb5dd": "reverse", "line-0124647bd66c": "dextral"}
+"""The lines of the specimens on whose planes a sense of slip was seen, as `make_schema1` drew them.
+"""
+
 
 @pytest.fixture(scope="module")
 def recorded() -> dict[str, Any]:
     found: dict[str, Any] = json.loads(figures.RECORDED.read_text(encoding="utf-8"))
+    for was in found.values():
+        for table in (was["table"], *was["layers"].values()):
+            for row in table["rows"].values():
+                tell_rakes_apart(row)
     return found
+
+
+def tell_rakes_apart(row: dict[str, Any]) -> None:
+    """The column of the rake once held that of the slip, where there was one. Both slips of the
+    specimens point up, and the lines themselves are taken downward."""
+    sense = SLIPS.get(row["id"])
+    if sense is not None and "rake_deg" in row:
+        slip = row["rake_deg"]
+        row["slip_rake_deg"], row["slip_sense"] = slip, sense
+        row["rake_deg"] = type(slip)(180.0 - float(slip))
 
 
 @pytest.fixture
