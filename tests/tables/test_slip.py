@@ -23,7 +23,7 @@ from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import Frame, Record
-from vomstudio.geology.slip import SlipSense
+from vomstudio.geology.slip import CONFIDENCES, SlipConfidence, SlipSense
 from vomstudio.io.project.export import export_records
 
 HASH = "0" * 64
@@ -222,6 +222,19 @@ def test_a_slip_on_a_plane_that_was_traced_is_counted_in_the_plane_that_its_row_
     assert row["on_plane_dip_direction_deg"] == pytest.approx(host.dip_direction_deg, abs=1e-8)
     assert row["on_plane_dip_deg"] == pytest.approx(60.0, abs=1e-6)
     assert (row["on_plane"], found["lines"]["reverse"]["on_plane"]) == ("F01", "F01")
+
+
+@pytest.mark.parametrize(("code", "_"), CONFIDENCES)
+def test_how_sure_a_sense_is_stands_beside_it(tmp_path: Path, code: SlipConfidence, _: str) -> None:
+    records = records_of(CASES["west, strike"])
+    for id_ in ("dextral", "none"):
+        records[id_] = replace(records[id_], slip_confidence=code)
+    found = written(records, tmp_path)
+    for file, rows in found.items():
+        name = "slip_conf" if file.startswith("t_") else "slip_confidence"
+        assert rows["dextral"][name] == (code or None)
+        # Nothing is sure, or doubtful, where no sense was seen.
+        assert rows["none"][name] is None
 
 
 def test_a_line_whose_plane_is_gone_keeps_its_sense_and_has_no_rake(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.records import Feature
-from vomstudio.geology.slip import SENSES
+from vomstudio.geology.slip import CONFIDENCES, SENSES
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
 
@@ -20,6 +20,16 @@ def _sense(s: Subject) -> str | None:
 def _sense_in_words(s: Subject) -> str:
     sense = _sense(s)
     return "" if sense is None else tr({str(code): words for code, words in SENSES}[sense])
+
+
+def _confidence(s: Subject) -> str | None:
+    """Of a sense only; what is left of it where the sense was taken back says nothing."""
+    return getattr(s.feature, "slip_confidence", None) or None if _sense(s) else None
+
+
+def _confidence_in_words(s: Subject) -> str:
+    found = _confidence(s)
+    return "" if found is None else tr({str(code): words for code, words in CONFIDENCES}[found])
 
 
 def _on_plane(s: Subject) -> str | None:
@@ -64,11 +74,13 @@ SLIP_SENSE = Figure(
 )
 SLIP_CONFIDENCE = Figure(
     "slip_confidence",
-    _("Slip sure"),
-    _("How sure the sense of slip is"),
-    lambda s: getattr(s.feature, "slip_confidence", None) or None,
+    _("Slip is"),
+    _("How sure the sense of slip is: certain, probable or supposed"),
+    _confidence,
     "text",
     short="slip_conf",
+    words=("slip_confidence",),
+    shown=_confidence_in_words,
 )
 ON_PLANE = Figure(
     "on_plane",

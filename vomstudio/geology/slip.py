@@ -17,6 +17,15 @@ SENSES: tuple[tuple[SlipSense, str], ...] = (
 )
 """Code and words. An oblique slip is told by one of its two parts; the rake gives the other."""
 
+SlipConfidence = Literal["", "certain", "probable", "supposed"]
+CONFIDENCES: tuple[tuple[SlipConfidence, str], ...] = (
+    ("", _("not said")),
+    ("certain", _("certain")),
+    ("probable", _("probable")),
+    ("supposed", _("supposed")),
+)
+"""How sure the sense is, in the grades that programs for the analysis of fault slips know."""
+
 
 def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
     """The directed rake (-180, 180] of a slip along the axial rake [0, 180) with its sense of

@@ -40,7 +40,7 @@ from vomstudio.geology import orientation
 from vomstudio.geology.intersections import UncertainPlane, stray95
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geology.quality import judge_line
-from vomstudio.geology.slip import SENSES, SlipSense, slip_rake
+from vomstudio.geology.slip import CONFIDENCES, SENSES, SlipConfidence, SlipSense, slip_rake
 from vomstudio.geometry.lines import LineFit, fit_line
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
@@ -51,7 +51,8 @@ class Lineation(Picked, Typed):
     """Two vertices or more.
 
     plane_id: the feature on whose plane it lies, "" for none: its direction is then projected onto
-    that plane and has a rake. slip: how the hanging wall moved along it. Other fields as in Trace.
+    that plane and has a rake. slip: how the hanging wall moved along it; slip_confidence: how sure
+    that is. Other fields as in Trace.
     """
 
     id: str
@@ -65,6 +66,7 @@ class Lineation(Picked, Typed):
     slip: SlipSense = ""
     set_name: str = ""
     notes: str = ""
+    slip_confidence: SlipConfidence = ""
 
 
 def measure(at: Measuring, lines: Sequence[Lineation]) -> list[Measurement]:
@@ -200,6 +202,10 @@ KIND = Kind(
         kind.NAME, kind.TYPE, kind.SET,
         Attribute("plane_id", _("On plane"), "plane"),
         Attribute("slip", _("Slip"), "choice", SENSES, applies=lambda line: bool(line.plane_id)),
+        Attribute(
+            "slip_confidence", _("Slip is"), "choice", CONFIDENCES,
+            applies=lambda line: bool(line.plane_id and line.slip),
+        ),
         kind.NOTES,
     ),
     sketch=sketch,
