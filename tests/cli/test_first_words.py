@@ -114,7 +114,7 @@ def test_the_desktop_has_entry_icon_and_type(
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     # A path with everything that the specification escapes.
-    python = '/opt/a "b" $c/100 %/`d`\\python'
+    python = '/a "b" $c/100 %/`d`\\python'
     monkeypatch.setattr("vomstudio.files.desktop.sys.executable", python)
     files = [Path(path) for path in json.loads(run("--install-desktop", "--json").out)["files"]]
     entry_file, icon, types = files
