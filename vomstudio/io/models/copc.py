@@ -15,7 +15,7 @@ import struct
 import threading
 import weakref
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO
@@ -32,7 +32,8 @@ from vomstudio.geometry.streaming.octree import (
     parents_of,
     parts_of,
 )
-from vomstudio.io.gis.crs import parse_crs, sidecar_crs
+from vomstudio.io.gis.axis_units import stated_axes, what_is_said, why_refused
+from vomstudio.io.gis.crs import sidecar_crs
 from vomstudio.io.models.formats._las_header import (
     MAX_CHUNK_POINTS,
     Top,
@@ -41,6 +42,7 @@ from vomstudio.io.models.formats._las_header import (
     unpack,
 )
 from vomstudio.io.models.formats._las_records import Choice, Layout, choose, cloud_of, layout_of
+from vomstudio.io.models.formats._las_reference import las_reference
 from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
@@ -102,6 +104,7 @@ class CopcFile:
                 tr("This is not a COPC file: it has no octree. Read it as a LAZ file."), file=path
             )
         self.top: Top = read_top(self.path)
+        self._settle_axes()
         info = self.top.records.get(("copc", 1), b"")
         if len(info) < _INFO_BYTES or self.top.layers == 0:
             raise self._damaged(tr("the first record is truncated"))
@@ -149,15 +152,28 @@ class CopcFile:
     @property
     def crs(self) -> str | None:
         """As LoadedModel's; None where the file names no projected one."""
-        text = (
-            self.top.records.get(("LASF_Projection", 2112), b"")
-            .rstrip(b"\0")
-            .decode("utf-8", "replace")
-        )
-        try:
-            return parse_crs(text)[0] if text.strip() else None
-        except InputError:
-            return None
+        return self._axes.crs if self.refused is None else None
+
+    def _settle_axes(self) -> None:
+        """Heights in the unit of x and y, as `vomstudio.io.models.opening` has them."""
+        stated = las_reference(self.path)
+        said, text = list(stated.warnings), stated.text
+        if text is None:
+            text, problem = sidecar_crs(self.path)
+            said += [problem] if problem else []
+        self._axes = stated_axes(text, stated.height_unit)
+        self.warnings = (*said, *what_is_said(self._axes))
+        self.refused = why_refused(self._axes, self.top.bounds)
+        flat = self._axes.unit_factor
+        self._factors = np.array([flat, flat, flat * self._axes.height_factor])
+        if (self._factors != 1.0).any():
+            top, factors = self.top, self._factors
+            self.top = replace(
+                top,
+                scales=top.scales * factors,
+                offsets=top.offsets * factors,
+                bounds=top.bounds * factors,
+            )
 
     def nodes(self, levels: range | None = None, bounds: Array | None = None) -> Nodes:
         """The nodes of `levels` whose cubes touch `bounds` (2, 3); all of them without. Raises
@@ -173,7 +189,7 @@ class CopcFile:
         cubes = self._cubes(keys)
         if bounds is not None:
             keep &= _touches(cubes, bounds)
-        spacing = self._spacing / 2.0 ** keys[:, 0]
+        spacing = self._spacing * self._factors[0] / 2.0 ** keys[:, 0]
         return Nodes(keys, cubes, rest[:, 2], spacing, rest[:, 0], rest[:, 1]).take(keep)
 
     def overview(self, count: int) -> Nodes:
@@ -264,7 +280,8 @@ class CopcFile:
     def _cubes(self, keys: Array) -> Array:
         side = self._side / 2.0 ** keys[:, :1]
         low = self._low + keys[:, 1:] * side
-        return np.stack([low, low + side], axis=1)
+        cubes: Array = np.stack([low, low + side], axis=1) * self._factors
+        return cubes
 
     def _damaged(self, why: str) -> InputError:
         return InputError(
@@ -279,11 +296,13 @@ def nodes(path: str | Path, levels: range | None = None, bounds: Array | None = 
         return file.nodes(levels, bounds)
 
 
-def crs_of(path: str | Path) -> tuple[str | None, str | None]:
-    """The reference system of a COPC file, or of `NAME.prj` beside it, and what is wrong there."""
+def crs_of(path: str | Path) -> tuple[str | None, tuple[str, ...]]:
+    """The reference system of a COPC file, or of `NAME.prj` beside it, and what is to be said of
+    it. Raises InputError where x and y are in degrees."""
     with CopcFile(path) as file:
-        found = file.crs
-    return (found, None) if found else sidecar_crs(Path(path))
+        if file.refused is not None:
+            raise InputError(file.refused, file=path, field="CRS")
+        return file.crs, file.warnings
 
 
 OVERVIEW_POINTS = 200_000
@@ -307,6 +326,8 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
     file = CopcFile(path)
     try:
         found = file.nodes()
+        if file.refused is not None:
+            raise InputError(file.refused, file=path, field="CRS")
         if not len(found) or not np.isfinite(file.bounds).all():
             raise InputError(tr("The file holds no points that can be read."), file=path)
         order = np.argsort(found.offsets)

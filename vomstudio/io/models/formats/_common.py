@@ -14,12 +14,7 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr, tr_n
-
-UNKNOWN_CRS = to_translate(
-    "The coordinate reference system (CRS) is not a known projected one. Declare it yourself."
-)
-"""Said of a file that names a CRS which cannot be used."""
+from vomstudio.words import tr, tr_n
 
 BLOCK_BYTES = 8 * 1024 * 1024
 READERS = 3

@@ -20,6 +20,7 @@ from vomstudio.io.models.formats._common import (
 )
 from vomstudio.io.models.formats._las_header import check_header, mended
 from vomstudio.io.models.formats._las_records import STANDARD_FIELDS
+from vomstudio.io.models.formats._las_reference import las_reference
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
 from vomstudio.words import to_translate, tr
@@ -51,7 +52,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     said: list[str] = []
     size = check_header(path)
     try:
-        cloud, crs = _read(path, size, progress, said)
+        cloud = _read(path, size, progress, said)
     except (Cancelled, InputError):
         raise
     except (
@@ -76,7 +77,16 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         if type(error).__name__ != "PanicException":
             raise
         raise _damaged(path, error) from error
-    return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", crs, tuple(said), path)
+    found = las_reference(path)
+    cloud = drop_unsound_points(cloud, said, path)
+    return LoadedModel(
+        cloud,
+        "cloud",
+        found.text,
+        (*said, *found.warnings),
+        path,
+        height_unit=found.height_unit,
+    )
 
 
 def _damaged(path: Path, error: BaseException) -> InputError:
@@ -94,9 +104,7 @@ def _short(error: BaseException) -> str:
     return text[:160] or type(error).__name__
 
 
-def _read(
-    path: Path, size: int, progress: Progress, said: list[str]
-) -> tuple[PointCloud, str | None]:
+def _read(path: Path, size: int, progress: Progress, said: list[str]) -> PointCloud:
     import laspy
 
     stream = mended(path, size)
@@ -109,7 +117,7 @@ def _read(
 
 def _read_points(
     reader: Any, path: Path, size: int, at_once: int, progress: Progress, said: list[str]
-) -> tuple[PointCloud, str | None]:
+) -> PointCloud:
     header = reader.header
     promised = int(header.point_count)
     record = int(header.point_format.size)
@@ -186,25 +194,7 @@ def _read_points(
                 fields[name] = values
     points = columns.take("points", done)
     assert points is not None
-    return PointCloud(points, colors, None, fields), _crs(header, said)
-
-
-def _crs(header: Any, said: list[str]) -> str | None:
-    """EPSG:n where it can be told, else WKT, else None."""
-    try:
-        found = header.parse_crs()
-        if found is None:
-            return None
-        code = found.to_epsg()
-        return f"EPSG:{code}" if code else str(found.to_wkt())
-    except Exception as error:  # noqa: BLE001  whatever pyproj dislikes, the points are sound
-        said.append(
-            tr(
-                "The coordinate reference system cannot be read ({error}). Declare it yourself.",
-                error=_short(error),
-            )
-        )
-        return None
+    return PointCloud(points, colors, None, fields)
 
 
 READER = Reader(to_translate("LAS/LAZ point cloud"), (".las", ".laz"), matches, read)
