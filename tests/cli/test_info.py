@@ -182,7 +182,8 @@ def test_units_are_the_files_and_lengths_are_metres_or_have_none(
     else:
         assert "resolution" not in found
         assert found["resolution_m"] == pytest.approx(metres)
-        scaled = [np.array(corner) * [metres, metres, high] for corner in las_bounds(tmp_path / "a.las")]
+        corners = np.array(las_bounds(tmp_path / "a.las"))
+        scaled = corners * [metres, metres, high]
         assert np.allclose(found["bounds"], scaled)
     text = run("info", tmp_path / "a.las")
     assert label in text.out

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.io.gis.axis_units import stated_axes
+from vomstudio.io.text.encodings import text_of
 from vomstudio.words import tr
 
 _LONGEST = 100_000
@@ -133,7 +134,7 @@ def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
     see `vomstudio.io.gis.axis_units`."""
     path = sidecar_path(model)
     try:
-        text = path.read_bytes()[:_LONGEST].decode("utf-8-sig")
+        text = text_of(path.read_bytes()[:_LONGEST])
         axes = stated_axes(text)
     except FileNotFoundError:
         return None, None
