@@ -222,3 +222,58 @@ def test_damaged_laz_files_bring_points_or_one_sentence(tmp_path: Path) -> None:
             cloud_of(path)
         except InputError:
             continue
+
+
+def marked(
+    path: Path, point_format: int, dtype: type, nothing: float, scaled: bool
+) -> laspy.LasData:
+    """A cloud of which some points are withheld and some values mean that there is none. laspy
+    writes the marks, and struct the number that stands for nothing."""
+    version = "1.4" if point_format >= 6 else "1.2"
+    header = laspy.LasHeader(point_format=point_format, version=version)
+    header.scales = [0.01] * 3
+    scales = {"scales": np.array([0.5]), "offsets": np.array([10.0])} if scaled else {}
+    header.add_extra_dim(laspy.ExtraBytesParams("rough", dtype, **scales))
+    las = laspy.LasData(header)
+    las.x, las.y, las.z = np.random.default_rng(1).uniform(0, 50, (3, 500))
+    stored = np.arange(500).astype(dtype)
+    stored[::7] = nothing
+    las.points.array["rough"] = stored
+    las.withheld[::5] = 1
+    las.write(path)
+    raw = bytearray(path.read_bytes())
+    at = raw.index(b"rough" + bytes(27)) - 4
+    form = {"u": "<Q", "i": "<q", "f": "<d"}[np.dtype(dtype).kind]
+    raw[at + 3] |= 1
+    raw[at + 40 : at + 48] = struct.pack(form, nothing)
+    path.write_bytes(raw)
+    return las
+
+
+@pytest.mark.parametrize("ending", ["las", "laz"])
+@pytest.mark.parametrize("point_format", [1, 6])
+@pytest.mark.parametrize(
+    ("dtype", "nothing", "scaled"),
+    [(np.int16, -9999, False), (np.uint16, 65535, True), (np.float32, -9999.25, False)],
+)
+def test_no_data_is_no_value_and_withheld_points_are_left_out(
+    tmp_path: Path, ending: str, point_format: int, dtype: type, nothing: float, scaled: bool
+) -> None:
+    path = tmp_path / f"a.{ending}"
+    las = marked(path, point_format, dtype, nothing, scaled)
+    kept = np.arange(500) % 5 != 0
+    cloud, said = cloud_of(path)
+    assert "100 points left out" in said
+    assert np.allclose(cloud.points, las.xyz[kept])
+    wanted = np.arange(500.0) * (0.5 if scaled else 1) + (10 if scaled else 0)
+    wanted[::7] = np.nan
+    assert np.array_equal(cloud.fields["rough"], wanted[kept], equal_nan=True)
+
+
+def test_a_cloud_of_which_all_is_withheld_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.las"
+    las = marked(path, 6, np.int16, -9999, False)
+    las.withheld[:] = 1
+    las.write(path)
+    with pytest.raises(InputError, match="withheld"):
+        read_model(path)

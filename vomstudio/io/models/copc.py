@@ -37,11 +37,20 @@ from vomstudio.io.gis.crs import sidecar_crs
 from vomstudio.io.models.formats._las_header import (
     MAX_CHUNK_POINTS,
     Top,
+    is_copc,
     is_sound_chunk,
     read_top,
     unpack,
 )
-from vomstudio.io.models.formats._las_records import Choice, Layout, choose, cloud_of, layout_of
+from vomstudio.io.models.formats._las_records import (
+    Choice,
+    Layout,
+    choose,
+    cloud_of,
+    layout_of,
+    withheld_hidden,
+    withheld_of,
+)
 from vomstudio.io.models.formats._las_reference import las_reference
 from vomstudio.words import tr
 
@@ -81,16 +90,6 @@ class Nodes:
             self.keys[rows], self.bounds[rows], self.points[rows],
             self.spacing[rows], self.offsets[rows], self.sizes[rows],
         )  # fmt: skip
-
-
-def is_copc(path: str | Path) -> bool:
-    """Whether the first record of a LAZ file is the one of COPC."""
-    try:
-        with open(path, "rb") as file:
-            head = file.read(393)
-    except OSError:
-        return False
-    return head[:4] == b"LASF" and head[377:381] == b"copc"
 
 
 class CopcFile:
@@ -212,6 +211,10 @@ class CopcFile:
             self._choice = choose(self._records(first), self._layout)
         return cloud_of(self._records(nodes), self._layout, self.top, self._choice)
 
+    def has_withheld(self) -> bool:
+        """Whether points of the first level are marked as not to be used."""
+        return bool(withheld_of(self._records(self.nodes(range(1))), self._layout).any())
+
     def _records(self, nodes: Nodes) -> Array:
         total = int(nodes.points.sum())
         if total > self.top.points:
@@ -302,7 +305,8 @@ def crs_of(path: str | Path) -> tuple[str | None, tuple[str, ...]]:
     with CopcFile(path) as file:
         if file.refused is not None:
             raise InputError(file.refused, file=path, field="CRS")
-        return file.crs, file.warnings
+        hidden = (withheld_hidden(),) if file.has_withheld() else ()
+        return file.crs, (*file.warnings, *hidden)
 
 
 OVERVIEW_POINTS = 200_000

@@ -144,6 +144,16 @@ def laszip_chunk_points(top: bytes, at: int, n_records: int, record_bytes: int) 
     return None
 
 
+def is_copc(path: str | Path) -> bool:
+    """Whether the first record of a LAZ file is the one of COPC."""
+    try:
+        with open(path, "rb") as file:
+            head = file.read(393)
+    except OSError:
+        return False
+    return head[:4] == b"LASF" and head[377:381] == b"copc"
+
+
 # --- for readers that look into the middle of a file --------------------------------------------
 
 

@@ -18,12 +18,18 @@ from vomstudio.io.models.formats._common import (
     points_missing,
     scale_colors,
 )
-from vomstudio.io.models.formats._las_header import check_header, mended
-from vomstudio.io.models.formats._las_records import STANDARD_FIELDS
+from vomstudio.io.models.formats._las_header import check_header, is_copc, mended
+from vomstudio.io.models.formats._las_records import (
+    STANDARD_FIELDS,
+    no_data_of,
+    stand_ins,
+    withheld_hidden,
+    without_no_data,
+)
 from vomstudio.io.models.formats._las_reference import las_reference
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[np.generic]
 
@@ -134,6 +140,8 @@ def _read_points(
     names = set(header.point_format.dimension_names)
     extra = list(header.point_format.extra_dimension_names)
     wanted = [n for n in STANDARD_FIELDS if n in names] + [n for n in extra]
+    gaps = _no_data(header)
+    flagged = ["withheld"] if "withheld" in names else []
     colored = {"red", "green", "blue"} <= names
     # Hardly any file has more points than bytes, and room that is not used costs nothing.
     columns = Columns(min(size, ROWS_AT_MOST))
@@ -162,8 +170,8 @@ def _read_points(
             for j, channel in enumerate(("red", "green", "blue")):
                 rgb[:, j] = chunk[channel]
             columns.add("colors", rgb, limit)
-        for name in wanted:
-            columns.add(f"field {name}", np.asarray(chunk[name]), limit)
+        for name in [*wanted, *flagged]:
+            columns.add(f"field {name}", _values(chunk, name, gaps), limit)
         done += got
         if done == limit or done % POINTS_PER_STEP < got:
             progress.step(done)
@@ -194,7 +202,50 @@ def _read_points(
                 fields[name] = values
     points = columns.take("points", done)
     assert points is not None
-    return PointCloud(points, colors, None, fields)
+    cloud = PointCloud(points, colors, None, fields)
+    withheld = columns.take("field withheld", done)
+    return cloud if withheld is None else _without(cloud, withheld != 0, path, said)
+
+
+def _no_data(header: Any) -> dict[str, tuple[float, ...]]:
+    for record in header.vlrs:
+        if record.user_id == "LASF_Spec" and record.record_id == 4:
+            return no_data_of(record.record_data_bytes())
+    return {}
+
+
+def _values(chunk: Any, name: str, gaps: dict[str, tuple[float, ...]]) -> Array:
+    values: Array = np.asarray(chunk[name])
+    return without_no_data(values, chunk.array[name], gaps[name]) if name in gaps else values
+
+
+def _without(cloud: PointCloud, withheld: Array, path: Path, said: list[str]) -> PointCloud:
+    """Without the points that the file marks as not to be used. In a COPC file they stand at the
+    place of others, so that rows are the same when it is streamed."""
+    count = int(np.count_nonzero(withheld))
+    if not count:
+        return cloud
+    if count == len(withheld):
+        raise InputError(
+            tr("All points are marked as withheld. Export the file again with those to be used."),
+            file=path,
+        )
+    rows = stand_ins(withheld) if is_copc(path) else np.flatnonzero(~withheld)
+    said.append(
+        withheld_hidden()
+        if is_copc(path)
+        else tr_n(
+            "{count:,} point left out that the file marks as withheld.",
+            "{count:,} points left out that the file marks as withheld.",
+            count,
+        )
+    )
+    return PointCloud(
+        cloud.points[rows],
+        None if cloud.colors is None else cloud.colors[rows],
+        None,
+        {name: values[rows] for name, values in cloud.fields.items()},
+    )
 
 
 READER = Reader(to_translate("LAS/LAZ point cloud"), (".las", ".laz"), matches, read)
