@@ -462,3 +462,12 @@ def test_a_writer_of_another_package_writes_its_files(
             write_model(cloud(3), None, tmp_path / "m.docx")
     finally:
         writing.find_all.cache_clear()
+
+
+def test_coordinates_that_a_format_cannot_hold_are_refused_before_it_is_written(
+    tmp_path: Path,
+) -> None:
+    far = PointCloud(np.array([[0.0, 0.0, 0.0], [1e200, 0.0, 0.0]]))
+    with pytest.raises(TargetError, match="float32"):
+        write_model(far, None, tmp_path / "far.glb")
+    assert list(tmp_path.iterdir()) == []

@@ -17,6 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.files.names import utf8_name
 from vomstudio.words import tr
 
 BLOCK = 512
@@ -106,7 +107,10 @@ def size_and_bands(path: Path) -> tuple[int, int, list[str]]:
     try:
         with warnings.catch_warnings(), libtiff_silent(), rasterio.Env():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
-            with rasterio.open(path, driver="GTiff") as dataset:
+            with (
+                utf8_name(path) as named,
+                rasterio.open(named, driver="GTiff") as dataset,
+            ):
                 kinds = [np.dtype(kind) for kind in dataset.dtypes]
                 return dataset.width, dataset.height, [_BANDS.get(k.kind, k.name) for k in kinds]
     except RasterioError as error:

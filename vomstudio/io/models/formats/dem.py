@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.names import utf8_name
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.geo_keys import COMPOUND
@@ -55,7 +56,12 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     progress.stage(tr("Reading the heights"))
     said: list[str] = []
     try:
-        with libtiff_silent(), rasterio.Env(**COMPOUND), _opened(path) as dataset:
+        with (
+            libtiff_silent(),
+            rasterio.Env(**COMPOUND),
+            utf8_name(path) as named,
+            _opened(named) as dataset,
+        ):
             _check_is_dem(dataset, path, said)
             crs = _crs_of(dataset, path)
             step = _step_of(dataset, said)

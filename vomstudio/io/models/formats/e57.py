@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.names import utf8_name
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._common import (
     Columns,
@@ -57,7 +58,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         raise InputError(NOT_INSTALLED, file=path) from error
     said: list[str] = []
     try:
-        image = libe57.ImageFile(str(path), "r")
+        with utf8_name(path) as named:
+            image = libe57.ImageFile(str(named), "r")
         try:
             cloud = _read_scans(libe57, image, path, progress, said)
             crs = _crs(image)

@@ -173,6 +173,14 @@ class _Scene:
     ) -> None:
         data = self.out.data
         local = positions_of(data)[rows] - self.origin
+        if float(np.abs(local).max(initial=0.0)) > float(np.finfo(np.float32).max):
+            raise TargetError(
+                tr(
+                    "The coordinates are beyond what this format can hold (float32). Write PLY or "
+                    "OBJ instead."
+                ),
+                file=self.out.path,
+            )
         stored = np.stack([local[:, 0], local[:, 2], -local[:, 1]], axis=1).astype("<f4")
         back = np.abs(stored[:, [0, 2, 1]] * np.array([1, -1, 1], np.float32) - local)
         self._error = max(self._error, float(back.max(initial=0.0)))
