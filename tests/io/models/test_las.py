@@ -13,6 +13,7 @@ from pyproj import CRS
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.opening import read_model
+from vomstudio.io.models.preview import preview
 from vomstudio.progress import CancelToken, Silent
 
 N = 120_000
@@ -277,3 +278,37 @@ def test_a_cloud_of_which_all_is_withheld_is_refused(tmp_path: Path) -> None:
     las.write(path)
     with pytest.raises(InputError, match="withheld"):
         read_model(path)
+
+
+@pytest.mark.parametrize("ending", ["las", "laz"])
+@pytest.mark.parametrize("point_format", [1, 6])
+@pytest.mark.parametrize(
+    ("at", "content"),
+    [(2, b"\0\0"), (2, b"\x63"), (4, bytes(32)), (4, b"\xe4\xff")],
+    ids=["no bytes", "unknown type", "no name", "name not UTF-8"],
+)
+def test_fields_that_are_described_wrongly_do_not_cost_the_points(
+    tmp_path: Path, ending: str, point_format: int, at: int, content: bytes
+) -> None:
+    path = tmp_path / f"a.{ending}"
+    las = marked(path, point_format, np.int16, -9999, False)
+    raw = bytearray(path.read_bytes())
+    start = raw.index(b"rough" + bytes(27)) - 4 + at
+    raw[start : start + len(content)] = content
+    path.write_bytes(raw)
+    cloud, said = cloud_of(path)
+    assert np.allclose(cloud.points, las.xyz[np.arange(500) % 5 != 0])
+    assert not cloud.fields
+    assert "described wrongly" in said
+
+
+@pytest.mark.parametrize("length", [0, 10, 19])
+def test_records_shorter_than_a_point_are_refused(tmp_path: Path, length: int) -> None:
+    path = tmp_path / "a.las"
+    marked(path, 1, np.int16, -9999, False)
+    raw = bytearray(path.read_bytes())
+    struct.pack_into("<H", raw, 105, length)
+    path.write_bytes(raw)
+    with pytest.raises(InputError, match=f"{length} bytes for a point"):
+        read_model(path)
+    assert preview(path) is None

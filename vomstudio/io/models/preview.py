@@ -14,8 +14,15 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.crs import sidecar_crs
-from vomstudio.io.models.copc import CopcFile, is_copc
-from vomstudio.io.models.formats._las_header import Top, is_sound_chunk, mended, read_top, unpack
+from vomstudio.io.models.copc import CopcFile
+from vomstudio.io.models.formats._las_header import (
+    Top,
+    is_copc,
+    is_sound_chunk,
+    mended,
+    read_top,
+    unpack,
+)
 from vomstudio.io.models.formats._las_records import choose, cloud_of, layout_of
 from vomstudio.io.models.formats._las_reference import las_reference
 

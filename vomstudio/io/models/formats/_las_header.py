@@ -49,6 +49,17 @@ def check_header(path: Path) -> int:
             file=path,
             field="LAS header",
         )
+    (record_bytes,) = struct.unpack_from("<H", head, 105)
+    if record_bytes < MIN_POINT_BYTES:
+        raise InputError(
+            tr(
+                "The LAS header states {count} bytes for a point, which cannot be. Export the file "
+                "again.",
+                count=record_bytes,
+            ),
+            file=path,
+            field="LAS header",
+        )
     if n_records * 54 > size:
         raise InputError(
             tr(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import logging
 import struct
 from pathlib import Path
@@ -18,6 +19,7 @@ from vomstudio.io.models.formats._common import (
     points_missing,
     scale_colors,
 )
+from vomstudio.io.models.formats._las_extra import WithoutRecord, place_of_unsound_extra
 from vomstudio.io.models.formats._las_header import check_header, is_copc, mended
 from vomstudio.io.models.formats._las_records import (
     STANDARD_FIELDS,
@@ -113,7 +115,11 @@ def _short(error: BaseException) -> str:
 def _read(path: Path, size: int, progress: Progress, said: list[str]) -> PointCloud:
     import laspy
 
-    stream = mended(path, size)
+    stream: Any = mended(path, size)
+    place = place_of_unsound_extra(path)
+    if place is not None and stream is None:
+        said.append(tr("The fields of the points are described wrongly. They are not read."))
+        stream = io.BufferedReader(WithoutRecord(path, place))
     if stream is None:
         with laspy.open(path, laz_backend=laspy.LazBackend.LazrsParallel, read_evlrs=False) as r:
             return _read_points(r, path, size, POINTS_PER_STEP, progress, said)
@@ -138,8 +144,9 @@ def _read_points(
             field="LAS header",
         )
     names = set(header.point_format.dimension_names)
-    extra = list(header.point_format.extra_dimension_names)
-    wanted = [n for n in STANDARD_FIELDS if n in names] + [n for n in extra]
+    described = place_of_unsound_extra(path) is None
+    extra = list(header.point_format.extra_dimension_names) if described else []
+    wanted = [n for n in STANDARD_FIELDS if n in names] + extra
     gaps = _no_data(header)
     flagged = ["withheld"] if "withheld" in names else []
     colored = {"red", "green", "blue"} <= names
@@ -181,13 +188,7 @@ def _read_points(
         )
     if done < promised:
         said.append(points_missing(done, promised))
-    rgb16 = columns.take("colors", done)
-    colors = None
-    if rgb16 is not None:
-        if rgb16.any():
-            colors = scale_colors(rgb16)
-        else:
-            said.append(tr("All colours are black. They are not used."))
+    colors = _colors(columns.take("colors", done), said)
     fields: dict[str, Array] = {}
     for name in wanted:
         values = columns.take(f"field {name}", done)
@@ -205,6 +206,15 @@ def _read_points(
     cloud = PointCloud(points, colors, None, fields)
     withheld = columns.take("field withheld", done)
     return cloud if withheld is None else _without(cloud, withheld != 0, path, said)
+
+
+def _colors(rgb16: Array | None, said: list[str]) -> npt.NDArray[np.uint8] | None:
+    if rgb16 is None:
+        return None
+    if rgb16.any():
+        return scale_colors(rgb16)
+    said.append(tr("All colours are black. They are not used."))
+    return None
 
 
 def _no_data(header: Any) -> dict[str, tuple[float, ...]]:
@@ -230,7 +240,7 @@ def _without(cloud: PointCloud, withheld: Array, path: Path, said: list[str]) ->
             tr("All points are marked as withheld. Export the file again with those to be used."),
             file=path,
         )
-    rows = stand_ins(withheld) if is_copc(path) else np.flatnonzero(~withheld)
+    rows = stand_ins(withheld) if is_copc(path) else np.flatnonzero(np.logical_not(withheld))
     said.append(
         withheld_hidden()
         if is_copc(path)

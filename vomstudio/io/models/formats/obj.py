@@ -234,16 +234,17 @@ class _Reading:
                 # The first vertex of no block has a colour, and later ones have.
                 self.colors = np.empty((n_v, 3), np.float32)
                 self._wait([pool.submit(parse, i) for i in range(len(blocks))], len(blocks))
-        if total[k.N_SHORT_FACES]:
-            n = int(total[k.N_SHORT_FACES])
-            self.said.append(faces_without_area(n))
-        if total[k.N_LINE_ELEMENTS]:
-            n = int(total[k.N_LINE_ELEMENTS])
+        self._say_left_out(int(total[k.N_SHORT_FACES]), int(total[k.N_LINE_ELEMENTS]))
+
+    def _say_left_out(self, short_faces: int, line_elements: int) -> None:
+        if short_faces:
+            self.said.append(faces_without_area(short_faces))
+        if line_elements:
             self.said.append(
                 tr_n(
                     "{count:,} line or point element ('l', 'p') left out.",
                     "{count:,} line or point elements ('l', 'p') left out.",
-                    n,
+                    line_elements,
                 )
             )
         if self.n_odd:

@@ -126,9 +126,10 @@ class _Scene:
     def _add_mesh(self, mesh: Mesh) -> None:
         materials = mesh.materials or (None,)
         offsets = mesh.material_offsets if mesh.materials else [0, len(mesh.faces)]
-        bare = np.zeros(len(mesh.faces), bool)
+        bare: Array = np.zeros(len(mesh.faces), bool)
         if mesh.uv is not None:
-            bare = ~np.isfinite(mesh.uv).all(axis=1)[mesh.faces].all(axis=1)
+            placed = np.asarray(np.isfinite(mesh.uv).all(axis=1))
+            bare = np.logical_not(placed[mesh.faces].all(axis=1))
         # Faces without a place in the picture are a part of their own: (0, 0) would be one.
         parts = [
             (material, start + np.flatnonzero(bare[start:stop] == without), without)
