@@ -49,7 +49,7 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
     retype(planner.width_, "60")
     retype(planner.height_, "20")
     settled(planner)
-    assert planner.figures["Pixel on the rock"].text() == "5 mm"
+    assert planner.figures["Pixel size (GSD)"].text() == "5 mm"
     assert planner.figures["Footprint"].text() == "30 x 20 m"
     # 30 % of the footprint is new at 70 % overlap.
     assert planner.figures["Spacing"].text() == "9 m along, 6 m up"

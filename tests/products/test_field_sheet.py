@@ -43,11 +43,11 @@ def test_figures_stand_with_their_units(plan: SurveyPlan) -> None:
     assert said["Lens"].startswith("24 mm")
     assert said["Outcrop"] == "30 x 10 m"
     assert said["Distance"] == "20 m"
-    assert said["Pixel on the rock"] == "3.33 mm"
+    assert said["Pixel size (GSD)"] == "3.33 mm"
     assert said["Smallest plane"] == "3.3 m across"
     assert said["Footprint"] == "20 x 13.3 m"
     assert said["Spacing"] == "6 m along, 4 m up"
-    assert said["Overlap"] == "70%"
+    assert said["Overlap"] == "70 %"
     straight, oblique = len(plan.of_kind("perpendicular")), len(plan.of_kind("oblique"))
     assert said["Photos"] == (f"{straight + oblique}: {straight} perpendicular, {oblique} oblique")
     assert said["Photos per place"].startswith(f"{plan.views_least} or more, ")

@@ -184,7 +184,7 @@ def test_an_axis_is_looked_along_from_the_exposed_side() -> None:
     assert behind.sense == "up-plunge"
     assert behind.trend_deg % 360 == pytest.approx(0.0)
     assert behind.plunge_deg == pytest.approx(-10.0)
-    assert "100%" in behind.reason
+    assert "100 %" in behind.reason
     assert view_along_axis(180.0, 10.0, gutter(True), SAME).sense == "down-plunge"
     assert behind.flipped().sense == "down-plunge"
 

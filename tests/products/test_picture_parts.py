@@ -91,7 +91,7 @@ def test_what_was_guessed_of_a_view_is_said_and_what_is_known_is_not() -> None:
     for cloud, judged in ((PointCloud(points), True), (PointCloud(points, normals=up), False)):
         view = view_along_axis(30.0, 60.0, cloud, SAME)
         assert ("normals estimated, taken to point up" in view.reason) == judged
-        assert view.reason.startswith("Down-plunge: 100% of the visible surface faces the viewer")
+        assert view.reason.startswith("Down-plunge: 100 % of the visible surface faces the viewer")
     square = Mesh(points[:3], np.array([[0, 1, 2]], np.int32))
     assert "judged" not in view_along_axis(30.0, 60.0, square, SAME).reason
 
@@ -134,7 +134,7 @@ def test_what_a_wrong_direction_costs_is_reckoned(
     words = view_directions.cost_of_direction(error, depth, metric=metric)
     angle = np.radians(5.0 if error is None else error)
     unit = "m" if metric else "units"
-    assert f"{1 - np.cos(angle):.1%}" in words
+    assert f"{100 * (1 - np.cos(angle)):.1f} %" in words
     assert (
         f"{depth * np.sin(angle):.3g} {unit} over the depth of the view ({depth:.3g} {unit})"
         in words

@@ -158,7 +158,7 @@ class Orthophoto:
         return {
             "pixels": f"{f.width} x {f.height} of {f.gsd_m:g} m",
             "toward": f"{f.trend_deg:05.1f}/{f.plunge_deg:.1f} trend/plunge, {f.sense}",
-            "coverage": f"{f.coverage:.0%}",
+            "coverage": f"{100 * f.coverage:.0f} %",
             "crs": f.crs,
             "warnings": self.warnings or None,
         }

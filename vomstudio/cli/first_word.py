@@ -46,7 +46,8 @@ def check_first_word(words: Sequence[str]) -> None:
                 word=missing,
                 nearest=nearest[0],
                 commands=commands,
-            )
+            ),
+            field="COMMAND",
         )
     raise UsageError(
         tr(
@@ -54,7 +55,8 @@ def check_first_word(words: Sequence[str]) -> None:
             "vomstudio --help.",
             word=missing,
             commands=commands,
-        )
+        ),
+        field="COMMAND",
     )
 
 

@@ -124,11 +124,11 @@ def _in_words(result: dict[str, Any]) -> str:
     return "\n".join(
         [
             tr(
-                "{width} x {height} pixels of {gsd:g} m, {coverage:.0%} covered",
+                "{width} x {height} pixels of {gsd:g} m, {coverage:.0f} % covered",
                 width=result["width"],
                 height=result["height"],
                 gsd=result["gsd_m"],
-                coverage=result["coverage"],
+                coverage=100 * result["coverage"],
             ),
             tr(
                 "view toward {trend}/{plunge:.1f} trend/plunge, {sense}: {reason}",

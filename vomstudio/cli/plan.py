@@ -115,10 +115,10 @@ def _in_words(plan: SurveyPlan) -> str:
         (
             tr("spacing"),
             tr(
-                "{along:.3g} m along, {up:.3g} m up ({overlap:.0%} overlap)",
+                "{along:.3g} m along, {up:.3g} m up ({overlap:.0f} % overlap)",
                 along=plan.spacing_m[0],
                 up=plan.spacing_m[1],
-                overlap=plan.overlap,
+                overlap=100 * plan.overlap,
             ),
         ),
         (

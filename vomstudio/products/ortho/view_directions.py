@@ -102,26 +102,29 @@ def view_along_axis(
     if away > 0.5:
         reason = (
             tr(
-                "Up-plunge: seen down-plunge, {share:.0%} of the visible surface faces away from "
+                "Up-plunge: seen down-plunge, {share:.0f} % of the visible surface faces away from "
                 "the viewer (normals estimated, taken to point up).",
-                share=away,
+                share=100 * away,
             )
             if guessed
             else tr(
-                "Up-plunge: seen down-plunge, {share:.0%} of the visible surface faces away from "
+                "Up-plunge: seen down-plunge, {share:.0f} % of the visible surface faces away from "
                 "the viewer.",
-                share=away,
+                share=100 * away,
             )
         )
         return _along(-down, "up-plunge", reason)
     reason = (
         tr(
-            "Down-plunge: {share:.0%} of the visible surface faces the viewer (normals estimated, "
-            "taken to point up).",
-            share=1 - away,
+            "Down-plunge: {share:.0f} % of the visible surface faces the viewer (normals "
+            "estimated, taken to point up).",
+            share=100 * (1 - away),
         )
         if guessed
-        else tr("Down-plunge: {share:.0%} of the visible surface faces the viewer.", share=1 - away)
+        else tr(
+            "Down-plunge: {share:.0f} % of the visible surface faces the viewer.",
+            share=100 * (1 - away),
+        )
     )
     return _along(down, "down-plunge", reason)
 
@@ -133,7 +136,7 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
     off = 5.0 if error_deg is None else error_deg
     figures = {
         "angle": off,
-        "share": 1 - math.cos(math.radians(off)),
+        "share": 100 * (1 - math.cos(math.radians(off))),
         "displacement": depth_m * math.sin(math.radians(off)),
         "depth": depth_m,
         "unit": "m" if metric else tr("units"),
@@ -141,13 +144,13 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
     if error_deg is None:
         return tr(
             "The error of the axis is unknown. An error of {angle:.1f} deg would shorten lengths "
-            "in the direction of tilt by {share:.1%} and displace points against each other by up "
-            "to {displacement:.3g} {unit} over the depth of the view ({depth:.3g} {unit}).",
+            "in the direction of tilt by {share:.1f} % and displace points against each other by "
+            "up to {displacement:.3g} {unit} over the depth of the view ({depth:.3g} {unit}).",
             **figures,
         )
     return tr(
         "The 95 % error of the axis, {angle:.1f} deg, shortens lengths in the direction of tilt by "
-        "{share:.1%} and displaces points against each other by up to {displacement:.3g} {unit} "
+        "{share:.1f} % and displaces points against each other by up to {displacement:.3g} {unit} "
         "over the depth of the view ({depth:.3g} {unit}).",
         **figures,
     )

@@ -182,14 +182,14 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
             tr("{width:g} x {height:g} m", width=plan.width_m, height=plan.height_m),
         ),
         (tr("Distance"), tr("{distance:.3g} m", distance=plan.distance_m)),
-        (tr("Pixel on the rock"), tr("{size:.3g} mm", size=1000 * plan.gsd_m)),
+        (tr("Pixel size (GSD)"), tr("{size:.3g} mm", size=1000 * plan.gsd_m)),
         (tr("Smallest plane"), tr("{size:.2g} m across", size=plan.smallest_plane_m)),
         (tr("Footprint"), tr("{width:.3g} x {height:.3g} m", width=width, height=height)),
         (
             tr("Spacing"),
             tr("{along:.3g} m along, {up:.3g} m up", along=along, up=up),
         ),
-        (tr("Overlap"), f"{plan.overlap:.0%}"),
+        (tr("Overlap"), f"{100 * plan.overlap:.0f} %"),
         (
             tr("Photos"),
             tr(

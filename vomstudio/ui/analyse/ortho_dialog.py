@@ -295,13 +295,13 @@ class OrthoDialog(QDialog):
 def _show_result(studio: Studio, made: WrittenOrthophoto) -> None:
     text = tr(
         "The orthophoto was written to {file}: {width} × {height} pixels of {gsd:g} {unit}, "
-        "coverage {coverage:.0%}.",
+        "coverage {coverage:.0f} %.",
         file=made.image,
         width=made.width,
         height=made.height,
         gsd=made.gsd_m,
         unit=made.unit,
-        coverage=made.coverage,
+        coverage=100 * made.coverage,
     )
     if made.sheet:
         text = f"{text} {tr('The sheet was written to {file}.', file=made.sheet)}"
