@@ -13,6 +13,7 @@ from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.reading_comparison import nearest_picks
 from vomstudio.document.records import Feature, Model, OnAModel, Record, get
+from vomstudio.document.records.frames import crs_label
 from vomstudio.tables.orientation_table import Row, row_of
 from vomstudio.words import tr
 
@@ -84,5 +85,5 @@ def _frame(records: Mapping[str, Record], features: list[Feature]) -> tuple[str 
         north = tr("unknown: the model is not registered, azimuths are in its local frame")
         return None, north, 1.0
     if frame.crs:
-        return frame.crs, tr("grid north of {crs}", crs=frame.crs), frame.unit_m
+        return frame.crs, tr("grid north of {crs}", crs=crs_label(frame.crs)), frame.unit_m
     return None, tr("local frame whose y axis the user declared as north"), 1.0

@@ -14,6 +14,7 @@ from pyproj import CRS
 
 import vomstudio as vs
 from tests.io.models.copc_maker import write_copc
+from vomstudio.document.records import Frame
 from vomstudio.errors import InputError
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.crs import parse_crs
@@ -302,3 +303,9 @@ def test_a_cache_keeps_units_and_sees_a_prj_that_came_later(tmp_path: Path) -> N
         loaded = model_cache.load(tmp_path / "a.xyz", tmp_path / "cache")
         assert (loaded.units, loaded.unit_m) == (("m", "m", "us-ft"), 1.0)
         assert dip_of(loaded.data.points) == pytest.approx(30, abs=0.01)
+
+
+def test_a_system_without_a_code_has_its_name_on_labels() -> None:
+    wkt = crs_of_keys(directory([(PROJECTED, 0, 1, 26917), (LINEAR, 0, 1, 9002)]))
+    assert Frame("crs", wkt, FT).name() == "NAD83 / UTM zone 17N, grid north"
+    assert Frame("crs", "EPSG:32633").name() == "EPSG:32633, grid north"
