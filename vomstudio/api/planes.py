@@ -38,7 +38,7 @@ class PlaneFit:
     dip_error_deg, dip_direction_error_deg : the same along and across the dip
     registration_error_deg, total95_deg : of the model's rotation, and together with the fit's
     resolution_m, extent_over_resolution : of the model
-    quality, quality_reason : good, doubtful or poor, and why
+    quality, quality_reason, quality_notes : good, doubtful or poor, why, and what lowers no verdict
     method : "pca" or "regression"
     id, name, kind, set, overturned, model, frame, notes : of a feature of a project
 
@@ -91,6 +91,7 @@ class PlaneFit:
     extent_over_resolution: float | None
     quality: str | None
     quality_reason: str | None
+    quality_notes: str | None
     method: str | None
     model: str | None
     frame: str | None
@@ -131,7 +132,12 @@ class LineFit:
     """One line (lineation, fold axis); attributes are the columns of the orientation table.
 
     trend_deg, plunge_deg : degrees, plunge downward; undefined : vertical, its trend 0 by
-        convention; rake_deg : in the plane that bears it, 0 to 180 from the right-hand-rule strike
+        convention
+    rake_deg : in the plane that bears it, 0 to 180 from the right-hand-rule strike; slip_rake_deg :
+        of the movement of the hanging wall, -180 to 180, positive where reverse (Aki & Richards);
+        None where the sense of slip is not known or does not tell the direction
+    slip_sense, slip_confidence : as noted
+    on_plane, on_plane_dip_direction_deg, on_plane_dip_deg : the plane that bears it
     The others as in `PlaneFit`. `vs.Project.fit` gives one of a feature that is a line.
 
     >>> from dataclasses import fields
@@ -147,6 +153,12 @@ class LineFit:
     trend_deg: float
     plunge_deg: float
     rake_deg: float | None
+    slip_rake_deg: float | None
+    slip_sense: str | None
+    slip_confidence: str | None
+    on_plane: str | None
+    on_plane_dip_direction_deg: float | None
+    on_plane_dip_deg: float | None
     undefined: bool
     x: float | None
     y: float | None
@@ -159,6 +171,7 @@ class LineFit:
     resolution_m: float | None
     quality: str | None
     quality_reason: str | None
+    quality_notes: str | None
     model: str | None
     frame: str | None
     notes: str | None
