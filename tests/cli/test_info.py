@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 PROMISED = {
-    "path", "kind", "points", "faces", "materials", "textures", "bounds", "crs", "resolution_m",
-    "fields", "warnings",
+    "path", "kind", "points", "faces", "materials", "textures", "bounds", "crs", "units",
+    "resolution_m", "fields", "warnings",
 }  # fmt: skip
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 2\nf 1 2 3\n"
 
@@ -143,3 +143,71 @@ def test_damaged_files_of_every_new_kind_are_one_sentence(
         assert ran.code == 2
         assert name in ran.said
     assert [p.name for p in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize(
+    ("code", "units", "label"),
+    [
+        ("EPSG:26917", ["m", "m", "m"], "x, m"),
+        ("EPSG:26917+6360", ["m", "m", "us-ft"], "x, m"),
+        ("EPSG:2264", ["us-ft", "us-ft", "us-ft"], "x, m"),
+        ("EPSG:4326", ["degree", "degree", "unknown"], "x, degree"),
+        (None, ["unknown", "unknown", "unknown"], "x "),
+    ],
+)
+def test_units_are_the_files_and_lengths_are_metres_or_have_none(
+    run, tmp_path: Path, code: str | None, units: list[str], label: str
+) -> None:
+    """A grid of spacing 1 in the file's unit, whose bounds laspy gives."""
+    import laspy
+    from pyproj import CRS
+
+    header = laspy.LasHeader(version="1.4", point_format=6)
+    header.scales = [1e-3] * 3
+    if code is not None:
+        header.add_crs(CRS.from_user_input(code))
+    las = laspy.LasData(header)
+    x, y = (values.ravel() for values in np.mgrid[10.0:30, 40.0:60])
+    las.x, las.y, las.z = x, y, np.full(len(x), 100.0)
+    las.write(tmp_path / "a.las")
+    ran = run("info", tmp_path / "a.las", "--json")
+    (found,) = ran.json["files"]
+    metres = {"m": 1.0, "us-ft": 1200 / 3937}.get(units[0])
+    high = {"m": 1.0, "us-ft": 1200 / 3937}.get(units[2])
+    assert found["units"] == units
+    if metres is None or high is None:
+        assert found["resolution_m"] is None
+        assert found["resolution"] == pytest.approx(1.0)
+        assert found["bounds"] == [[10, 40, 100], [29, 59, 100]]
+    else:
+        assert "resolution" not in found
+        assert found["resolution_m"] == pytest.approx(metres)
+        corners = np.array(las_bounds(tmp_path / "a.las"))
+        scaled = corners * [metres, metres, high]
+        assert np.allclose(found["bounds"], scaled)
+    text = run("info", tmp_path / "a.las")
+    assert label in text.out
+    assert ("x, m" in text.out) == (metres is not None)
+
+
+def las_bounds(path: Path) -> list:
+    import laspy
+
+    with laspy.open(path) as file:
+        return [file.header.mins, file.header.maxs]
+
+
+def test_a_height_model_of_64_bit_numbers_is_described(run, tmp_path: Path) -> None:
+    import rasterio
+
+    path = tmp_path / "dem.tif"
+    profile = {"driver": "GTiff", "width": 5, "height": 4, "count": 1, "crs": "EPSG:32633"}
+    transform = rasterio.Affine(2, 0, 500_000, 0, -2, 200_000)
+    with rasterio.open(path, "w", dtype="float64", transform=transform, **profile) as dataset:
+        dataset.write(np.arange(20.0).reshape(4, 5), 1)
+    ran = run("info", path, "--json")
+    (found,) = ran.json["files"]
+    assert ran.code == 0
+    assert (found["kind"], found["width"], found["height"]) == ("raster", 5, 4)
+    assert (found["points"], found["units"]) == (20, ["m", "m", "m"])
+    assert found["bounds"] == [[500_001, 199_993, 0], [500_009, 199_999, 19]]

@@ -241,8 +241,10 @@ def orthophoto(
 
 
 def _crs_of(model: Mesh | PointCloud) -> str | None:
-    """World is in metres; where the CRS is not, its coordinates are others."""
-    return model.crs if model._source.unit_m == 1.0 else None
+    """Of World, which is in metres where the CRS of the file is not."""
+    from vomstudio.io.gis.crs import world_crs
+
+    return world_crs(model.crs, model._source.unit_m)
 
 
 def _number(value: Any, name: str) -> float | None:

@@ -209,7 +209,7 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
     try:
         path = copy_model(sample_model(), project.folder / "models")
         loaded = read_model(path)
-        frame = Frame("crs", loaded.crs)
+        frame = Frame("crs", loaded.crs, loaded.unit_m or 1.0)
         model = Model(
             new_id("model"),
             "sample",

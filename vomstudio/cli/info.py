@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 NOTHING: dict[str, Any] = {
     "path": None, "kind": None, "points": None, "faces": None, "materials": [], "textures": [],
-    "bounds": None, "crs": None, "resolution_m": None, "fields": [], "warnings": [],
+    "bounds": None, "crs": None, "units": None, "resolution_m": None, "fields": [],
+    "warnings": [],
 }  # fmt: skip
 """What is promised of every file, as far as nothing is known of it."""
 TABLES = {".csv", ".tsv", ".txt", ".dat", ".tab", ".prn"}
@@ -154,6 +155,7 @@ def _table(path: Path) -> dict[str, Any]:
         "points": len(table),
         "faces": 0,
         "bounds": bounds,
+        "units": None if bounds is None else ["unknown"] * 3,
         "fields": list(table.names or (table.label(i) for i in range(table.width))),
         "warnings": warnings,
     }
@@ -198,14 +200,38 @@ def _picture(path: Path) -> dict[str, Any]:
 
 def _grid(path: Path, progress: Progress) -> dict[str, Any]:
     """A height model with its place; any other TIFF is a picture."""
-    picture = _picture(path)
     from vomstudio.io.models.opening import describe
 
     try:
-        found = describe(path, progress)
+        found = dict(describe(path, progress))
     except InputError:
-        return picture
-    return {**picture, **found, "kind": "raster", "fields": picture["fields"]}
+        return _picture(path)
+    from vomstudio.io.gis.raster import size_and_bands
+
+    # Not by Pillow, which knows no 64-bit numbers.
+    width, height, bands = size_and_bands(path)
+    return {**NOTHING, **found, "kind": "raster", "width": width, "height": height, "fields": bands}
+
+
+def _extent_in_words(found: dict[str, Any]) -> list[str]:
+    """Bounds and spacing with the unit that they are in, and what the file states."""
+    lines = []
+    units = found.get("units") or ["unknown"] * 3
+    metric = "resolution" not in found and units[0] != "unknown"
+    if bounds := found.get("bounds"):
+        for axis, unit, low, high in zip("xyz", units, *bounds, strict=True):
+            said = tr("{low:.3f} to {high:.3f}", low=low, high=high)
+            shown = "m" if metric else unit
+            label = axis if shown == "unknown" else f"{axis}, {shown}"
+            lines.append(f"  {label:<12}{said}")
+    if spacing := found.get("resolution_m"):
+        lines.append(f"  {tr('spacing, m'):<12}{spacing:.4g}")
+    elif spacing := found.get("resolution"):
+        lines.append(f"  {tr('spacing'):<12}{spacing:.4g}")
+    if found.get("units"):
+        stated = tr("unknown") if set(units) == {"unknown"} else ", ".join(units)
+        lines.append(f"  {tr('file units'):<12}{stated}")
+    return lines
 
 
 def _in_words(name: str, found: dict[str, Any]) -> str:
@@ -238,12 +264,7 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
             focal=known,
         )
         lines.append(f"  {tr('camera'):<12}{said}")
-    if bounds := found.get("bounds"):
-        for axis, low, high in zip("xyz", *bounds, strict=True):
-            said = tr("{low:.3f} to {high:.3f}", low=low, high=high)
-            lines.append(f"  {axis + ', m':<12}{said}")
-    if spacing := found.get("resolution_m"):
-        lines.append(f"  {tr('spacing, m'):<12}{spacing:.4g}")
+    lines += _extent_in_words(found)
     if found["kind"] in ("mesh", "cloud") or found.get("crs"):
         lines.append(f"  {tr('CRS'):<12}{found.get('crs') or tr('none in the file')}")
     for key, label in (

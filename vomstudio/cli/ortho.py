@@ -56,22 +56,21 @@ def add_parser(subparsers: Subparsers) -> None:
         default="z",
         help=tr("the model's axis that points up (default z)"),
     )
-    parser.add_argument(
-        "--unit", type=float, metavar="M", default=1.0, help=tr("metres per unit of the model")
-    )
+    parser.add_argument("--unit", type=float, metavar="M", help=tr("metres per unit of the model"))
     add_azimuth(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.document.records import Frame
     from vomstudio.files.atomic import check_target
+    from vomstudio.io.gis.crs import world_crs
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.photos.cameras_file import scale_known
     from vomstudio.products.ortho import orthophoto, requests
     from vomstudio.products.ortho.sheet import format_of
 
     requests.check_direction(args.trend, args.plunge, args.plane, args.fold)
-    if args.unit <= 0 or args.unit != args.unit or args.unit == float("inf"):
+    if args.unit is not None and not 0 < args.unit < float("inf"):
         raise UsageError(tr("A unit is a length in metres, such as 0.001 for mm."), field="--unit")
     requests.check_gsd(args.gsd)
     if args.sheet is not None:
@@ -83,22 +82,24 @@ def run(args: argparse.Namespace, out: Output) -> None:
     direction = requests.direction_of(args.trend, args.plunge, args.plane, fold)
     progress = progress_of(args)
     loaded = read_model(args.model, progress)
+    stated = loaded.unit_m or 1.0
+    unit = stated if args.unit is None else args.unit
     asked = requests.request_picture(
         loaded.data,
         direction,
-        to_world=Frame(unit_m=args.unit, up_axis=args.up).to_world(),
+        to_world=Frame(unit_m=unit, up_axis=args.up).to_world(),
         path=args.model,
         gsd_m=args.gsd,
         flip=args.flip,
         placed=loaded.crs is not None or scale_known(loaded.path) is not False,
-        metric=args.unit != 1.0,
+        metric=unit != 1.0,
     )
     made = orthophoto.write_orthophoto(
         loaded.data,
         asked.plan,
         args.output,
         # Other axes or units than the file's are no longer coordinates of its CRS.
-        crs=loaded.crs if args.up == "z" and args.unit == 1.0 else None,
+        crs=world_crs(loaded.crs, unit) if args.up == "z" and unit == stated else None,
         model=str(loaded.path),
         content_hash=loaded.content_hash,
         sheet=args.sheet,

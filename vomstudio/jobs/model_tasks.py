@@ -75,7 +75,6 @@ class CachedModel:
 
 
 def _load_model(asked: ModelFile, progress: Progress) -> CachedModel:
-    from vomstudio.io.gis.crs import sidecar_crs
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.opening import resolution
 
@@ -87,8 +86,7 @@ def _load_model(asked: ModelFile, progress: Progress) -> CachedModel:
     return CachedModel(
         folder,
         loaded.kind,
-        # A .prj that came after the cache was written counts too.
-        loaded.crs or sidecar_crs(asked.path)[0],
+        loaded.crs,
         loaded.content_hash,
         tuple(loaded.warnings),
         spacing if spacing == spacing else None,

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, TargetError, UsageError
+from vomstudio.files.names import in_unicode, utf8_name
 from vomstudio.progress import Progress, Silent
 from vomstudio.survey.photo_quality import blur
 from vomstudio.words import to_translate, tr, tr_n
@@ -147,7 +148,8 @@ class _Video:
         if path.stat().st_size == 0:
             raise InputError(tr("This file is empty (0 bytes)."), file=path)
         self.path = path
-        self._capture = cv2.VideoCapture(str(path))
+        with utf8_name(path) as named:
+            self._capture = cv2.VideoCapture(str(named))
         ok, first = self._capture.read() if self._capture.isOpened() else (False, None)
         if not ok or first is None:
             self._capture.release()
@@ -192,7 +194,7 @@ def _choose_frames(
     progress.stage(tr("Choosing frames"), stated)
     last: Bytes | None = None
     sigmas: list[float] = []
-    stem = source.path.stem
+    stem = in_unicode(source.path.stem)
     for done, group in _windows(source, window):
         progress.step(min(done, stated) if stated else done)
         number, frame = max(group, key=lambda item: _detail(item[1]))
@@ -215,8 +217,11 @@ def _choose_frames(
             if shift is None or shift > _MOST_SHIFT:
                 report.gaps.append(round(number / source.fps, 2))
         name = f"{stem}_{number:06d}.jpg"
-        if not cv2.imwrite(str(part / name), frame, [cv2.IMWRITE_JPEG_QUALITY, 96]):
+        done, content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, 96])
+        if not done:
             raise OSError(28, tr("the disk may be full"))
+        # Not by OpenCV, which a name that is not UTF-8 crashes.
+        (part / name).write_bytes(content.tobytes())
         report.frames.append(Frame(name, number, number / source.fps, sigma))
         last = small
     report.seconds = (source.count or 0) / source.fps

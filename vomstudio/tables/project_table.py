@@ -13,6 +13,7 @@ from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.reading_comparison import nearest_picks
 from vomstudio.document.records import Feature, Model, OnAModel, Record, get
+from vomstudio.document.records.frames import crs_label
 from vomstudio.tables.orientation_table import Row, row_of
 from vomstudio.words import tr
 
@@ -31,6 +32,8 @@ class ProjectTable:
     north: str
     files: tuple[Path, ...] = ()
     """What an export has written."""
+    unit_m: float = 1.0
+    """Metres in a unit of `crs`; the rows are in metres whatever it is."""
 
 
 def project_table(
@@ -52,8 +55,8 @@ def project_table(
             skipped.append({"id": feature.id, "name": feature.name, "reason": reason})
         else:
             rows.append(row)
-    crs, north = _frame(records, features)
-    return ProjectTable(rows, skipped, crs, north)
+    crs, north, unit_m = _frame(records, features)
+    return ProjectTable(rows, skipped, crs, north, unit_m=unit_m)
 
 
 def feature_row(subject: Subject) -> Row | None:
@@ -68,17 +71,19 @@ def feature_row(subject: Subject) -> Row | None:
     return row
 
 
-def _frame(records: Mapping[str, Record], features: list[Feature]) -> tuple[str | None, str]:
-    """CRS and north of all rows together; compass readings and intersections go by the others."""
+def _frame(records: Mapping[str, Record], features: list[Feature]) -> tuple[str | None, str, float]:
+    """CRS, north, and metres in a unit of the CRS, of all rows together; compass readings and
+    intersections go by the others."""
     models = [get(records, f.model_id, Model) for f in features if isinstance(f, OnAModel)]
     frames = {None if model is None else model.frame for model in models}
     if not models and features:
-        return None, tr(IN_WORLD)
+        return None, tr(IN_WORLD), 1.0
     if len(frames) != 1:
-        return None, tr("see the column frame")
+        return None, tr("see the column frame"), 1.0
     frame = frames.pop()
     if frame is None or not frame.has_north:
-        return None, tr("unknown: the model is not registered, azimuths are in its local frame")
+        north = tr("unknown: the model is not registered, azimuths are in its local frame")
+        return None, north, 1.0
     if frame.crs:
-        return frame.crs, tr("grid north of {crs}", crs=frame.crs)
-    return None, tr("local frame whose y axis the user declared as north")
+        return frame.crs, tr("grid north of {crs}", crs=crs_label(frame.crs)), frame.unit_m
+    return None, tr("local frame whose y axis the user declared as north"), 1.0

@@ -126,7 +126,7 @@ class ModelLoader:
             self._glimpse(key, cloud.overview())
             # What names the file is worked out while its picture is looked at already.
             content_hash = file_hash(path, lambda: not stop.is_set())
-            crs, problem = copc.crs_of(path)
+            crs, warnings = copc.crs_of(path)
         except VomError as error:
             if not stop.is_set():
                 self._arrive(key, str(error), then)
@@ -138,7 +138,6 @@ class ModelLoader:
         if stop.is_set():
             return
         surface = surface_of(cloud)
-        warnings = (problem,) if problem else ()
         opened = OpenModel(cloud, surface, warnings, cloud.store.usual_spacing, crs, content_hash)
         surface.build()
         self._arrive(key, opened, then)

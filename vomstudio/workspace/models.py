@@ -11,6 +11,7 @@ from vomstudio.document.photo_edits import reconstruction_in, registration_by
 from vomstudio.document.records import Frame, Model, Record, Registration
 from vomstudio.errors import VomError
 from vomstudio.geometry.brush import PaintSurface
+from vomstudio.io.gis.crs import metres_of
 from vomstudio.io.photos import cameras_file
 from vomstudio.io.project.folder import is_project
 from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
@@ -229,5 +230,5 @@ def frame_of(path: Path, crs: str | None) -> Frame:
     """The frame that a file states; undeclared where it states none. A model reconstructed with
     control in a local system is in metres and knows north."""
     if crs:
-        return Frame("crs", crs)
+        return Frame("crs", crs, metres_of(crs))
     return Frame("local") if cameras_file.scale_known(path) else Frame()

@@ -3,7 +3,8 @@ from __future__ import annotations
 import pytest
 
 from vomstudio.errors import InputError
-from vomstudio.io.gis.crs import crs_name, parse_crs, sidecar_crs
+from vomstudio.io.gis.crs import crs_name, parse_crs, sidecar_crs, world_crs
+from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.opening import read_model
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -44,3 +45,28 @@ def test_a_prj_that_cannot_be_used_is_said_and_the_model_opens(tmp_path, content
     loaded = read_model(tmp_path / "a.obj")
     assert loaded.crs is None
     assert any("a.prj" in warning for warning in loaded.warnings)
+
+
+@pytest.mark.parametrize("code", ["EPSG:2264", "EPSG:2256", "EPSG:2264+6360"])
+def test_world_of_a_crs_in_feet_is_the_same_projection_in_metres(code):
+    """Against pyproj's own coordinates in feet, times the length of the foot."""
+    from pyproj import CRS, Transformer
+
+    unit = CRS.from_user_input(code).axis_info[0].unit_conversion_factor
+    place = (-79.5, 35.5) if "2264" in code else (-111.0, 46.0)
+    feet = Transformer.from_crs("EPSG:4269", code, always_xy=True).transform(*place)
+    world = world_crs(code, unit)
+    metres = Transformer.from_crs("EPSG:4269", world, always_xy=True).transform(*place)
+    assert [v * unit for v in feet[:2]] == pytest.approx(metres[:2], abs=1e-3)
+    assert parse_crs(world)[1] == 1.0
+    assert world_crs("EPSG:32633", 1.0) == "EPSG:32633"
+    assert world_crs(None, 0.3048) is None
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
+def test_a_prj_and_an_origin_may_be_in_any_unicode(tmp_path, encoding):
+    (tmp_path / "a.obj").write_text(OBJ)
+    (tmp_path / "a.prj").write_bytes("EPSG:32633".encode(encoding))
+    assert read_model(tmp_path / "a.obj").crs == "EPSG:32633"
+    (tmp_path / "b.offset.txt").write_bytes("EPSG:32633 offset 100 200 300\n".encode(encoding))
+    assert read_offset(tmp_path / "b.stl").origin == (100.0, 200.0, 300.0)

@@ -32,7 +32,7 @@ def write_copc(
     las: laspy.LasData,
     deepest: int = 3,
     split_pages_at: int | None = None,
-    crs: int | None = 32615,
+    crs: int | str | None = 32615,
 ) -> None:
     """`las` of point format 6 to 8. split_pages_at : the level whose nodes begin pages of their own
     in the table of nodes."""
@@ -59,7 +59,9 @@ def write_copc(
             (b"LASF_Spec", 4, las.header.vlrs.get("ExtraBytesVlr")[0].record_data_bytes())
         )
     if crs is not None:
-        others.append((b"LASF_Projection", 2112, CRS.from_epsg(crs).to_wkt().encode() + b"\0"))
+        others.append(
+            (b"LASF_Projection", 2112, CRS.from_user_input(crs).to_wkt().encode() + b"\0")
+        )
     records = [(b"copc", 1, bytes(160)), (b"laszip encoded", 22204, bytes(vlr.record_data()))]
     records += others
     points_at = 375 + sum(54 + len(content) for _, _, content in records)

@@ -212,3 +212,26 @@ def test_pages_that_go_in_circles_are_refused(tmp_path: Path) -> None:
     path.write_bytes(content)
     with pytest.raises(InputError, match="circles"):
         copc.nodes(path)
+
+
+def test_withheld_points_are_shown_neither_streamed_nor_whole(tmp_path: Path) -> None:
+    """They are 1,000 m above the others; rows are the same both ways."""
+    header = laspy.LasHeader(version="1.4", point_format=6)
+    header.scales = [0.001] * 3
+    header.add_extra_dim(laspy.ExtraBytesParams("rough", np.int16))
+    las = laspy.LasData(header)
+    x, y, z = np.random.default_rng(3).uniform(0, 50, (3, 3000))
+    las.rough = np.arange(3000) % 100
+    bad = np.arange(3000) % 50 == 0
+    z[bad] += 1000
+    las.x, las.y, las.z = x, y, z
+    las.withheld[bad] = 1
+    path = tmp_path / "a.copc.laz"
+    write_copc(path, las)
+    loaded = read_model(path)
+    assert any("withheld" in said for said in loaded.warnings)
+    cloud = copc.stream(path, 10_000)
+    for points in (loaded.data.points, cloud.points):
+        assert len(points) == 3000
+        assert points[:, 2].max() < 51
+    assert any("withheld" in said for said in copc.crs_of(path)[1])

@@ -110,7 +110,7 @@ def test_integers_with_a_scale_and_feet_become_metres(tmp_path: Path) -> None:
     path = write(tmp_path / "b.tif", values / 0.3048, units="ft")
     mesh, said = surface(path)
     assert np.abs(mesh.vertices[:, 2] - values.ravel()).max() < 1e-9
-    assert "ft" in said
+    assert "feet" in said
 
 
 def test_a_huge_grid_is_thinned_and_that_is_said(

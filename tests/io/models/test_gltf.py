@@ -478,3 +478,82 @@ def test_the_survey_model_agrees_with_its_obj(data_dir: Path) -> None:
     # float32 up to 256 m from its origin: half a step is 0.0305 mm at most beyond 512 m.
     difference = triangles(glb.data) - triangles(obj.data)
     assert np.abs(difference).max() < 3.1e-5
+
+
+@pytest.mark.parametrize("of", ["node", "mesh", "both", "nobody"])
+def test_shapes_have_their_weights(tmp_path: Path, of: str) -> None:
+    """glTF 2.0: positions + sum of weight x target; a node's weights go before its mesh's."""
+    scene = roof()
+    lifts = [np.tile([0.0, 0.0, z], (5, 1)) for z in (1.0, 10.0)]
+    scene.json["meshes"][0]["primitives"][0]["targets"] = [
+        {"POSITION": scene.accessor(y_up(lift))} for lift in lifts
+    ]
+    if of in ("mesh", "both"):
+        scene.json["meshes"][0]["weights"] = [0.25, 0.5]
+    if of in ("node", "both"):
+        scene.json["nodes"][0]["weights"] = [1.0, 2.0]
+    lifted = {"node": 21.0, "both": 21.0, "mesh": 5.25, "nobody": 0.0}[of]
+    mesh, _ = mesh_of(scene.glb(tmp_path / "roof.glb"))
+    assert np.array_equal(triangles(mesh), (ROOF + [0, 0, lifted])[ROOF_FACES])
+
+
+def test_instances_stand_in_their_places(tmp_path: Path) -> None:
+    """Three roofs: moved, turned by 90 degrees about the vertical, and twice as large."""
+    scene = roof()
+    half = np.sqrt(0.5)
+    attributes = {
+        "TRANSLATION": scene.accessor(y_up(np.array([[10.0, 0, 0], [0, 20, 0], [0, 0, 30]]))),
+        "ROTATION": scene.accessor(
+            np.array([[0, 0, 0, 1], [0, half, 0, half], [0, 0, 0, 1]], "<f4")
+        ),
+        "SCALE": scene.accessor(np.array([[1, 1, 1], [1, 1, 1], [2, 2, 2]], "<f4")),
+    }
+    scene.json["extensionsUsed"] = ["EXT_mesh_gpu_instancing"]
+    scene.json["extensionsRequired"] = ["EXT_mesh_gpu_instancing"]
+    scene.json["nodes"][0]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
+    mesh, said = mesh_of(scene.glb(tmp_path / "roof.glb"))
+    assert said == ""
+    turned = np.column_stack([-ROOF[:, 1], ROOF[:, 0], ROOF[:, 2]])
+    wanted = [ROOF + [10, 0, 0], turned + [0, 20, 0], 2 * ROOF + [0, 0, 30]]
+    found = triangles(mesh).reshape(3, 2, 3, 3)
+    for one, three in zip(found, wanted, strict=True):
+        assert np.allclose(one, three[ROOF_FACES], atol=1e-5)
+
+
+def test_what_is_not_known_of_a_node_is_said(tmp_path: Path) -> None:
+    scene = roof()
+    scene.json["nodes"][0]["extensions"] = {"MSFT_lod": {"ids": []}}
+    _, said = mesh_of(scene.glb(tmp_path / "roof.glb"))
+    assert said.count("MSFT_lod") == 1
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_data_without_compression_beside_compressed_ones_are_used(
+    tmp_path: Path, there: bool
+) -> None:
+    scene = roof()
+    scene.json["extensionsUsed"] = ["EXT_meshopt_compression"]
+    for view in scene.json["bufferViews"]:
+        packed = {"buffer": 0, "byteOffset": 0, "byteLength": 4, "byteStride": 12, "count": 5,
+                  "mode": "ATTRIBUTES"}  # fmt: skip
+        view["extensions"] = {"EXT_meshopt_compression": packed}
+        view["buffer"] = 0 if there else 1
+    path = scene.glb(tmp_path / "roof.glb")
+    if not there:
+        scene.json["buffers"].append(
+            {
+                "byteLength": len(scene.body),
+                "extensions": {"EXT_meshopt_compression": {"fallback": True}},
+            }
+        )
+        text = json.dumps(scene.json).encode()
+        path.write_bytes(
+            struct.pack("<4sIII4s", b"glTF", 2, 28 + len(text) + len(scene.body), len(text),
+                        b"JSON") + text + struct.pack("<I4s", len(scene.body), b"BIN\0")
+            + scene.body
+        )  # fmt: skip
+        with pytest.raises(InputError, match="compressed"):
+            read_model(path)
+        return
+    mesh, _ = mesh_of(path)
+    assert np.array_equal(triangles(mesh), ROOF[ROOF_FACES])

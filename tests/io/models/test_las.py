@@ -13,6 +13,7 @@ from pyproj import CRS
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.opening import read_model
+from vomstudio.io.models.preview import preview
 from vomstudio.progress import CancelToken, Silent
 
 N = 120_000
@@ -222,3 +223,92 @@ def test_damaged_laz_files_bring_points_or_one_sentence(tmp_path: Path) -> None:
             cloud_of(path)
         except InputError:
             continue
+
+
+def marked(
+    path: Path, point_format: int, dtype: type, nothing: float, scaled: bool
+) -> laspy.LasData:
+    """A cloud of which some points are withheld and some values mean that there is none. laspy
+    writes the marks, and struct the number that stands for nothing."""
+    version = "1.4" if point_format >= 6 else "1.2"
+    header = laspy.LasHeader(point_format=point_format, version=version)
+    header.scales = [0.01] * 3
+    scales = {"scales": np.array([0.5]), "offsets": np.array([10.0])} if scaled else {}
+    header.add_extra_dim(laspy.ExtraBytesParams("rough", dtype, **scales))
+    las = laspy.LasData(header)
+    las.x, las.y, las.z = np.random.default_rng(1).uniform(0, 50, (3, 500))
+    stored = np.arange(500).astype(dtype)
+    stored[::7] = nothing
+    las.points.array["rough"] = stored
+    las.withheld[::5] = 1
+    las.write(path)
+    raw = bytearray(path.read_bytes())
+    at = raw.index(b"rough" + bytes(27)) - 4
+    form = {"u": "<Q", "i": "<q", "f": "<d"}[np.dtype(dtype).kind]
+    raw[at + 3] |= 1
+    raw[at + 40 : at + 48] = struct.pack(form, nothing)
+    path.write_bytes(raw)
+    return las
+
+
+@pytest.mark.parametrize("ending", ["las", "laz"])
+@pytest.mark.parametrize("point_format", [1, 6])
+@pytest.mark.parametrize(
+    ("dtype", "nothing", "scaled"),
+    [(np.int16, -9999, False), (np.uint16, 65535, True), (np.float32, -9999.25, False)],
+)
+def test_no_data_is_no_value_and_withheld_points_are_left_out(
+    tmp_path: Path, ending: str, point_format: int, dtype: type, nothing: float, scaled: bool
+) -> None:
+    path = tmp_path / f"a.{ending}"
+    las = marked(path, point_format, dtype, nothing, scaled)
+    kept = np.arange(500) % 5 != 0
+    cloud, said = cloud_of(path)
+    assert "100 points left out" in said
+    assert np.allclose(cloud.points, las.xyz[kept])
+    wanted = np.arange(500.0) * (0.5 if scaled else 1) + (10 if scaled else 0)
+    wanted[::7] = np.nan
+    assert np.array_equal(cloud.fields["rough"], wanted[kept], equal_nan=True)
+
+
+def test_a_cloud_of_which_all_is_withheld_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.las"
+    las = marked(path, 6, np.int16, -9999, False)
+    las.withheld[:] = 1
+    las.write(path)
+    with pytest.raises(InputError, match="withheld"):
+        read_model(path)
+
+
+@pytest.mark.parametrize("ending", ["las", "laz"])
+@pytest.mark.parametrize("point_format", [1, 6])
+@pytest.mark.parametrize(
+    ("at", "content"),
+    [(2, b"\0\0"), (2, b"\x63"), (4, bytes(32)), (4, b"\xe4\xff")],
+    ids=["no bytes", "unknown type", "no name", "name not UTF-8"],
+)
+def test_fields_that_are_described_wrongly_do_not_cost_the_points(
+    tmp_path: Path, ending: str, point_format: int, at: int, content: bytes
+) -> None:
+    path = tmp_path / f"a.{ending}"
+    las = marked(path, point_format, np.int16, -9999, False)
+    raw = bytearray(path.read_bytes())
+    start = raw.index(b"rough" + bytes(27)) - 4 + at
+    raw[start : start + len(content)] = content
+    path.write_bytes(raw)
+    cloud, said = cloud_of(path)
+    assert np.allclose(cloud.points, las.xyz[np.arange(500) % 5 != 0])
+    assert not cloud.fields
+    assert "described wrongly" in said
+
+
+@pytest.mark.parametrize("length", [0, 10, 19])
+def test_records_shorter_than_a_point_are_refused(tmp_path: Path, length: int) -> None:
+    path = tmp_path / "a.las"
+    marked(path, 1, np.int16, -9999, False)
+    raw = bytearray(path.read_bytes())
+    struct.pack_into("<H", raw, 105, length)
+    path.write_bytes(raw)
+    with pytest.raises(InputError, match=f"{length} bytes for a point"):
+        read_model(path)
+    assert preview(path) is None

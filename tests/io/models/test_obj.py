@@ -450,3 +450,22 @@ def test_a_polygon_of_very_many_corners_is_still_a_fan(tmp_path: Path) -> None:
     mesh, _ = read_mesh(tmp_path, text + "f " + " ".join(map(str, range(1, n + 1))) + "\n")
     assert len(mesh.faces) == n - 2
     assert area(mesh) == pytest.approx(n / 2 * math.sin(2 * math.pi / n))
+
+
+def test_colours_count_though_the_first_vertex_has_none(tmp_path: Path) -> None:
+    text = "v 0 0 0\nv 1 0 0 1 0 0\nv 1 1 0 0 0.5 1\nv 0 1 0\nf 1 2 3\nf 1 3 4\n"
+    mesh, _ = read_mesh(tmp_path, text)
+    assert mesh.colors.tolist() == [[255] * 3, [255, 0, 0], [0, 128, 255], [255] * 3]
+    plain, _ = read_mesh(tmp_path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")
+    assert plain.colors is None
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
+def test_text_of_another_encoding_is_read_with_its_library(tmp_path: Path, encoding: str) -> None:
+    text = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl Schluff_ä\nf 1 2 3\n"
+    library = "newmtl Schluff_ä\nKd 1 0.5 0\n"
+    (tmp_path / "a.mtl").write_bytes(library.encode(encoding))
+    mesh, said = read_mesh(tmp_path, text.encode(encoding))
+    assert said == ""
+    assert [(m.name, m.diffuse) for m in mesh.materials] == [("Schluff_ä", (1.0, 0.5, 0.0))]
+    assert len(mesh.faces) == 1

@@ -350,3 +350,44 @@ def test_triangles_beyond_the_vertices_are_counted(tmp_path: Path, form: str) ->
     assert isinstance(loaded.data, Mesh)
     assert loaded.data.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
     assert "2 faces left out" in loaded.warnings[0]
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_triangle_strips_are_faces_that_look_to_one_side(tmp_path: Path, form: str) -> None:
+    """Two strips of a plane of 4 by 2, one of them begun anew after -1: area 8, all normals up."""
+    place = {}
+    for x in range(5):
+        for y in range(3):
+            place[x, y] = len(place)
+    points = [(float(x), float(y), 0.0) for x, y in place]
+    rows = [[place[x, y + k] for x in range(5) for k in (1, 0)] for y in range(2)]
+    strip = [*rows[0], -1, *rows[1]]
+    strips = [("tristrips", ["list int int vertex_indices"], [(strip,)])]
+    if form != "ascii":
+        strips = [("tristrips", ["list int int vertex_indices"], [(rows[0],), (rows[1],)])]
+    loaded = read_model(save(tmp_path, encode(form, [("vertex", XYZ, points), *strips])))
+    assert isinstance(loaded.data, Mesh)
+    assert loaded.warnings == ()
+    a, b, c = loaded.data.vertices[loaded.data.faces].transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a) / 2
+    assert len(normals) == 16
+    assert np.allclose(normals, [0, 0, 0.5])
+
+
+def test_strips_beside_faces_are_joined_and_what_is_not_read_is_said(tmp_path: Path) -> None:
+    elements = [
+        ("vertex", XYZ, SQUARE),
+        ("face", ["list uchar int vertex_indices"], [([0, 1, 2],)]),
+        ("tristrips", ["list int int vertex_indices"], [([0, 1, 2, -1, 0, 0, 1],)]),
+        ("camera", ["float focal"], [(1.5,)]),
+    ]
+    loaded = read_model(save(tmp_path, encode("ascii", elements)))
+    assert loaded.data.faces.tolist() == [[0, 1, 2], [0, 1, 2]]
+    assert any("camera" in said for said in loaded.warnings)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
+def test_text_of_another_encoding_is_read(tmp_path: Path, encoding: str) -> None:
+    text = encode("ascii", [("vertex", XYZ, SQUARE)]).decode()
+    found = read_model(save(tmp_path, text.encode(encoding))).data
+    assert np.array_equal(found.points, np.array(SQUARE)[:, :3])

@@ -121,3 +121,25 @@ def test_damage_brings_a_model_or_one_sentence(tmp_path: Path, kind: str) -> Non
             read_model(path)
         except InputError:
             continue
+
+
+def test_long_numbers_keep_their_exponent(tmp_path: Path) -> None:
+    number = "1." + "0" * 31 + "e5"
+    huge = "2." + "0" * 100 + "e-3"
+    text = f"solid a\nfacet normal 0 0 1\nouter loop\nvertex {number} 0 {huge}\n"
+    text += "vertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n"
+    path = tmp_path / "a.stl"
+    for content in (text, text.replace(huge, "0")):
+        path.write_text(content)
+        mesh, said = mesh_of(path)
+        assert said == ""
+        assert mesh.vertices[0].tolist() == [float(number), 0, 0.002 if huge in content else 0]
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be", "utf-8-sig"])
+def test_text_of_another_encoding_is_read(tmp_path: Path, encoding: str) -> None:
+    path, ball = sphere(tmp_path, "stl_ascii")
+    mark = "\ufeff" if encoding == "utf-16-be" else ""
+    path.write_bytes((mark + path.read_text()).encode(encoding))
+    mesh, _ = mesh_of(path)
+    assert mesh.vertices[mesh.faces].shape == ball.triangles.shape

@@ -270,16 +270,41 @@ def test_a_mesh_without_materials_and_without_uv_is_written(tmp_path: Path) -> N
         assert np.abs(triangles(found) - triangles(bare)).max() < 3e-5
 
 
-def test_vertices_without_texture_coordinates_stay_without(tmp_path: Path) -> None:
+@pytest.mark.parametrize("ending", [".obj", ".ply", ".glb"])
+def test_vertices_without_texture_coordinates_stay_without(tmp_path: Path, ending: str) -> None:
     mesh = textured(tmp_path)
     assert mesh.uv is not None
     mesh.uv[3::4] = np.nan
-    write_model(mesh, None, tmp_path / "part.obj")
-    found = back(tmp_path / "part.obj")
+    write_model(mesh, None, tmp_path / f"part{ending}")
+    found = back(tmp_path / f"part{ending}")
     assert isinstance(found, Mesh)
     assert found.uv is not None
-    assert np.isfinite(found.uv[found.faces[:4]]).all()
-    assert np.isnan(found.uv[found.faces[4:]]).any()
+
+    def placed(model: Mesh) -> dict[tuple[float, ...], bool]:
+        """Whether a triangle, by its middle, has texture coordinates throughout."""
+        assert model.uv is not None
+        middles = triangles(model).mean(axis=1).round(3)
+        whole = np.isfinite(model.uv[model.faces]).all(axis=(1, 2))
+        return dict(zip(map(tuple, middles.tolist()), whole.tolist(), strict=True))
+
+    before, after = placed(mesh), placed(found)
+    assert sorted(before.values()) == sorted(after.values()) == [False] * 2 + [True] * 4
+    if ending != ".glb":  # which rounds to float32
+        assert before == after
+
+
+def test_others_find_no_texture_coordinates_where_there_are_none(tmp_path: Path) -> None:
+    """By trimesh, which gives each part of a scene on its own."""
+    import trimesh
+
+    mesh = textured(tmp_path)
+    assert mesh.uv is not None
+    mesh.uv[3::4] = np.nan
+    write_model(mesh, None, tmp_path / "part.glb")
+    parts = trimesh.load(tmp_path / "part.glb", process=False).geometry.values()
+    with_uv = [len(p.faces) for p in parts if getattr(p.visual, "uv", None) is not None]
+    assert sum(with_uv) == 4
+    assert sum(len(p.faces) for p in parts) == 6
 
 
 def test_an_image_of_somebody_else_is_never_replaced(tmp_path: Path) -> None:
@@ -437,3 +462,12 @@ def test_a_writer_of_another_package_writes_its_files(
             write_model(cloud(3), None, tmp_path / "m.docx")
     finally:
         writing.find_all.cache_clear()
+
+
+def test_coordinates_that_a_format_cannot_hold_are_refused_before_it_is_written(
+    tmp_path: Path,
+) -> None:
+    far = PointCloud(np.array([[0.0, 0.0, 0.0], [1e200, 0.0, 0.0]]))
+    with pytest.raises(TargetError, match="float32"):
+        write_model(far, None, tmp_path / "far.glb")
+    assert list(tmp_path.iterdir()) == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Literal
 
@@ -56,12 +57,18 @@ class Frame:
     def name(self) -> str:
         """In a few words, for badges and table headers."""
         if self.kind == "crs":
-            return tr("{crs}, grid north", crs=self.crs)
+            return tr("{crs}, grid north", crs=crs_label(self.crs or ""))
         if self.kind == "local":
             return tr("local, north known")
         if self.kind == "scaled":
             return tr("local frame in metres: not registered")
         return tr("local frame: not registered")
+
+
+def crs_label(crs: str) -> str:
+    """A CRS in few words: its code, or the name within its WKT."""
+    found = re.match(r'\w+\["([^"]+)"', crs)
+    return found[1] if found else crs
 
 
 UNDECLARED = Frame()

@@ -7,6 +7,8 @@ from math import isfinite
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.io.gis.axis_units import stated_axes
+from vomstudio.io.text.encodings import text_of
 from vomstudio.words import tr
 
 _LONGEST = 100_000
@@ -41,9 +43,44 @@ def parse_crs(text: str) -> tuple[str, float]:
             ),
             field="CRS",
         )
-    code = crs.to_epsg()
-    name = f"EPSG:{code}" if code is not None else crs.to_wkt()
-    return name, float(crs.axis_info[0].unit_conversion_factor)
+    axes = stated_axes(plain)
+    if axes.height_factor != 1.0 or axes.crs is None or axes.unit_m is None:
+        raise InputError(
+            tr(
+                "{crs} has heights in another unit than x and y. Convert the heights, and choose "
+                "the coordinate reference system of x and y alone.",
+                crs=crs.name,
+            ),
+            field="CRS",
+        )
+    return axes.crs, axes.unit_m
+
+
+def metres_of(code: str) -> float:
+    """Metres in a unit of x and y of a CRS; 1 where it is none with east and north."""
+    try:
+        return parse_crs(code)[1]
+    except InputError:
+        return 1.0
+
+
+def world_crs(code: str | None, unit_m: float) -> str | None:
+    """The CRS of World, which is in metres, of a model whose own CRS has units of `unit_m`: the
+    same projection, as WKT, with metres on its axes. `code` itself where the unit is the metre."""
+    if code is None or unit_m == 1.0:
+        return code
+    from pyproj import CRS
+
+    stated = CRS.from_user_input(code).to_json_dict()
+    parts = stated.get("components", [stated])
+    for part in parts:
+        part.pop("id", None)
+        part["name"] = f"{part['name']}, in metres"
+        # False eastings and northings have units of their own in the parameters.
+        for axis in part["coordinate_system"]["axis"]:
+            axis["unit"] = "metre"
+    stated.pop("id", None)
+    return str(CRS.from_json_dict(stated).to_wkt())
 
 
 def crs_name(code: str) -> str:
@@ -93,11 +130,12 @@ def from_degrees(
 
 def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
     """The CRS that `NAME.prj` beside a model names (WKT, or a code such as EPSG:32633), and a
-    warning where there is such a file and it cannot be used."""
-    path = model.with_suffix(".prj")
+    warning where there is such a file and it cannot be used. Heights may have another unit there:
+    see `vomstudio.io.gis.axis_units`."""
+    path = sidecar_path(model)
     try:
-        text = path.read_bytes()[:_LONGEST].decode("utf-8-sig")
-        return parse_crs(text)[0], None
+        text = text_of(path.read_bytes()[:_LONGEST])
+        axes = stated_axes(text)
     except FileNotFoundError:
         return None, None
     except (OSError, UnicodeDecodeError):
@@ -106,7 +144,17 @@ def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
             file=path.name,
         )
     except InputError:
+        axes = None
+    if axes is None or axes.kind != "projected":
         return None, tr(
             "'{file}' names no projected coordinate reference system. Declare it yourself.",
             file=path.name,
         )
+    if axes.height_factor != 1.0:
+        return text, None
+    return axes.crs, None
+
+
+def sidecar_path(model: Path) -> Path:
+    """Where the CRS of a model stands whose format has no place for it."""
+    return model.with_suffix(".prj")

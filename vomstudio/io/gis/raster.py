@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +16,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vomstudio.errors import TargetError
+from vomstudio.errors import InputError, TargetError
+from vomstudio.files.names import utf8_name
 from vomstudio.words import tr
 
 BLOCK = 512
@@ -23,6 +25,8 @@ BLOCK = 512
 
 VIEW_PLANE_CRS = 'LOCAL_CS["VOM Studio view plane",UNIT["metre",1]]'
 """Metres of a picture's own plane: x right, y up. Engineering, so that no GIS puts it on a map."""
+
+_BANDS = {"f": "F", "i": "I", "u": "I"}
 
 Affine = tuple[float, float, float, float, float, float]
 """(a, b, c, d, e, f): x = a column + b row + c, y = d column + e row + f; the outer corner of the
@@ -92,6 +96,28 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
         raise _not_whole(shown or path) from error
     if not whole:
         raise _not_whole(shown or path)
+
+
+def size_and_bands(path: Path) -> tuple[int, int, list[str]]:
+    """Width, height and the bands of a GeoTIFF by name, "F" for one of numbers, as Pillow calls it.
+    Raises InputError where it cannot be opened."""
+    import rasterio
+    from rasterio.errors import NotGeoreferencedWarning, RasterioError
+
+    try:
+        with warnings.catch_warnings(), libtiff_silent(), rasterio.Env():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            with (
+                utf8_name(path) as named,
+                rasterio.open(named, driver="GTiff") as dataset,
+            ):
+                kinds = [np.dtype(kind) for kind in dataset.dtypes]
+                return dataset.width, dataset.height, [_BANDS.get(k.kind, k.name) for k in kinds]
+    except RasterioError as error:
+        raise InputError(
+            tr("The GeoTIFF is damaged or truncated and cannot be read. Copy or export it again."),
+            file=path,
+        ) from error
 
 
 @contextlib.contextmanager

@@ -15,7 +15,7 @@ import struct
 import threading
 import weakref
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO
@@ -32,15 +32,26 @@ from vomstudio.geometry.streaming.octree import (
     parents_of,
     parts_of,
 )
-from vomstudio.io.gis.crs import parse_crs, sidecar_crs
+from vomstudio.io.gis.axis_units import stated_axes, what_is_said, why_refused
+from vomstudio.io.gis.crs import sidecar_crs
 from vomstudio.io.models.formats._las_header import (
     MAX_CHUNK_POINTS,
     Top,
+    is_copc,
     is_sound_chunk,
     read_top,
     unpack,
 )
-from vomstudio.io.models.formats._las_records import Choice, Layout, choose, cloud_of, layout_of
+from vomstudio.io.models.formats._las_records import (
+    Choice,
+    Layout,
+    choose,
+    cloud_of,
+    layout_of,
+    withheld_hidden,
+    withheld_of,
+)
+from vomstudio.io.models.formats._las_reference import las_reference
 from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
@@ -81,16 +92,6 @@ class Nodes:
         )  # fmt: skip
 
 
-def is_copc(path: str | Path) -> bool:
-    """Whether the first record of a LAZ file is the one of COPC."""
-    try:
-        with open(path, "rb") as file:
-            head = file.read(393)
-    except OSError:
-        return False
-    return head[:4] == b"LASF" and head[377:381] == b"copc"
-
-
 class CopcFile:
     """An open COPC file. Pages of its table of nodes are read once, when they are first needed."""
 
@@ -102,6 +103,7 @@ class CopcFile:
                 tr("This is not a COPC file: it has no octree. Read it as a LAZ file."), file=path
             )
         self.top: Top = read_top(self.path)
+        self._settle_axes()
         info = self.top.records.get(("copc", 1), b"")
         if len(info) < _INFO_BYTES or self.top.layers == 0:
             raise self._damaged(tr("the first record is truncated"))
@@ -149,15 +151,28 @@ class CopcFile:
     @property
     def crs(self) -> str | None:
         """As LoadedModel's; None where the file names no projected one."""
-        text = (
-            self.top.records.get(("LASF_Projection", 2112), b"")
-            .rstrip(b"\0")
-            .decode("utf-8", "replace")
-        )
-        try:
-            return parse_crs(text)[0] if text.strip() else None
-        except InputError:
-            return None
+        return self._axes.crs if self.refused is None else None
+
+    def _settle_axes(self) -> None:
+        """Heights in the unit of x and y, as `vomstudio.io.models.opening` has them."""
+        stated = las_reference(self.path)
+        said, text = list(stated.warnings), stated.text
+        if text is None:
+            text, problem = sidecar_crs(self.path)
+            said += [problem] if problem else []
+        self._axes = stated_axes(text, stated.height_unit)
+        self.warnings = (*said, *what_is_said(self._axes))
+        self.refused = why_refused(self._axes, self.top.bounds)
+        flat = self._axes.unit_factor
+        self._factors = np.array([flat, flat, flat * self._axes.height_factor])
+        if (self._factors != 1.0).any():
+            top, factors = self.top, self._factors
+            self.top = replace(
+                top,
+                scales=top.scales * factors,
+                offsets=top.offsets * factors,
+                bounds=top.bounds * factors,
+            )
 
     def nodes(self, levels: range | None = None, bounds: Array | None = None) -> Nodes:
         """The nodes of `levels` whose cubes touch `bounds` (2, 3); all of them without. Raises
@@ -173,7 +188,7 @@ class CopcFile:
         cubes = self._cubes(keys)
         if bounds is not None:
             keep &= _touches(cubes, bounds)
-        spacing = self._spacing / 2.0 ** keys[:, 0]
+        spacing = self._spacing * self._factors[0] / 2.0 ** keys[:, 0]
         return Nodes(keys, cubes, rest[:, 2], spacing, rest[:, 0], rest[:, 1]).take(keep)
 
     def overview(self, count: int) -> Nodes:
@@ -195,6 +210,10 @@ class CopcFile:
             first = root if len(root) else self.nodes().take(np.arange(1))
             self._choice = choose(self._records(first), self._layout)
         return cloud_of(self._records(nodes), self._layout, self.top, self._choice)
+
+    def has_withheld(self) -> bool:
+        """Whether points of the first level are marked as not to be used."""
+        return bool(withheld_of(self._records(self.nodes(range(1))), self._layout).any())
 
     def _records(self, nodes: Nodes) -> Array:
         total = int(nodes.points.sum())
@@ -264,7 +283,8 @@ class CopcFile:
     def _cubes(self, keys: Array) -> Array:
         side = self._side / 2.0 ** keys[:, :1]
         low = self._low + keys[:, 1:] * side
-        return np.stack([low, low + side], axis=1)
+        cubes: Array = np.stack([low, low + side], axis=1) * self._factors
+        return cubes
 
     def _damaged(self, why: str) -> InputError:
         return InputError(
@@ -279,11 +299,14 @@ def nodes(path: str | Path, levels: range | None = None, bounds: Array | None = 
         return file.nodes(levels, bounds)
 
 
-def crs_of(path: str | Path) -> tuple[str | None, str | None]:
-    """The reference system of a COPC file, or of `NAME.prj` beside it, and what is wrong there."""
+def crs_of(path: str | Path) -> tuple[str | None, tuple[str, ...]]:
+    """The reference system of a COPC file, or of `NAME.prj` beside it, and what is to be said of
+    it. Raises InputError where x and y are in degrees."""
     with CopcFile(path) as file:
-        found = file.crs
-    return (found, None) if found else sidecar_crs(Path(path))
+        if file.refused is not None:
+            raise InputError(file.refused, file=path, field="CRS")
+        hidden = (withheld_hidden(),) if file.has_withheld() else ()
+        return file.crs, (*file.warnings, *hidden)
 
 
 OVERVIEW_POINTS = 200_000
@@ -307,6 +330,8 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
     file = CopcFile(path)
     try:
         found = file.nodes()
+        if file.refused is not None:
+            raise InputError(file.refused, file=path, field="CRS")
         if not len(found) or not np.isfinite(file.bounds).all():
             raise InputError(tr("The file holds no points that can be read."), file=path)
         order = np.argsort(found.offsets)

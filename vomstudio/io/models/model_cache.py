@@ -23,6 +23,8 @@ from vomstudio.errors import InputError, TargetError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.geometry.progressive_order import Arrangement, arrange
+from vomstudio.io.gis.axis_units import Units
+from vomstudio.io.gis.crs import sidecar_path
 from vomstudio.io.models import image_store
 from vomstudio.io.models.offset_file import checked_origin, offset_path
 from vomstudio.io.models.opening import file_hash, read_model, resolution
@@ -30,8 +32,10 @@ from vomstudio.io.models.reader import LoadedModel
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
-VERSION = 3
+VERSION = 4
 META = "meta.json"
+_BESIDE = {"offset_mtime_ns": offset_path, "prj_mtime_ns": sidecar_path}
+"""Files beside a model that move, or scale, what is read from it."""
 _ORDER = ("rows", "starts", "bounds", "spacing", "parents")
 
 
@@ -49,14 +53,7 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         }
         if data.uv is not None:
             arrays["uv"] = data.uv
-        materials = [
-            {
-                "name": m.name,
-                "texture": None if m.texture is None else os.fspath(m.texture),
-                "diffuse": m.diffuse,
-            }
-            for m in data.materials
-        ]
+        materials = [_stored(material) for material in data.materials]
     else:
         arrays = {"points": data.points}
         if data.normals is not None:
@@ -76,6 +73,8 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         "materials": materials,
         "fields": fields,
         "turned_about": loaded.turned_about,
+        "units": list(loaded.units),
+        "unit_m": loaded.unit_m,
         **_stamp(loaded.path),
     }
     try:
@@ -117,6 +116,11 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         shutil.rmtree(draft, ignore_errors=True)
 
 
+def _stored(material: Material) -> dict[str, object]:
+    texture = None if material.texture is None else os.fspath(material.texture)
+    return {"name": material.name, "texture": texture, "diffuse": material.diffuse}
+
+
 def _order_of(data: Mesh | PointCloud) -> dict[str, npt.NDArray[Any]]:
     if isinstance(data, Mesh):
         return {}
@@ -144,13 +148,14 @@ def _put_in_place(draft: Path, folder: Path) -> None:
 
 
 def _stamp(path: Path) -> dict[str, object]:
-    """By which a file, and the origin beside it, are known not to have changed."""
-    stamp: dict[str, object] = {"size": None, "mtime_ns": None, "offset_mtime_ns": None}
+    """By which a file, and the origin and CRS beside it, are known not to have changed."""
+    stamp: dict[str, object] = dict.fromkeys(("size", "mtime_ns", *_BESIDE))
     with contextlib.suppress(OSError):
         info = os.stat(path)
         stamp |= {"size": info.st_size, "mtime_ns": info.st_mtime_ns}
-    with contextlib.suppress(OSError):
-        stamp["offset_mtime_ns"] = os.stat(offset_path(path)).st_mtime_ns
+    for name, place in _BESIDE.items():
+        with contextlib.suppress(OSError):
+            stamp[name] = os.stat(place(path)).st_mtime_ns
     return stamp
 
 
@@ -197,7 +202,7 @@ def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedMo
         if not same:
             same = (
                 path.is_file()
-                and meta.get("offset_mtime_ns") == stamp["offset_mtime_ns"]
+                and all(meta.get(name) == stamp[name] for name in _BESIDE)
                 and meta.get("content_hash") == file_hash(path)
             )
         if same and not _lost_an_image(meta):
@@ -289,7 +294,14 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         str(meta["content_hash"]),
         checked_origin(meta["turned_about"]),
         None if meta["resolution"] is None else float(meta["resolution"]),
+        units=_units(meta["units"]),
+        unit_m=None if meta["unit_m"] is None else float(meta["unit_m"]),
     )
+
+
+def _units(stored: Any) -> Units:
+    x, y, z = (str(unit) for unit in stored)
+    return x, y, z
 
 
 def _checked(

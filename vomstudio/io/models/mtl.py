@@ -14,6 +14,7 @@ import warnings as python_warnings
 from pathlib import Path
 
 from vomstudio.geometry.mesh import Material
+from vomstudio.io.text.encodings import as_utf8, text_of
 from vomstudio.words import tr
 
 MAX_LIBRARY_BYTES = 64 * 1024 * 1024
@@ -42,7 +43,7 @@ _pillow_limit = threading.Lock()
 def decode(raw: bytes) -> str:
     """Text of an unknown age: UTF-8, else Windows Latin, where every byte means something."""
     try:
-        return raw.decode("utf-8-sig")
+        return text_of(raw)
     except UnicodeDecodeError:
         return raw.decode("cp1252", errors="replace")
 
@@ -187,6 +188,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[st
                 reason=error.strerror,
             )
         ]
+    raw = as_utf8(raw)
     if len(raw) > MAX_LIBRARY_BYTES or b"\0" in raw:
         return {}, [tr("'{file}' is not a material file (MTL). It is not used.", file=path.name)]
     textures: dict[str, str] = {}

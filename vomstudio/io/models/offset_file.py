@@ -13,6 +13,7 @@ from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.io.gis.crs import parse_crs
+from vomstudio.io.text.encodings import text_of
 from vomstudio.io.text.tables import FARTHEST_M
 from vomstudio.words import tr
 
@@ -45,7 +46,7 @@ def read_offset(model: Path) -> Offset:
     path = offset_path(model)
     try:
         with open(path, "rb") as file:
-            text = file.read(LONGEST_BYTES).decode("utf-8-sig")
+            text = text_of(file.read(LONGEST_BYTES))
     except FileNotFoundError:
         return Offset()
     except (OSError, UnicodeDecodeError):

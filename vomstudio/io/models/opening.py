@@ -6,6 +6,7 @@ import hashlib
 import os
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,19 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.units import METRES
+from vomstudio.io.gis.axis_units import (
+    UNKNOWN,
+    StatedAxes,
+    stated_axes,
+    unreadable_crs,
+    what_is_said,
+    why_refused,
+)
 from vomstudio.io.gis.crs import sidecar_crs
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.registry import choose_reader, read_head
+from vomstudio.io.photos.cameras_file import scale_known
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 
@@ -31,11 +42,20 @@ def read_model(path: str | Path, progress: Progress | None = None) -> LoadedMode
     """The model in a file, by whichever reader knows it.
 
     What is unsound in the file is left out and said in `warnings`. A CRS that the file does not
-    name is taken from `NAME.prj` beside it. `content_hash` is the sha256 of
-    the file itself (of an OBJ file without its MTL and images: geometry is what measurements hang
-    on). Raises InputError, or Cancelled through `progress`.
+    name is taken from `NAME.prj` beside it. x, y and z are in one unit, that of the CRS's
+    horizontal axes: heights in another one are converted, which is said. `content_hash` is the
+    sha256 of the file itself (of an OBJ file without its MTL and images: geometry is what
+    measurements hang on). Raises InputError, also where x and y are in degrees; or Cancelled
+    through `progress`.
     """
-    path = Path(path)
+    loaded, refused = with_axes(_read(Path(path), progress))
+    if refused is not None:
+        raise InputError(refused, file=path, field="CRS")
+    return loaded
+
+
+def _read(path: Path, progress: Progress | None) -> LoadedModel:
+    """As the reader gives it."""
     progress = progress or Silent()
     reader = choose_reader(path, read_head(path))
     hasher = _Hasher(path)
@@ -52,19 +72,7 @@ def read_model(path: str | Path, progress: Progress | None = None) -> LoadedMode
     except BaseException:
         hasher.stop()
         raise
-    crs, warnings = loaded.crs, loaded.warnings
-    if crs is None:
-        crs, problem = sidecar_crs(path)
-        warnings = (*warnings, problem) if problem else warnings
-    return LoadedModel(
-        loaded.data,
-        loaded.kind,
-        crs,
-        warnings,
-        path,
-        loaded.content_hash or hasher.result(),
-        loaded.turned_about,
-    )
+    return replace(loaded, path=path, content_hash=loaded.content_hash or hasher.result())
 
 
 def file_hash(path: Path, wanted: Callable[[], bool] = lambda: True) -> str:
@@ -190,13 +198,63 @@ def _first_positive(distance: npt.NDArray[np.float64]) -> npt.NDArray[np.float64
     return np.where(positive.any(axis=1), nearest, np.nan)
 
 
+def with_axes(loaded: LoadedModel) -> tuple[LoadedModel, str | None]:
+    """What a reader gave with its CRS settled and x, y, z in one unit, and why it cannot be used
+    as a model: None where it can."""
+    text, said = loaded.crs, list(loaded.warnings)
+    if text is None:
+        text, problem = sidecar_crs(loaded.path)
+        said += [problem] if problem else []
+    try:
+        axes = stated_axes(text, loaded.height_unit)
+    except InputError:
+        said.append(unreadable_crs(" ".join((text or "").split())[:80]))
+        axes = stated_axes(None, loaded.height_unit)
+    if axes.kind == "none" and loaded.units != UNKNOWN:
+        axes = replace(axes, units=loaded.units, unit_m=METRES.get(loaded.units[0]))
+    refused = why_refused(axes, loaded.data.bounds)
+    said += what_is_said(axes)
+    if axes.crs is None and axes.kind != "none" and text is not None:
+        said.append(
+            tr(
+                "The coordinate reference system (CRS) is not a known projected one. Declare it "
+                "yourself."
+            )
+        )
+    data = _scaled(loaded.data, axes)
+    unit_m = 1.0 if axes.kind == "local" and axes.unit_m else axes.unit_m
+    settled = replace(
+        loaded, data=data, crs=axes.crs, warnings=tuple(said), units=axes.units, unit_m=unit_m
+    )
+    return settled, refused
+
+
+def _scaled(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
+    """With heights in the unit of x and y; all in metres where the CRS is a local one."""
+    flat, high = axes.unit_factor, axes.unit_factor * axes.height_factor
+    if flat == high == 1.0:
+        return data
+    factors = np.array([flat, flat, high])
+    if isinstance(data, Mesh):
+        return replace(data, vertices=data.vertices * factors)
+    normals = data.normals
+    if normals is not None and flat != high:
+        # A plane stretched along z has the normal of the inverse stretch.
+        turned = normals / factors
+        length = np.sqrt(np.einsum("ij,ij->i", turned, turned))[:, None]
+        normals = np.where(length > 0, turned / np.where(length > 0, length, 1.0), normals)
+        normals = np.ascontiguousarray(normals, np.float32)
+    return replace(data, points=data.points * factors, normals=normals, arrangement=None)
+
+
 def describe(path: str | Path, progress: Progress | None = None) -> dict[str, object]:
     """What is in a model, in the words of the command line's `info`; safe for JSON.
 
     `points` counts vertices of a mesh as the file's surface needs them (a vertex with two texture
-    coordinates counts twice). Raises InputError.
+    coordinates counts twice). `bounds` are in metres where the unit of x and y is known (World),
+    else as the file has them; `units` are the file's own. Raises InputError.
     """
-    loaded = read_model(path, progress)
+    loaded, refused = with_axes(_read(Path(path), progress))
     data = loaded.data
     spacing = resolution(data)
     mesh = data if isinstance(data, Mesh) else None
@@ -205,6 +263,13 @@ def describe(path: str | Path, progress: Progress | None = None) -> dict[str, ob
         fields.insert(0, "rgb")
     if isinstance(data, PointCloud) and data.normals is not None:
         fields.insert(0, "normals")
+    units, metres = loaded.units, loaded.unit_m
+    if units == UNKNOWN and scale_known(loaded.path):
+        units, metres = ("m", "m", "m"), 1.0
+    shown = spacing if np.isfinite(spacing) else None
+    size: dict[str, float | None] = {"resolution_m": None, "resolution": shown}
+    if metres:
+        size = {"resolution_m": None if shown is None else shown * metres}
     return {
         "path": os.fspath(loaded.path),
         "kind": loaded.kind,
@@ -216,10 +281,11 @@ def describe(path: str | Path, progress: Progress | None = None) -> dict[str, ob
         ]
         if mesh
         else [],
-        "bounds": [[float(x) for x in corner] for corner in data.bounds],
+        "bounds": (data.bounds * (metres or 1.0)).tolist(),
         "crs": loaded.crs,
-        "resolution_m": spacing if np.isfinite(spacing) else None,
+        "units": list(units),
+        **size,
         "fields": fields,
-        "warnings": list(loaded.warnings),
+        "warnings": [*loaded.warnings, *([refused] if refused else [])],
         "content_hash": loaded.content_hash,
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,19 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.models.copc import CopcFile, is_copc
-from vomstudio.io.models.formats._las_header import Top, is_sound_chunk, mended, read_top, unpack
+from vomstudio.io.gis.axis_units import stated_axes
+from vomstudio.io.gis.crs import sidecar_crs
+from vomstudio.io.models.copc import CopcFile
+from vomstudio.io.models.formats._las_header import (
+    Top,
+    is_copc,
+    is_sound_chunk,
+    mended,
+    read_top,
+    unpack,
+)
 from vomstudio.io.models.formats._las_records import choose, cloud_of, layout_of
+from vomstudio.io.models.formats._las_reference import las_reference
 
 Array = npt.NDArray[Any]
 
@@ -39,7 +50,7 @@ def preview(path: str | Path, count: int = 200_000) -> PointCloud | None:
         with open(path, "rb") as file:
             if file.read(4) != b"LASF":
                 return None
-        top = read_top(path)
+        top = _of_one_unit(read_top(path), path)
         if top.compressed and mended(path, top.size) is not None:
             return None
         records = _of_laz(path, top, count) if top.compressed else _of_las(path, top, count)
@@ -51,6 +62,21 @@ def preview(path: str | Path, count: int = 200_000) -> PointCloud | None:
     except (InputError, OSError):
         return None
     return cloud if np.isfinite(cloud.points).all() else None
+
+
+def _of_one_unit(top: Top, path: Path) -> Top:
+    """With heights in the unit of x and y, as the model will have them once it is read."""
+    stated = las_reference(path)
+    axes = stated_axes(stated.text or sidecar_crs(path)[0], stated.height_unit)
+    factors = axes.unit_factor * np.array([1.0, 1.0, axes.height_factor])
+    if (factors == 1.0).all():
+        return top
+    return replace(
+        top,
+        scales=top.scales * factors,
+        offsets=top.offsets * factors,
+        bounds=top.bounds * factors,
+    )
 
 
 def _of_copc(path: Path, count: int) -> PointCloud | None:

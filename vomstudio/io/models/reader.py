@@ -9,6 +9,7 @@ from typing import Literal
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.gis.axis_units import UNKNOWN, Units
 from vomstudio.progress import Progress
 
 HEAD_BYTES = 4096
@@ -21,7 +22,8 @@ class LoadedModel:
 
     data : in the file's own frame
     kind : "mesh" or "cloud"
-    crs : "EPSG:n", a WKT text, or None where the file names none
+    crs : "EPSG:n", a WKT text, or None where the file names none; a reader gives what the file
+        says, `read_model` what the model can be kept in
     warnings : one sentence for each thing that was wrong, left out or guessed
     path : the file
     content_hash : sha256 of the file itself in hex (of an OBJ: without its MTL and images); a
@@ -29,6 +31,11 @@ class LoadedModel:
     turned_about : where the format says that Y is up and the reader has therefore turned the model
         upright, the point of `data`'s frame about which it did; else None
     resolution : as `vomstudio.io.models.opening.resolution` tells it, where it is known; else None
+    height_unit : what the file says of its heights beside the CRS, a name of
+        `vomstudio.geometry.units.METRES`; else None
+    units : of x, y and z as the file states them; `read_model` fills it, and a reader only where
+        its format lays them down
+    unit_m : metres in a unit of `data`, in all three axes; None where it is unknown
     """
 
     data: Mesh | PointCloud
@@ -39,6 +46,21 @@ class LoadedModel:
     content_hash: str = ""
     turned_about: tuple[float, float, float] | None = None
     resolution: float | None = None
+    height_unit: str | None = None
+    units: Units = UNKNOWN
+    unit_m: float | None = None
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What a file says of its coordinates, beside its points.
+
+    text : of the CRS, as it stands there or as its keys are named; height_unit : as LoadedModel's
+    """
+
+    text: str | None = None
+    height_unit: str | None = None
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

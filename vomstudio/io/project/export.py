@@ -12,6 +12,7 @@ from vomstudio.document.records import Feature, Record
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import check_target
 from vomstudio.geology.quality import Thresholds
+from vomstudio.io.gis.crs import world_crs
 from vomstudio.tables.orientation_table import write_orientation_csv
 from vomstudio.tables.project_table import ProjectTable, project_table
 from vomstudio.words import tr
@@ -61,8 +62,12 @@ def export_records(
     _check_format(format_)
     measurements = Measurements(thresholds)
     table = project_table(records, measurements)
+    crs = world_crs(table.crs, table.unit_m)
     if format_ == "csv":
-        write_orientation_csv(out, table.rows, crs=table.crs, north=table.north, force=force)
+        named = table.crs
+        if table.crs is not None and table.unit_m != 1.0:
+            named = tr("{crs}, its axes in metres", crs=table.crs)
+        write_orientation_csv(out, table.rows, crs=named, north=table.north, force=force)
         return replace(table, files=(out,))
     if format_ == "gpkg":
         from vomstudio.io.project.geopackage import write_layers
@@ -74,8 +79,8 @@ def export_records(
 
     layers = project_layers(records, table, measurements)
     if format_ == "shp":
-        return replace(table, files=tuple(write_shapefiles(out, layers, table.crs, force=force)))
-    return replace(table, files=tuple(write_dxf(out, layers, records, table.crs, force=force)))
+        return replace(table, files=tuple(write_shapefiles(out, layers, crs, force=force)))
+    return replace(table, files=tuple(write_dxf(out, layers, records, crs, force=force)))
 
 
 def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:

@@ -14,6 +14,7 @@ from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Record
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_write
+from vomstudio.io.gis.crs import world_crs
 from vomstudio.tables.project_layers import Layer, project_layers
 from vomstudio.tables.project_table import ProjectTable
 from vomstudio.words import tr
@@ -30,11 +31,12 @@ def write_layers(
     force: bool = False,
 ) -> None:
     """Layers in World coordinates, as `project_layers` has them. Raises TargetError."""
+    crs = world_crs(table.crs, table.unit_m)
     with atomic_write(out, force=force) as part:
         append = False
         for layer in project_layers(records, table, measurements):
             _write(
-                part, layer.name, _TYPES[layer.kind], _geometry(layer), layer.columns, table.crs,
+                part, layer.name, _TYPES[layer.kind], _geometry(layer), layer.columns, crs,
                 append=append,
             )  # fmt: skip
             append = True

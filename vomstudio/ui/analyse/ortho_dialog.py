@@ -29,6 +29,7 @@ from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
 from vomstudio.geometry.units import length_text as length
 from vomstudio.geometry.vectors import wrap360
+from vomstudio.io.gis.crs import world_crs
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
 from vomstudio.products.ortho import orthophoto, planning, view_directions
@@ -265,7 +266,7 @@ class OrthoDialog(QDialog):
                 studio.project.cache,
                 replace(view, north_known=model.frame.has_north, metric=model.frame.has_metres),
                 model.to_world,
-                model.frame.crs,
+                world_crs(model.frame.crs, model.frame.unit_m),
                 parse_number(self.gsd.text()),
                 region,
                 out,

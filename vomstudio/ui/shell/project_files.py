@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox, QWidget
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import VomError
+from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.registry import extensions
 from vomstudio.io.project.export import export_records
 from vomstudio.io.project.folder import SUFFIX, is_project, untitled_projects
@@ -150,7 +151,11 @@ class Files(QObject):
         self._studio.jobs.submit(
             EXPORT_MODEL,
             ModelExport(
-                path, self._studio.project.cache, model.to_world, model.frame.crs, Path(name)
+                path,
+                self._studio.project.cache,
+                model.to_world,
+                world_crs(model.frame.crs, model.frame.unit_m),
+                Path(name),
             ),
             title=tr("Exporting {model}", model=model.name),
             on_done=done,

@@ -12,6 +12,7 @@ from vomstudio.errors import InputError
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
+from vomstudio.io.text.encodings import as_utf8, text_of
 from vomstudio.words import to_translate, tr
 
 _LARGEST = 64 << 20
@@ -52,11 +53,12 @@ def _placed(path: Path) -> tuple[list[ControlPoint], str | None]:
 def is_odm(path: str | Path) -> bool:
     """By its first line with words; False for what cannot be read."""
     try:
-        with Path(path).open(encoding="utf-8-sig") as stream:
-            for text in stream.read(1 << 16).splitlines():
-                if text.strip() and not text.startswith("#"):
-                    return _HEADER.fullmatch(text.strip()) is not None
-    except (OSError, UnicodeDecodeError):
+        with Path(path).open("rb") as stream:
+            head = as_utf8(stream.read(1 << 16)).decode("utf-8", "ignore")
+        for text in head.splitlines():
+            if text.strip() and not text.startswith("#"):
+                return _HEADER.fullmatch(text.strip()) is not None
+    except OSError:
         pass
     return False
 
@@ -69,7 +71,7 @@ def read_odm(path: str | Path) -> OdmControl:
             raise InputError(
                 tr("The file is larger than {limit} MB.", limit=_LARGEST >> 20), file=path
             )
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = text_of(path.read_bytes()).splitlines()
     except OSError as error:
         raise InputError(
             tr("The file cannot be read ({reason}).", reason=error.strerror), file=path

@@ -17,6 +17,7 @@ from vomstudio.errors import InputError, UsageError
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
+from vomstudio.io.text.encodings import as_utf8
 from vomstudio.io.text.tables import TextTable, read_table
 from vomstudio.words import to_translate, tr
 
@@ -112,7 +113,7 @@ def crs_of(path: Path) -> str | None:
 
 def _line_of(path: Path, comment: str) -> int | None:
     """The line of a comment of a table; None where its encoding hides it."""
-    lines = path.read_bytes().decode("utf-8-sig", "replace").splitlines()
+    lines = as_utf8(path.read_bytes()).decode("utf-8", "replace").splitlines()
     bare = (text.strip() for text in lines)
     return next(
         (n for n, t in enumerate(bare, 1) if t[:1] == "#" and t[1:].strip() == comment), None

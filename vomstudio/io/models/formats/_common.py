@@ -13,13 +13,9 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.text.encodings import MARKS, as_utf8
 from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr, tr_n
-
-UNKNOWN_CRS = to_translate(
-    "The coordinate reference system (CRS) is not a known projected one. Declare it yourself."
-)
-"""Said of a file that names a CRS which cannot be used."""
+from vomstudio.words import tr, tr_n
 
 BLOCK_BYTES = 8 * 1024 * 1024
 READERS = 3
@@ -73,6 +69,14 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray
     data = data[: done + len(tail)]
     data[done:] = np.frombuffer(tail, np.uint8)
     return data
+
+
+def in_utf8(data: npt.NDArray[np.uint8], tail: bytes = b"") -> npt.NDArray[np.uint8]:
+    """What `read_whole` gave, with the same tail: UTF-16 text, told by its mark, as UTF-8."""
+    if data[:2].tobytes() not in MARKS:
+        return data
+    raw = data[: len(data) - len(tail)].tobytes()
+    return np.frombuffer(bytearray(as_utf8(raw) + tail), np.uint8)
 
 
 def faces_without_vertices(count: int) -> str:

@@ -45,6 +45,7 @@ UNDERSTOOD = (
     "KHR_mesh_quantization",
     "KHR_lights_punctual",
     "EXT_texture_webp",
+    "EXT_mesh_gpu_instancing",
 )
 
 
@@ -167,6 +168,10 @@ class Document:
         names = [n for n in required if isinstance(n, str)] if isinstance(required, list) else []
         return [n for n in names if not n.startswith(UNDERSTOOD)]
 
+    def is_understood(self, extension: str) -> bool:
+        """Whether an extension is read here, or has been said not to be."""
+        return extension.startswith(UNDERSTOOD) or extension in self.unknown_extensions()
+
     def section(self, name: str, of: dict[str, Any] | None = None) -> dict[str, Any]:
         """The object `name`; empty where there is none or it is something else."""
         found = (self.json if of is None else of).get(name)
@@ -253,7 +258,14 @@ class Document:
         """The bytes of a buffer view, and its stride (0: none said)."""
         view = self.item("bufferViews", index)
         field = f"bufferViews[{index}]"
-        if any(name in self.section("extensions", view) for name in COMPRESSED):
+        packed = any(name in self.section("extensions", view) for name in COMPRESSED)
+        buffer = self.item("buffers", view.get("buffer"))
+        # Beside compressed data there may be the same without compression.
+        absent = any(
+            self.section(name, self.section("extensions", buffer)).get("fallback") is True
+            for name in COMPRESSED
+        )
+        if packed and absent and "uri" not in buffer:
             raise self.wrong(tr("The data are compressed"), field)
         data = self._buffer(view.get("buffer"))
         start = self.whole(view, "byteOffset", 0, field)

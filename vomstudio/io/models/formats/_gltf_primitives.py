@@ -38,21 +38,22 @@ class Piece:
 def pieces_of(document: Document, said: list[str]) -> Iterator[Piece]:
     placed = list(_placed_meshes(document, said))
     uses: dict[object, int] = {}
-    for index, _ in placed:
+    for index, _, _ in placed:
         for primitive in _primitives(document, index):
             key = document.section("attributes", primitive).get("POSITION")
             uses[_key(key)] = uses.get(_key(key), 0) + 1
     total = lines = 0
     progress = document.progress
     progress.stage(tr("Reading the scene"), len(placed))
-    for done, (index, matrix) in enumerate(placed):
+    for done, (index, matrix, weights) in enumerate(placed):
         for primitive in _primitives(document, index):
             mode = primitive.get("mode", TRIANGLES)
             if mode in (1, 2, 3):
                 lines += 1
                 continue
             key = document.section("attributes", primitive).get("POSITION")
-            piece = _piece(document, primitive, matrix, uses[_key(key)] > 1, said)
+            shared = uses[_key(key)] > 1
+            piece = _piece(document, primitive, matrix, weights, shared, said)
             total += len(piece.positions)
             if total > MAX_VERTICES:
                 raise InputError(
@@ -80,12 +81,12 @@ def _primitives(document: Document, mesh: object) -> list[dict[str, Any]]:
     return [p for p in found if isinstance(p, dict)] if isinstance(found, list) else []
 
 
-def _placed_meshes(document: Document, said: list[str]) -> Iterator[tuple[object, Array]]:
-    """Each mesh of the scene with the 4x4 matrix of its place."""
+def _placed_meshes(document: Document, said: list[str]) -> Iterator[tuple[object, Array, object]]:
+    """Each mesh of the scene with the 4x4 matrix of its place, and the weights of its shapes."""
     n = document.count("nodes")
     if n == 0:
         for mesh in range(document.count("meshes")):
-            yield mesh, np.eye(4)
+            yield mesh, np.eye(4), document.item("meshes", mesh).get("weights")
         return
     if document.count("scenes"):
         scene = document.item("scenes", document.json.get("scene", 0))
@@ -107,14 +108,72 @@ def _placed_meshes(document: Document, said: list[str]) -> Iterator[tuple[object
         matrix = above @ _local_matrix(document, node, index)
         if "skin" in node:
             said.append(tr("The file has a skeleton. The model is shown without its pose."))
+        for name in document.section("extensions", node):
+            sentence = tr(
+                "Parts of the scene use the extension '{extension}', which is not supported. Check "
+                "whether the model is complete.",
+                extension=name,
+            )
+            if not document.is_understood(name) and sentence not in said:
+                said.append(sentence)
         if "mesh" in node:
-            yield node["mesh"], matrix
+            weights = node.get("weights", document.item("meshes", node["mesh"]).get("weights"))
+            for place in _instances(document, node, index):
+                yield node["mesh"], matrix @ place, weights
         waiting.extend((child, matrix) for child in reversed(_children(document, index)))
 
 
 def _children(document: Document, index: int) -> list[Any]:
     found = document.item("nodes", index).get("children", [])
     return found if isinstance(found, list) else []
+
+
+def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator[Array]:
+    """The 4x4 places of a node's mesh within the node (EXT_mesh_gpu_instancing); one, the node's
+    own, where it is not repeated."""
+    repeated = document.section("extensions", node).get("EXT_mesh_gpu_instancing")
+    if not isinstance(repeated, dict):
+        yield np.eye(4)
+        return
+    attributes = document.section("attributes", repeated)
+    widths = {"translation": 3, "rotation": 4, "scale": 3}
+    found = {
+        name: document.accessor(attributes[name.upper()], width).astype(np.float64)
+        for name, width in widths.items()
+        if name.upper() in attributes
+    }
+    counts = {len(values) for values in found.values()}
+    if len(counts) > 1:
+        raise document.wrong(tr("The instances have different counts"), f"nodes[{index}]")
+    for row in range(counts.pop() if counts else 0):
+        place = {name: values[row].tolist() for name, values in found.items()}
+        yield _local_matrix(document, place, index)
+
+
+def _shaped(
+    document: Document, primitive: dict[str, Any], stored: Array, weights: object
+) -> npt.NDArray[np.float64]:
+    """Positions with the shapes of the mesh (morph targets) at their weights; without weights they
+    are as they stand (glTF 2.0, 3.7.2.2)."""
+    positions = stored.astype(np.float64)
+    targets = primitive.get("targets")
+    if not isinstance(targets, list) or not targets or weights is None:
+        return positions
+    shares = numbers(document, weights, len(targets), "weights")
+    for share, target in zip(shares.tolist(), targets, strict=True):
+        if share and isinstance(target, dict) and "POSITION" in target:
+            moves = document.accessor(target["POSITION"], 3)
+            if len(moves) != len(stored):
+                raise document.wrong(
+                    tr(
+                        "It has {count:,} rows for {vertices:,} vertices",
+                        count=len(moves),
+                        vertices=len(stored),
+                    ),
+                    "targets",
+                )
+            positions += share * moves.astype(np.float64)
+    return positions
 
 
 def _local_matrix(document: Document, node: dict[str, Any], index: int) -> Array:
@@ -141,7 +200,12 @@ def _local_matrix(document: Document, node: dict[str, Any], index: int) -> Array
 
 
 def _piece(
-    document: Document, primitive: dict[str, Any], matrix: Array, shared: bool, said: list[str]
+    document: Document,
+    primitive: dict[str, Any],
+    matrix: Array,
+    weights: object,
+    shared: bool,
+    said: list[str],
 ) -> Piece:
     attributes = document.section("attributes", primitive)
     if "POSITION" not in attributes:
@@ -161,7 +225,7 @@ def _piece(
         used[faces] = True
         rows = np.flatnonzero(used)
         faces = (np.cumsum(used) - 1)[faces]
-    positions = stored[rows].astype(np.float64)
+    positions = _shaped(document, primitive, stored, weights)[rows]
     if not np.array_equal(matrix, np.eye(4)):
         positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
         if faces is not None and np.linalg.det(matrix[:3, :3]) < 0:

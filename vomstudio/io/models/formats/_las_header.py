@@ -49,6 +49,17 @@ def check_header(path: Path) -> int:
             file=path,
             field="LAS header",
         )
+    (record_bytes,) = struct.unpack_from("<H", head, 105)
+    if record_bytes < MIN_POINT_BYTES:
+        raise InputError(
+            tr(
+                "The LAS header states {count} bytes for a point, which cannot be. Export the file "
+                "again.",
+                count=record_bytes,
+            ),
+            file=path,
+            field="LAS header",
+        )
     if n_records * 54 > size:
         raise InputError(
             tr(
@@ -142,6 +153,16 @@ def laszip_chunk_points(top: bytes, at: int, n_records: int, record_bytes: int) 
             return points if 0 < points <= MAX_CHUNK_POINTS or points == VARIABLE else None
         at += length
     return None
+
+
+def is_copc(path: str | Path) -> bool:
+    """Whether the first record of a LAZ file is the one of COPC."""
+    try:
+        with open(path, "rb") as file:
+            head = file.read(393)
+    except OSError:
+        return False
+    return head[:4] == b"LASF" and head[377:381] == b"copc"
 
 
 # --- for readers that look into the middle of a file --------------------------------------------

@@ -42,11 +42,13 @@ class Layout:
     """How the records of one file are read.
 
     extra : name, and (scale, offset) where the values are stored as integers of a scale
+    no_data : what is stored of an extra field where it has no value, as `no_data_of` gives it
     """
 
     kind: np.dtype[Any]
     new: bool
     extra: dict[str, tuple[float, float] | None]
+    no_data: dict[str, tuple[float, ...]]
 
 
 def layout_of(top: Top, path: Path) -> Layout:
@@ -87,7 +89,58 @@ def layout_of(top: Top, path: Path) -> Layout:
         )
     if left:
         columns.append((" rest", f"V{left}"))
-    return Layout(np.dtype(columns), top.point_format >= 6, extra)
+    return Layout(np.dtype(columns), top.point_format >= 6, extra, no_data_of(record))
+
+
+def no_data_of(record: bytes) -> dict[str, tuple[float, ...]]:
+    """Of the record of extra bytes: what stands for "no value" in each field that says so, for each
+    of its components, as it is stored (before scale and offset)."""
+    found: dict[str, tuple[float, ...]] = {}
+    for at in range(0, len(record) - _EXTRA_BYTES + 1, _EXTRA_BYTES):
+        number, options = record[at + 2], record[at + 3]
+        name = record[at + 4 : at + 36].split(b"\0")[0].decode("utf-8", "replace")
+        if not options & 1 or not 1 <= number <= 3 * len(_EXTRA):
+            continue
+        several, which = divmod(number - 1, len(_EXTRA))
+        form = {"u": "Q", "i": "q", "f": "d"}[_EXTRA[which][-2]]
+        found.setdefault(name, struct.unpack_from(f"<{several + 1}{form}", record, at + 40))
+    return found
+
+
+def without_no_data(values: Array, stored: Array, no_data: tuple[float, ...]) -> Array:
+    """(n,) or (n, k) floats with NaN where what is stored means that there is none."""
+    kind = stored.dtype
+    gaps = np.zeros(stored.shape, bool)
+    for k, nothing in enumerate(no_data[: 1 if stored.ndim == 1 else stored.shape[1]]):
+        column = stored if stored.ndim == 1 else stored[:, k]
+        gap = np.isnan(column) if nothing != nothing else column == np.array(nothing).astype(kind)
+        gaps[(...,) if stored.ndim == 1 else (slice(None), k)] = gap
+    wide = np.array(values, np.float32 if values.dtype == np.float32 else np.float64)
+    wide[gaps] = np.nan
+    return wide
+
+
+def stand_ins(withheld: Array) -> Array | None:
+    """(n,) rows in which each withheld point is the sound one before it, for files whose rows must
+    keep their numbers; None where nothing is to be done, or nothing is sound."""
+    if not withheld.any() or withheld.all():
+        return None
+    rows = np.where(withheld, -1, np.arange(len(withheld)))
+    rows = np.maximum.accumulate(rows)
+    return np.where(rows < 0, np.flatnonzero(~withheld)[0], rows)
+
+
+def withheld_hidden() -> str:
+    """What is said of files of an octree, whose points cannot be left out."""
+    return tr("Points that the file marks as withheld are not shown.")
+
+
+def withheld_of(records: Array, layout: Layout) -> Array:
+    """(n,) which points the file marks as not to be used (LAS 1.4 R15, tables 8 and 16)."""
+    flagged: Array = (
+        (records["flags"] & 0x04) != 0 if layout.new else (records["class"] & 0x80) != 0
+    )
+    return flagged
 
 
 @dataclass(frozen=True)
@@ -118,6 +171,9 @@ def choose(records: Array, layout: Layout) -> Choice:
 
 
 def cloud_of(records: Array, layout: Layout, top: Top, choice: Choice) -> PointCloud:
+    rows = stand_ins(withheld_of(records, layout))
+    if rows is not None:
+        records = records[rows]
     points = np.empty((len(records), 3))
     for j, axis in enumerate("XYZ"):
         np.multiply(records[axis], top.scales[j], out=points[:, j])
@@ -145,4 +201,7 @@ def _field(records: Array, layout: Layout, name: str) -> Array | None:
         return None
     values: Array = np.ascontiguousarray(records[name])
     scaling = layout.extra.get(name)
-    return values if scaling is None else values * scaling[0] + scaling[1]
+    shown = values if scaling is None else values * scaling[0] + scaling[1]
+    if name in layout.no_data:
+        return without_no_data(shown, values, layout.no_data[name])
+    return shown

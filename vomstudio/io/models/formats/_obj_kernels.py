@@ -19,8 +19,8 @@ COUNTS = 9
 
 # What `parse` reports, by row.
 R_LEFT_OVER, R_BAD_CORNERS, R_FIRST_BAD_CORNER, R_BAD_UVS, R_FIRST_BAD_UV = range(5)
-R_NO_NUMBERS, R_FIRST_NO_NUMBER = range(5, 7)
-REPORTS = 7
+R_NO_NUMBERS, R_FIRST_NO_NUMBER, R_COLORED = range(5, 8)
+REPORTS = 8
 
 # Where a left-over number belongs.
 TO_VERTEX, TO_UV, TO_COLOR = range(3)
@@ -68,7 +68,8 @@ def count(data, start, end, counts):  # type: ignore[no-untyped-def]
         if kind == _VERTEX:
             if counts[N_VERTICES] == 0 and counts[N_COLORED] == 0:
                 # Colours are looked for on the first vertex of each block only; `parse` takes them
-                # wherever they stand once any block has them.
+                # wherever they stand once any block has them, and reports those that it was not
+                # told of.
                 values = 0
                 inside = False
                 while data[i] != 10 and data[i] != 35:
@@ -277,6 +278,8 @@ def parse(  # type: ignore[no-untyped-def]
                     uvs[row, k] = x
             if kind == _VERTEX and want_colors:
                 _color(colors, v, n, value, token, state, left_over, report)
+            elif kind == _VERTEX and n >= 6:
+                report[R_COLORED] += 1
             if kind == _VERTEX:
                 v += 1
             else:

@@ -10,10 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.names import utf8_name
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.gis.crs import parse_crs
+from vomstudio.geometry.units import METRES
+from vomstudio.io.gis.geo_keys import COMPOUND
 from vomstudio.io.gis.raster import libtiff_silent
-from vomstudio.io.models.formats._common import UNKNOWN_CRS, drop_unsound
+from vomstudio.io.models.formats._common import drop_unsound
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
 from vomstudio.words import to_translate, tr, tr_n
@@ -31,9 +33,9 @@ HIGHEST_M = 1e5
 # What programs write for "nothing" without saying so in the file.
 UNDECLARED = (-9999.0, -32768.0, -32767.0, -99999.0)
 UNITS = {
-    "m": 1.0, "metre": 1.0, "meter": 1.0, "metres": 1.0, "meters": 1.0, "cm": 0.01, "mm": 0.001,
-    "ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "us survey foot": 1200 / 3937,
-    "us-ft": 1200 / 3937, "ftus": 1200 / 3937,
+    "m": "m", "metre": "m", "meter": "m", "metres": "m", "meters": "m", "cm": "cm", "mm": "mm",
+    "ft": "ft", "foot": "ft", "feet": "ft", "us survey foot": "us-ft", "us-ft": "us-ft",
+    "ftus": "us-ft",
 }  # fmt: skip
 
 
@@ -45,8 +47,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """The grid as triangles between the centres of its pixels, float64, looking up.
 
     Pixels without a value are holes. The place comes from the file's own transform, rotated or not;
-    the reference system is the file's. Raises InputError for a picture, for a raster without a
-    place or in degrees, and for a damaged file.
+    the reference system is the file's, and the heights are in the unit that it states of them.
+    Raises InputError for a picture, for a raster without a place, and for a damaged file.
     """
     import rasterio
     from rasterio.errors import RasterioError
@@ -54,11 +56,16 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     progress.stage(tr("Reading the heights"))
     said: list[str] = []
     try:
-        with libtiff_silent(), rasterio.Env(), _opened(path) as dataset:
+        with (
+            libtiff_silent(),
+            rasterio.Env(**COMPOUND),
+            utf8_name(path) as named,
+            _opened(named) as dataset,
+        ):
             _check_is_dem(dataset, path, said)
-            crs, metres = _crs_of(dataset, path, said)
+            crs = _crs_of(dataset, path)
             step = _step_of(dataset, said)
-            heights = _heights(dataset, step, metres, progress, said)
+            heights, unit = _heights(dataset, step, progress, said)
             transform = dataset.transform
     except (RasterioError, OSError, ValueError, MemoryError) as error:
         raise InputError(
@@ -71,7 +78,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     del heights
     model = drop_unsound(mesh, said, path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
-    return LoadedModel(model, kind, crs, tuple(said), path)
+    return LoadedModel(model, kind, crs, tuple(said), path, height_unit=unit)
 
 
 def _opened(path: Path) -> Any:
@@ -136,11 +143,11 @@ def _check_is_dem(dataset: Any, path: Path, said: list[str]) -> None:
         said.append(tr("Only the first of {count} bands is read as heights.", count=dataset.count))
 
 
-def _crs_of(dataset: Any, path: Path, said: list[str]) -> tuple[str | None, float]:
-    """The name of the CRS, and metres in its unit. A local one has no name."""
+def _crs_of(dataset: Any, path: Path) -> str | None:
+    """The CRS as WKT; a depth picture of an oblique view is refused."""
     if dataset.crs is None:
-        return None, 1.0
-    text = dataset.crs.to_wkt()
+        return None
+    text = str(dataset.crs.to_wkt())
     if "VOM Studio view plane" in text:
         raise InputError(
             tr(
@@ -149,21 +156,7 @@ def _crs_of(dataset: Any, path: Path, said: list[str]) -> tuple[str | None, floa
             ),
             file=path,
         )
-    if dataset.crs.is_geographic:
-        raise InputError(
-            tr(
-                "The pixels are in degrees and have no true scale. Reproject the file first "
-                "into a projected coordinate reference system, such as a UTM zone (gdalwarp "
-                "-t_srs EPSG:326xx)."
-            ),
-            file=path,
-            field="CRS",
-        )
-    try:
-        return parse_crs(text)
-    except InputError:
-        said.append(tr(UNKNOWN_CRS))
-        return None, 1.0
+    return text
 
 
 def _step_of(dataset: Any, said: list[str]) -> int:
@@ -186,9 +179,9 @@ def _step_of(dataset: Any, said: list[str]) -> int:
 
 
 def _heights(
-    dataset: Any, step: int, metres: float, progress: Progress, said: list[str]
-) -> npt.NDArray[np.float64]:
-    """Every step-th height in the unit of the CRS, NaN where there is none."""
+    dataset: Any, step: int, progress: Progress, said: list[str]
+) -> tuple[npt.NDArray[np.float64], str | None]:
+    """Every step-th height, NaN where there is none, and the unit that the band states."""
     from rasterio.windows import Window
 
     width, height = dataset.width, dataset.height
@@ -219,22 +212,19 @@ def _heights(
                         value=value,
                     )
                 )
-    unit = (dataset.units[0] or "").strip()
-    factor = UNITS.get(unit.lower(), None if unit else metres)
-    if factor is None:
+    written = (dataset.units[0] or "").strip()
+    unit = UNITS.get(written.lower())
+    if written and unit is None:
         said.append(
             tr(
                 "The unit of the heights ({unit}) is unknown. It is taken to be that of the "
                 "coordinate reference system.",
-                unit=unit,
+                unit=written,
             )
         )
-        factor = metres
-    heights *= dataset.scales[0] * factor / metres
-    heights += dataset.offsets[0] * factor / metres
-    if factor != metres:
-        said.append(tr("The heights were converted from {unit} to the unit of x and y.", unit=unit))
-    wild = np.abs(heights) > HIGHEST_M
+    heights *= dataset.scales[0]
+    heights += dataset.offsets[0]
+    wild = np.abs(heights) > HIGHEST_M / METRES[unit or "m"]
     n = int(np.count_nonzero(wild))
     if n:
         heights[wild] = np.nan
@@ -245,7 +235,7 @@ def _heights(
                 n,
             )
         )
-    return heights
+    return heights, unit
 
 
 def _surface(heights: Array, transform: Any, step: int) -> Mesh:

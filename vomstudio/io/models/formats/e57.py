@@ -9,10 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.names import utf8_name
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.models.formats._common import (
-    UNKNOWN_CRS,
     Columns,
     drop_unsound_points,
     points_missing,
@@ -28,6 +27,8 @@ CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 COLORS = ("colorRed", "colorGreen", "colorBlue")
 INVALID = ("cartesianInvalidState", "sphericalInvalidState")
+METRIC = ("m", "m", "m")
+"""All lengths of the format (E57 8.3.2), where no CRS says otherwise."""
 NOT_INSTALLED = (
     "E57 files need the package pye57, which is not installed; install it with "
     "pip install 'vomstudio[e57]', or convert the file to LAZ."
@@ -57,10 +58,11 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         raise InputError(NOT_INSTALLED, file=path) from error
     said: list[str] = []
     try:
-        image = libe57.ImageFile(str(path), "r")
+        with utf8_name(path) as named:
+            image = libe57.ImageFile(str(named), "r")
         try:
             cloud = _read_scans(libe57, image, path, progress, said)
-            crs = _crs(image, said)
+            crs = _crs(image)
         finally:
             image.close()
     except (
@@ -75,7 +77,9 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             tr("The E57 file is damaged or truncated and cannot be read. Copy or export it again."),
             file=path,
         ) from error
-    return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", crs, tuple(said), path)
+    return LoadedModel(
+        drop_unsound_points(cloud, said, path), "cloud", crs, tuple(said), path, units=METRIC
+    )
 
 
 def _read_scans(
@@ -217,16 +221,10 @@ def _bytes(rgb: Array, limits: tuple[Array, Array]) -> npt.NDArray[np.uint8]:
     return np.asarray(np.clip(np.rint(values), 0, 255).astype(np.uint8))
 
 
-def _crs(image: Any, said: list[str]) -> str | None:
+def _crs(image: Any) -> str | None:
     root = image.root()
     text = root["coordinateMetadata"].value() if root.isDefined("coordinateMetadata") else ""
-    if not text.strip():
-        return None
-    try:
-        return parse_crs(text)[0]
-    except InputError:
-        said.append(tr(UNKNOWN_CRS))
-        return None
+    return text.strip() or None
 
 
 READER = Reader(to_translate("E57 scan"), (".e57",), matches, read)

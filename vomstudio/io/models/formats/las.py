@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import logging
 import struct
 from pathlib import Path
@@ -18,11 +19,19 @@ from vomstudio.io.models.formats._common import (
     points_missing,
     scale_colors,
 )
-from vomstudio.io.models.formats._las_header import check_header, mended
-from vomstudio.io.models.formats._las_records import STANDARD_FIELDS
+from vomstudio.io.models.formats._las_extra import WithoutRecord, place_of_unsound_extra
+from vomstudio.io.models.formats._las_header import check_header, is_copc, mended
+from vomstudio.io.models.formats._las_records import (
+    STANDARD_FIELDS,
+    no_data_of,
+    stand_ins,
+    withheld_hidden,
+    without_no_data,
+)
+from vomstudio.io.models.formats._las_reference import las_reference
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[np.generic]
 
@@ -51,7 +60,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     said: list[str] = []
     size = check_header(path)
     try:
-        cloud, crs = _read(path, size, progress, said)
+        cloud = _read(path, size, progress, said)
     except (Cancelled, InputError):
         raise
     except (
@@ -76,7 +85,16 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         if type(error).__name__ != "PanicException":
             raise
         raise _damaged(path, error) from error
-    return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", crs, tuple(said), path)
+    found = las_reference(path)
+    cloud = drop_unsound_points(cloud, said, path)
+    return LoadedModel(
+        cloud,
+        "cloud",
+        found.text,
+        (*said, *found.warnings),
+        path,
+        height_unit=found.height_unit,
+    )
 
 
 def _damaged(path: Path, error: BaseException) -> InputError:
@@ -94,12 +112,14 @@ def _short(error: BaseException) -> str:
     return text[:160] or type(error).__name__
 
 
-def _read(
-    path: Path, size: int, progress: Progress, said: list[str]
-) -> tuple[PointCloud, str | None]:
+def _read(path: Path, size: int, progress: Progress, said: list[str]) -> PointCloud:
     import laspy
 
-    stream = mended(path, size)
+    stream: Any = mended(path, size)
+    place = place_of_unsound_extra(path)
+    if place is not None and stream is None:
+        said.append(tr("The fields of the points are described wrongly. They are not read."))
+        stream = io.BufferedReader(WithoutRecord(path, place))
     if stream is None:
         with laspy.open(path, laz_backend=laspy.LazBackend.LazrsParallel, read_evlrs=False) as r:
             return _read_points(r, path, size, POINTS_PER_STEP, progress, said)
@@ -109,7 +129,7 @@ def _read(
 
 def _read_points(
     reader: Any, path: Path, size: int, at_once: int, progress: Progress, said: list[str]
-) -> tuple[PointCloud, str | None]:
+) -> PointCloud:
     header = reader.header
     promised = int(header.point_count)
     record = int(header.point_format.size)
@@ -124,8 +144,11 @@ def _read_points(
             field="LAS header",
         )
     names = set(header.point_format.dimension_names)
-    extra = list(header.point_format.extra_dimension_names)
-    wanted = [n for n in STANDARD_FIELDS if n in names] + [n for n in extra]
+    described = place_of_unsound_extra(path) is None
+    extra = list(header.point_format.extra_dimension_names) if described else []
+    wanted = [n for n in STANDARD_FIELDS if n in names] + extra
+    gaps = _no_data(header)
+    flagged = ["withheld"] if "withheld" in names else []
     colored = {"red", "green", "blue"} <= names
     # Hardly any file has more points than bytes, and room that is not used costs nothing.
     columns = Columns(min(size, ROWS_AT_MOST))
@@ -154,8 +177,8 @@ def _read_points(
             for j, channel in enumerate(("red", "green", "blue")):
                 rgb[:, j] = chunk[channel]
             columns.add("colors", rgb, limit)
-        for name in wanted:
-            columns.add(f"field {name}", np.asarray(chunk[name]), limit)
+        for name in [*wanted, *flagged]:
+            columns.add(f"field {name}", _values(chunk, name, gaps), limit)
         done += got
         if done == limit or done % POINTS_PER_STEP < got:
             progress.step(done)
@@ -165,13 +188,7 @@ def _read_points(
         )
     if done < promised:
         said.append(points_missing(done, promised))
-    rgb16 = columns.take("colors", done)
-    colors = None
-    if rgb16 is not None:
-        if rgb16.any():
-            colors = scale_colors(rgb16)
-        else:
-            said.append(tr("All colours are black. They are not used."))
+    colors = _colors(columns.take("colors", done), said)
     fields: dict[str, Array] = {}
     for name in wanted:
         values = columns.take(f"field {name}", done)
@@ -186,25 +203,59 @@ def _read_points(
                 fields[name] = values
     points = columns.take("points", done)
     assert points is not None
-    return PointCloud(points, colors, None, fields), _crs(header, said)
+    cloud = PointCloud(points, colors, None, fields)
+    withheld = columns.take("field withheld", done)
+    return cloud if withheld is None else _without(cloud, withheld != 0, path, said)
 
 
-def _crs(header: Any, said: list[str]) -> str | None:
-    """EPSG:n where it can be told, else WKT, else None."""
-    try:
-        found = header.parse_crs()
-        if found is None:
-            return None
-        code = found.to_epsg()
-        return f"EPSG:{code}" if code else str(found.to_wkt())
-    except Exception as error:  # noqa: BLE001  whatever pyproj dislikes, the points are sound
-        said.append(
-            tr(
-                "The coordinate reference system cannot be read ({error}). Declare it yourself.",
-                error=_short(error),
-            )
-        )
+def _colors(rgb16: Array | None, said: list[str]) -> npt.NDArray[np.uint8] | None:
+    if rgb16 is None:
         return None
+    if rgb16.any():
+        return scale_colors(rgb16)
+    said.append(tr("All colours are black. They are not used."))
+    return None
+
+
+def _no_data(header: Any) -> dict[str, tuple[float, ...]]:
+    for record in header.vlrs:
+        if record.user_id == "LASF_Spec" and record.record_id == 4:
+            return no_data_of(record.record_data_bytes())
+    return {}
+
+
+def _values(chunk: Any, name: str, gaps: dict[str, tuple[float, ...]]) -> Array:
+    values: Array = np.asarray(chunk[name])
+    return without_no_data(values, chunk.array[name], gaps[name]) if name in gaps else values
+
+
+def _without(cloud: PointCloud, withheld: Array, path: Path, said: list[str]) -> PointCloud:
+    """Without the points that the file marks as not to be used. In a COPC file they stand at the
+    place of others, so that rows are the same when it is streamed."""
+    count = int(np.count_nonzero(withheld))
+    if not count:
+        return cloud
+    if count == len(withheld):
+        raise InputError(
+            tr("All points are marked as withheld. Export the file again with those to be used."),
+            file=path,
+        )
+    rows = stand_ins(withheld) if is_copc(path) else np.flatnonzero(np.logical_not(withheld))
+    said.append(
+        withheld_hidden()
+        if is_copc(path)
+        else tr_n(
+            "{count:,} point left out that the file marks as withheld.",
+            "{count:,} points left out that the file marks as withheld.",
+            count,
+        )
+    )
+    return PointCloud(
+        cloud.points[rows],
+        None if cloud.colors is None else cloud.colors[rows],
+        None,
+        {name: values[rows] for name, values in cloud.fields.items()},
+    )
 
 
 READER = Reader(to_translate("LAS/LAZ point cloud"), (".las", ".laz"), matches, read)

@@ -24,6 +24,7 @@ from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.formats._common import (
     drop_unsound,
     faces_without_area,
+    in_utf8,
     read_whole,
     scale_colors,
     values_not_numbers,
@@ -84,7 +85,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     Unsound vertices, faces and texture coordinates are left out and counted in the warnings.
     Raises InputError where nothing sound is found.
     """
-    return _Reading(path, read_whole(path, progress, b"\n"), progress).model()
+    data = in_utf8(read_whole(path, progress, b"\n"), b"\n")
+    return _Reading(path, data, progress).model()
 
 
 @dataclass
@@ -228,16 +230,21 @@ class _Reading:
                         return
 
             self._wait([pool.submit(parse, i) for i in range(len(blocks))], len(blocks))
-        if total[k.N_SHORT_FACES]:
-            n = int(total[k.N_SHORT_FACES])
-            self.said.append(faces_without_area(n))
-        if total[k.N_LINE_ELEMENTS]:
-            n = int(total[k.N_LINE_ELEMENTS])
+            if self.reports[:, k.R_COLORED].any():
+                # The first vertex of no block has a colour, and later ones have.
+                self.colors = np.empty((n_v, 3), np.float32)
+                self._wait([pool.submit(parse, i) for i in range(len(blocks))], len(blocks))
+        self._say_left_out(int(total[k.N_SHORT_FACES]), int(total[k.N_LINE_ELEMENTS]))
+
+    def _say_left_out(self, short_faces: int, line_elements: int) -> None:
+        if short_faces:
+            self.said.append(faces_without_area(short_faces))
+        if line_elements:
             self.said.append(
                 tr_n(
                     "{count:,} line or point element ('l', 'p') left out.",
                     "{count:,} line or point elements ('l', 'p') left out.",
-                    n,
+                    line_elements,
                 )
             )
         if self.n_odd:

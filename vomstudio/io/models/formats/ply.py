@@ -30,6 +30,7 @@ from vomstudio.io.models.formats._ply_header import MAGIC, MAX_HEADER_BYTES, Hea
 from vomstudio.io.models.formats._ply_tables import Table, read_binary, read_text
 from vomstudio.io.models.mtl import check_image, find_beside
 from vomstudio.io.models.reader import LoadedModel, Reader
+from vomstudio.io.text.encodings import as_utf8
 from vomstudio.progress import Progress
 from vomstudio.words import to_translate, tr, tr_n
 
@@ -45,6 +46,7 @@ COLOR_NAMES = (
 UV_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
 NORMAL_NAMES = ("nx", "ny", "nz")
 FACE_NAMES = ("vertex_indices", "vertex_index")
+STRIP_NAMES = {"tristrips", "tristrip"}
 
 
 def matches(path: Path, head: bytes) -> bool:
@@ -58,6 +60,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     where the header cannot be understood or nothing sound follows it.
     """
     data = read_whole(path, progress)
+    if not matches(path, data[:4].tobytes()):
+        data = np.frombuffer(as_utf8(data.tobytes()), np.uint8)
     header = read_header(data[:MAX_HEADER_BYTES].tobytes(), path)
     said: list[str] = []
     if header.order == "":
@@ -111,9 +115,8 @@ def _assemble(
             colors = scale_colors(np.stack(found, axis=1))
             break
     normals = _take(vertex, NORMAL_NAMES, used)
-    face = tables.get("face")
-    promised = any(e.name == "face" and e.count for e in header.elements)
-    if face is None or not promised:
+    face = _with_strips(header, tables, said)
+    if face is None:
         fields = {n: v for n, v in vertex.plain.items() if n not in used}
         return drop_unsound_points(
             PointCloud(
@@ -139,6 +142,59 @@ def _assemble(
         path,
         said,
     )
+
+
+def _with_strips(header: Header, tables: Mapping[str, Table], said: list[str]) -> Table | None:
+    """The faces, those of triangle strips among them; None where the file has neither. What other
+    elements there are is said."""
+    there = {e.name for e in header.elements if e.count and e.properties}
+    face = tables["face"] if "face" in there else None
+    for name in sorted(there & STRIP_NAMES):
+        lists = tables[name].lists
+        key = next((n for n in FACE_NAMES if n in lists), None)
+        if key is None:
+            said.append(tr("The faces have no list 'vertex_indices' and are left out."))
+            continue
+        triangles = _unrolled(*lists[key])
+        counts = np.full(len(triangles), 3, np.int64)
+        if face is None:
+            face = Table(len(triangles), {}, {FACE_NAMES[0]: (counts, triangles.reshape(-1))})
+        elif old := next((n for n in FACE_NAMES if n in face.lists), None):
+            known, indices = face.lists[old]
+            joined = np.concatenate([_indices(indices), triangles.reshape(-1)])
+            # Textures and texture coordinates are of the faces alone.
+            face = Table(face.n + len(triangles), {}, {old: (np.append(known, counts), joined)})
+    unread = sorted(there - STRIP_NAMES - {"vertex", "face"})
+    if unread:
+        said.append(
+            tr("These elements of the file are not read: {elements}.", elements=", ".join(unread))
+        )
+    return face
+
+
+def _unrolled(counts: npt.NDArray[np.int64], raw: Array) -> npt.NDArray[np.int64]:
+    """(n, 3) triangles of strips, in which -1 begins anew (G. Turk's models); every second one is
+    turned, so that all look to one side, and those without area, which only lead on, are left
+    out."""
+    indices = _indices(raw)
+    ends = np.cumsum(counts)
+    # A strip of its own for each list: an end after each.
+    indices = np.insert(indices, ends[:-1], -1) if len(ends) > 1 else indices
+    if len(indices) < 3:
+        return np.empty((0, 3), np.int64)
+    triples = np.lib.stride_tricks.sliding_window_view(indices, 3)
+    breaks = np.flatnonzero(indices == -1)
+    starts = np.concatenate([[0], breaks + 1])
+    first = starts[np.searchsorted(starts, np.arange(len(triples)), side="right") - 1]
+    odd = (np.arange(len(triples)) - first) % 2 == 1
+    triangles = np.where(odd[:, None], triples[:, [1, 0, 2]], triples)
+    a, b, c = triples.T
+    keep = (triples != -1).all(axis=1) & (a != b) & (b != c) & (c != a)
+    return np.ascontiguousarray(triangles[keep])
+
+
+def _indices(raw: Array) -> npt.NDArray[np.int64]:
+    return raw.astype(np.int64) if raw.dtype.kind in "iu" else _whole(raw)
 
 
 def _mesh(

@@ -18,13 +18,16 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats._common import drop_unsound, read_whole
+from vomstudio.io.models.formats._decimals import python_number
 from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
+from vomstudio.io.text.encodings import MARKS, as_utf8
 from vomstudio.progress import Progress
 from vomstudio.words import to_translate, tr, tr_n
 
 HEADER_BYTES, RECORD_BYTES = 84, 50
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+USUAL_WORD = 64
 MAX_FACES = 2**31 // 3
 _VERTEX = re.compile(rb"(?i)\bvertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)")
 
@@ -60,6 +63,9 @@ def _is_binary(data: npt.NDArray[np.uint8]) -> bool:
         if len(data) == HEADER_BYTES + RECORD_BYTES * count:
             return True
     top = data[:4096].tobytes()
+    if top[:2] in MARKS:
+        return False
+    top = as_utf8(top)
     return b"\0" in top or top.lstrip()[:5].lower() != b"solid"
 
 
@@ -105,18 +111,13 @@ def _text(
     data: npt.NDArray[np.uint8], path: Path, said: list[str]
 ) -> npt.NDArray[np.float32 | np.float64]:
     # The keywords part the loops: a corner too many or too few must not shift all that follow.
-    text = data.tobytes()
-    if text.startswith((b"\xff\xfe", b"\xfe\xff")):
-        text = text.decode("utf-16", "replace").encode()
+    text = as_utf8(data.tobytes())
     found = _VERTEX.findall(text)
     starts = np.array([m.start() for m in _VERTEX.finditer(text)], np.int64)
     facets = np.array([m.start() for m in re.finditer(rb"(?i)\bouter\s+loop\b", text)], np.int64)
     if not len(found):
         raise InputError(tr("The file has no corners ('vertex x y z')."), file=path)
-    try:
-        numbers = np.array(found, dtype="S32").astype(np.float64)
-    except ValueError:
-        numbers = np.array([[_number(word) for word in row] for row in found])
+    numbers = _numbers(found)
     loop = np.searchsorted(facets, starts)
     kept, first, counts = np.unique(loop, return_index=True, return_counts=True)
     whole = (counts == 3) & (kept > 0)
@@ -135,11 +136,17 @@ def _text(
     return np.ascontiguousarray(numbers[rows.reshape(-1)])
 
 
-def _number(word: bytes) -> float:
-    try:
-        return float(word)
-    except ValueError:
-        return float("nan")
+def _numbers(found: list[tuple[bytes, bytes, bytes]]) -> npt.NDArray[np.float64]:
+    """(n, 3), NaN for what is no number. A fixed width would cut longer words, and what is left of
+    1.00000000000000000000000000000000e5 is a number, too."""
+    longest = max(len(word) for row in found for word in row)
+    if longest <= USUAL_WORD:
+        try:
+            return np.array(found, dtype=f"S{longest}").astype(np.float64)
+        except ValueError:
+            pass
+    values = [python_number(word) for row in found for word in row]
+    return np.array([np.nan if v is None else v for v in values]).reshape(-1, 3)
 
 
 def _joined(

@@ -16,6 +16,7 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._common import drop_unsound_points, read_whole, scale_colors
 from vomstudio.io.models.reader import LoadedModel, Reader
+from vomstudio.io.text.encodings import as_utf8
 from vomstudio.io.text.rows import (
     LARGEST_FILE,
     LONGEST_LINE,
@@ -88,8 +89,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             tr("A text table of so many points is too large. Convert it to LAS or PLY first."),
             file=path,
         )
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        data = data.decode("utf-16", "replace").encode()
+    data = as_utf8(data)
     if b"\r" in data and b"\n" not in data:
         data = data.replace(b"\r", b"\n")
     refuse_binary(path, data)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import struct
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -125,21 +126,32 @@ class _Scene:
     def _add_mesh(self, mesh: Mesh) -> None:
         materials = mesh.materials or (None,)
         offsets = mesh.material_offsets if mesh.materials else [0, len(mesh.faces)]
-        for material, start, stop in zip(materials, offsets[:-1], offsets[1:], strict=True):
-            faces = mesh.faces[start:stop]
+        bare: Array = np.zeros(len(mesh.faces), bool)
+        if mesh.uv is not None:
+            placed = np.asarray(np.isfinite(mesh.uv).all(axis=1))
+            bare = np.logical_not(placed[mesh.faces].all(axis=1))
+        # Faces without a place in the picture are a part of their own: (0, 0) would be one.
+        parts = [
+            (material, start + np.flatnonzero(bare[start:stop] == without), without)
+            for material, start, stop in zip(materials, offsets[:-1], offsets[1:], strict=True)
+            for without in (False, True)
+            if without in bare[start:stop] or (start == stop and not without)
+        ]
+        for material, chosen, without in parts:
+            faces = mesh.faces[chosen]
             used = np.zeros(len(mesh.vertices), bool)
             used[faces] = True
             rows = np.flatnonzero(used)
             local = (np.cumsum(used) - 1)[faces]
             extra: dict[str, int] = {}
             primitive: dict[str, Any] = {"mode": 4}
-            if mesh.uv is not None and len(rows):
+            if mesh.uv is not None and len(rows) and not without:
                 uv = mesh.uv[rows].astype(np.float64)
-                if np.isfinite(uv).any():
-                    uv = np.nan_to_num(np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1), nan=0.0)
-                    extra["TEXCOORD_0"] = self._accessor(uv.astype("<f4"), FLOAT)
+                uv = np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
+                extra["TEXCOORD_0"] = self._accessor(uv.astype("<f4"), FLOAT)
             if material is not None:
-                primitive["material"] = self._material(material)
+                worn = replace(material, texture=None) if without else material
+                primitive["material"] = self._material(worn)
             if not len(faces):
                 continue
             primitive["indices"] = self._accessor(
@@ -162,6 +174,14 @@ class _Scene:
     ) -> None:
         data = self.out.data
         local = positions_of(data)[rows] - self.origin
+        if float(np.abs(local).max(initial=0.0)) > float(np.finfo(np.float32).max):
+            raise TargetError(
+                tr(
+                    "The coordinates are beyond what this format can hold (float32). Write PLY or "
+                    "OBJ instead."
+                ),
+                file=self.out.path,
+            )
         stored = np.stack([local[:, 0], local[:, 2], -local[:, 1]], axis=1).astype("<f4")
         back = np.abs(stored[:, [0, 2, 1]] * np.array([1, -1, 1], np.float32) - local)
         self._error = max(self._error, float(back.max(initial=0.0)))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib import recfunctions as rfn
 
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
@@ -142,13 +144,22 @@ def _write_faces(file, out, mesh, images) -> None:  # type: ignore[no-untyped-de
         block = np.zeros(rows.stop - rows.start, np.dtype(kinds))
         faces = mesh.faces[rows]
         block["n"], block["corners"] = 3, faces
+        textured = np.ones(len(faces), bool)
         if mesh.uv is not None:
             uv = mesh.uv[faces].reshape(-1, 6)
-            block["n_uv"] = 6
-            block["uv"] = np.nan_to_num(uv, nan=0.0)
+            textured = np.isfinite(uv).all(axis=1)
+            block["n_uv"], block["uv"] = 6, uv
         if files:
             block["image"] = per_face[rows]
-        file.write(block.tobytes())
+        if textured.all():
+            file.write(block.tobytes())
+            continue
+        # An empty list for a face without a place in the picture: (0, 0) would be one.
+        block["n_uv"][~textured] = 0
+        bare = rfn.repack_fields(block[[name for name in block.dtype.names or () if name != "uv"]])
+        edges = (np.flatnonzero(np.diff(textured)) + 1).tolist()
+        for start, stop in itertools.pairwise([0, *edges, len(block)]):
+            file.write((block if textured[start] else bare)[start:stop].tobytes())
 
 
 WRITER = Writer(to_translate("PLY"), (".ply",), write)

@@ -1,0 +1,311 @@
+"""Units of axes against pyproj, GDAL and laspy, and planes whose dip is known."""
+
+from __future__ import annotations
+
+import struct
+import warnings
+from pathlib import Path
+
+import laspy
+import numpy as np
+import pytest
+import rasterio
+from pyproj import CRS
+
+import vomstudio as vs
+from tests.io.models.copc_maker import write_copc
+from vomstudio.document.records import Frame
+from vomstudio.errors import InputError
+from vomstudio.io.gis.axis_units import stated_axes
+from vomstudio.io.gis.crs import parse_crs
+from vomstudio.io.gis.geo_keys import crs_of_keys
+from vomstudio.io.models import copc, model_cache
+from vomstudio.io.models.opening import describe, read_model
+from vomstudio.io.models.preview import preview
+from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
+from vomstudio.workspace.models import frame_of
+
+FT, US_FT = 0.3048, 1200 / 3937
+PROJECTED, LINEAR, VERTICAL, VERTICAL_UNIT = 3072, 3076, 4096, 4099
+CAROLINA = [
+    (3072, 0, 1, 32767), (2048, 0, 1, 4269), (3074, 0, 1, 32767), (3075, 0, 1, 8),
+    (3076, 0, 1, 9003), (3078, 34736, 1, 0), (3079, 34736, 1, 1), (3081, 34736, 1, 2),
+    (3080, 34736, 1, 3), (3082, 34736, 1, 4), (3083, 34736, 1, 5),
+]  # fmt: skip
+CAROLINA_NUMBERS = (36.166666666666664, 34.333333333333336, 33.75, -79.0, 2000000.0, 0.0)
+"""EPSG:2264 by its parameters (EPSG Geodetic Parameter Dataset)."""
+
+
+def slope(dip: float, flat_m: float, high_m: float, n: int = 400) -> np.ndarray:
+    """(n, 3) points of a plane that dips east, in a file's units."""
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(0, 30, (2, n))
+    metres = np.column_stack([x + 500_000, y + 200_000, 400 - np.tan(np.radians(dip)) * x])
+    return metres / [flat_m, flat_m, high_m]
+
+
+def dip_of(points: np.ndarray) -> float:
+    normal = np.linalg.svd(points - points.mean(axis=0))[2][2]
+    return float(np.degrees(np.arccos(abs(normal[2]))))
+
+
+def directory(keys: list[tuple[int, int, int, int]]) -> bytes:
+    rows = sorted([(1024, 0, 1, 1), *keys])
+    return struct.pack(f"<{4 + 4 * len(rows)}H", 1, 1, 0, len(rows), *[v for r in rows for v in r])
+
+
+def write_las(
+    path: Path,
+    points: np.ndarray,
+    wkt: str | None = None,
+    keys: list[tuple[int, int, int, int]] | None = None,
+    numbers: tuple[float, ...] = (),
+) -> Path:
+    header = laspy.LasHeader(version="1.4" if wkt else "1.2", point_format=6 if wkt else 1)
+    header.offsets, header.scales = np.floor(points.mean(axis=0)), [1e-4] * 3
+    records = [] if wkt is None else [(2112, wkt.encode() + b"\0")]
+    if keys is not None:
+        records = [(34735, directory(keys)), (34736, struct.pack(f"<{len(numbers)}d", *numbers))]
+    for number, content in records:
+        if content:
+            header.vlrs.append(laspy.VLR("LASF_Projection", number, "", content))
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = points.T
+    cloud.write(path)
+    return path
+
+
+def compound(flat: int, high: int) -> str:
+    return CRS.from_user_input(f"EPSG:{flat}+{high}").to_wkt()
+
+
+MIXED = {
+    "compound WKT": {"wkt": compound(26917, 6360)},
+    "vertical code": {"keys": [(PROJECTED, 0, 1, 26917), (VERTICAL, 0, 1, 6360)]},
+    "vertical unit alone": {"keys": [(PROJECTED, 0, 1, 26917), (VERTICAL_UNIT, 0, 1, 9003)]},
+    "code of metres with a unit of feet, as LAStools writes": {
+        "keys": [(PROJECTED, 0, 1, 26917), (VERTICAL, 0, 1, 5703), (VERTICAL_UNIT, 0, 1, 9003)]
+    },
+}
+
+
+@pytest.mark.parametrize("how", MIXED)
+@pytest.mark.parametrize("ending", ["las", "laz"])
+def test_heights_in_feet_over_metres_keep_the_dip(tmp_path: Path, how: str, ending: str) -> None:
+    path = write_las(tmp_path / f"a.{ending}", slope(30, 1, US_FT), **MIXED[how])
+    loaded = read_model(path)
+    assert dip_of(loaded.data.points) == pytest.approx(30, abs=0.01)
+    assert loaded.crs == "EPSG:26917"
+    assert loaded.units == ("m", "m", "us-ft")
+    assert any("US survey feet" in said for said in loaded.warnings)
+    with pytest.warns(UserWarning, match="US survey feet"):
+        world = vs.read(path)
+    assert dip_of(world.points) == pytest.approx(30, abs=0.01)
+    assert np.allclose(preview(path).points[:, 2].max(), loaded.data.points[:, 2].max(), atol=1)
+
+
+@pytest.mark.parametrize(
+    ("keys", "numbers", "unit", "metres"),
+    [
+        ([(PROJECTED, 0, 1, 2264)], (), "us-ft", US_FT),
+        ([(PROJECTED, 0, 1, 26917), (LINEAR, 0, 1, 9003)], (), "us-ft", US_FT),
+        ([(PROJECTED, 0, 1, 26917), (LINEAR, 0, 1, 9002)], (), "ft", FT),
+        ([(PROJECTED, 0, 1, 26917), (LINEAR, 0, 1, 9001)], (), "m", 1.0),
+        (CAROLINA, CAROLINA_NUMBERS, "us-ft", US_FT),
+    ],
+)
+def test_the_unit_of_keys_reaches_world(tmp_path: Path, keys, numbers, unit, metres) -> None:
+    path = write_las(tmp_path / "a.las", slope(30, metres, metres), keys=keys, numbers=numbers)
+    loaded = read_model(path)
+    assert loaded.units == (unit, unit, unit)
+    assert loaded.unit_m == pytest.approx(metres, rel=1e-7)
+    assert loaded.crs is not None
+    assert parse_crs(loaded.crs)[1] == pytest.approx(metres, rel=1e-7)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", vs.errors.VomWarning)
+        world = vs.read(path)
+    assert np.ptp(world.points[:, 1]) == pytest.approx(30, abs=0.3)
+    assert dip_of(world.points) == pytest.approx(30, abs=0.01)
+
+
+def test_a_system_by_parameters_projects_as_its_code_does() -> None:
+    """Against pyproj's own EPSG:2264, at a place in North Carolina."""
+    from pyproj import Transformer
+
+    wkt = crs_of_keys(directory(CAROLINA), struct.pack("<6d", *CAROLINA_NUMBERS))
+    ours = Transformer.from_crs("EPSG:4269", wkt, always_xy=True).transform(-79.5, 35.5)
+    theirs = Transformer.from_crs("EPSG:4269", "EPSG:2264", always_xy=True).transform(-79.5, 35.5)
+    assert ours == pytest.approx(theirs, abs=1e-3)
+
+
+@pytest.mark.parametrize("version", ["WKT1_GDAL", "WKT1_ESRI", "WKT2_2019"])
+@pytest.mark.parametrize(
+    ("code", "units"),
+    [
+        ("EPSG:26917", ("m", "m", "m")),
+        ("EPSG:2264", ("us-ft", "us-ft", "us-ft")),
+        ("EPSG:2256", ("ft", "ft", "ft")),
+        ("EPSG:26917+6360", ("m", "m", "us-ft")),
+        ("EPSG:26917+8228", ("m", "m", "ft")),
+        ("EPSG:2264+5703", ("us-ft", "us-ft", "m")),
+        ("EPSG:4326", ("degree", "degree", "unknown")),
+        ("EPSG:4979", ("degree", "degree", "m")),
+        ("EPSG:4326+5773", ("degree", "degree", "m")),
+        ("EPSG:4978", ("m", "m", "m")),
+    ],
+)
+def test_every_axis_has_the_unit_that_the_system_states(version, code, units) -> None:
+    # WKT 1 has no place for the third axis of these.
+    three = code in ("EPSG:4978", "EPSG:4979")
+    text = CRS.from_user_input(code).to_wkt("WKT2_2019" if three else version)
+    assert stated_axes(text).units == units
+
+
+def write_tif(path: Path, flat_m: float, high_m: float, crs: str | None, **more) -> Path:
+    unit, kind = more.pop("unit", None), more.pop("kind", "float32")
+    column = np.arange(60.0)
+    heights = np.tile(400 - np.tan(np.radians(30)) * column, (50, 1)) / high_m
+    with (
+        rasterio.Env(**more.pop("env", {})),
+        rasterio.open(
+            path, "w", driver="GTiff", width=60, height=50, count=1, dtype=kind, crs=crs,
+            transform=rasterio.Affine(1 / flat_m, 0, 5e5 / flat_m, 0, -1 / flat_m, 2e5 / flat_m),
+            **more,
+        ) as dataset,
+    ):  # fmt: skip
+        dataset.write(heights.astype(kind), 1)
+        if unit is not None:
+            dataset.units = [unit]
+    return path
+
+
+@pytest.mark.parametrize("kind", ["float32", "float64"])
+@pytest.mark.parametrize("geotiff", ["1.0", "1.1"])
+@pytest.mark.parametrize(
+    ("crs", "flat", "high", "unit", "units"),
+    [
+        ("EPSG:26917+6360", 1.0, US_FT, None, ("m", "m", "us-ft")),
+        ("EPSG:26917+8228", 1.0, FT, None, ("m", "m", "ft")),
+        ("EPSG:2264", US_FT, US_FT, None, ("us-ft", "us-ft", "us-ft")),
+        ("EPSG:2264+5703", US_FT, 1.0, None, ("us-ft", "us-ft", "m")),
+        ("EPSG:2264", US_FT, 1.0, "m", ("us-ft", "us-ft", "m")),
+    ],
+)
+def test_height_models_in_feet(tmp_path, kind, geotiff, crs, flat, high, unit, units) -> None:
+    path = write_tif(
+        tmp_path / "a.tif", flat, high, crs, unit=unit, kind=kind, GEOTIFF_VERSION=geotiff
+    )
+    found = describe(path)
+    assert found["units"] == list(units)
+    with pytest.warns(UserWarning, match="feet"):
+        world = vs.read(path)
+    assert dip_of(world.points) == pytest.approx(30, abs=0.01)
+    assert np.ptp(world.points[:, 0]) == pytest.approx(59, abs=1e-3)
+    # In metres, as World is.
+    assert np.ptp(np.array(found["bounds"])[:, 0]) == pytest.approx(59, abs=1e-3)
+    assert found["resolution_m"] == pytest.approx(1.2, abs=0.2)
+
+
+def test_copc_streams_in_one_unit(tmp_path: Path) -> None:
+    whole = write_las(tmp_path / "a.las", slope(30, 1, US_FT, 4000), wkt=compound(26917, 6360))
+    las = laspy.read(whole)
+    path = tmp_path / "a.copc.laz"
+    write_copc(path, las, crs="EPSG:26917+6360")
+    cloud = copc.stream(path, 100_000)
+    assert dip_of(cloud.points) == pytest.approx(30, abs=0.01)
+    read = read_model(path).data
+    assert np.allclose(cloud.bounds, read.bounds, atol=1e-6)
+    with copc.CopcFile(path) as file:
+        nodes = file.nodes()
+        for row in range(len(nodes)):
+            points = file.read(nodes.take(np.array([row]))).points
+            assert (points >= nodes.bounds[row, 0] - 1e-3).all()
+            assert (points <= nodes.bounds[row, 1] + 1e-3).all()
+    assert copc.crs_of(path)[0] == "EPSG:26917"
+
+
+def test_degrees_are_refused_and_described(tmp_path: Path) -> None:
+    points = np.array([[10.0, 45.0, 100.0], [10.001, 45.0, 101.0], [10.0, 45.001, 102.0]])
+    path = write_las(tmp_path / "a.las", points, keys=[(1024, 0, 1, 2), (2048, 0, 1, 4326)])
+    wkt = write_las(tmp_path / "b.las", points, wkt=CRS.from_epsg(4326).to_wkt())
+    for file in (wkt, path):
+        with pytest.raises(InputError, match="degrees") as caught:
+            read_model(file)
+        assert str(file) in str(caught.value)
+        found = describe(file)
+        assert found["units"] == ["degree", "degree", "unknown"]
+        assert found["resolution_m"] is None
+        assert found["resolution"] > 0
+        assert found["bounds"][0] == pytest.approx([10, 45, 100])
+        assert any("degrees" in said for said in found["warnings"])
+
+
+def test_a_local_system_in_feet_becomes_metres(tmp_path: Path) -> None:
+    wkt = 'LOCAL_CS["site",UNIT["foot",0.3048],AXIS["x",EAST],AXIS["y",NORTH]]'
+    loaded = read_model(write_las(tmp_path / "a.las", slope(30, FT, FT), wkt=wkt))
+    assert loaded.crs is None
+    assert loaded.units == ("ft", "ft", "ft")
+    assert np.ptp(loaded.data.points[:, 1]) == pytest.approx(30, abs=0.3)
+    assert any("converted to metres" in said for said in loaded.warnings)
+
+
+def test_a_record_behind_the_points_names_the_system(tmp_path: Path) -> None:
+    points = slope(30, 1, US_FT)
+    path = write_las(tmp_path / "a.las", points, wkt=CRS.from_epsg(26917).to_wkt())
+    cloud = laspy.read(path)
+    cloud.header.vlrs.clear()
+    content = compound(26917, 6360).encode() + b"\0"
+    cloud.evlrs = laspy.vlrs.vlrlist.VLRList([laspy.VLR("LASF_Projection", 2112, "", content)])
+    cloud.write(path)
+    assert read_model(path).units == ("m", "m", "us-ft")
+
+
+def test_a_prj_of_a_mixed_system_scales_heights_too(tmp_path: Path) -> None:
+    points = slope(30, 1, US_FT)
+    np.savetxt(tmp_path / "a.xyz", points, fmt="%.4f")
+    (tmp_path / "a.prj").write_text(compound(26917, 6360))
+    loaded = read_model(tmp_path / "a.xyz")
+    assert dip_of(loaded.data.points) == pytest.approx(30, abs=0.01)
+    assert (loaded.crs, loaded.units) == ("EPSG:26917", ("m", "m", "us-ft"))
+
+
+def test_a_system_of_two_units_cannot_be_declared() -> None:
+    with pytest.raises(InputError, match="another unit"):
+        parse_crs("EPSG:26917+6360")
+
+
+@pytest.mark.parametrize("content", [b"", b"\1\0", b"\1\0\1\0\0\0\xff\xff", bytes(40)])
+def test_damaged_keys_leave_the_points(tmp_path: Path, content: bytes) -> None:
+    points = slope(30, 1, 1)
+    path = write_las(tmp_path / "a.las", points, keys=[(PROJECTED, 0, 1, 26917)])
+    raw = bytearray(path.read_bytes())
+    good = directory([(PROJECTED, 0, 1, 26917)])
+    at = raw.index(good)
+    raw[at : at + len(good)] = (content + bytes(len(good)))[: len(good)]
+    path.write_bytes(raw)
+    loaded = read_model(path)
+    assert len(loaded.data.points) == len(points)
+    assert loaded.crs is None
+
+
+def test_the_window_and_the_project_take_the_unit_of_the_system(tmp_path: Path) -> None:
+    path = write_las(tmp_path / "a.las", slope(30, US_FT, US_FT), keys=[(PROJECTED, 0, 1, 2264)])
+    frame = frame_of(path, read_model(path).crs)
+    assert frame.unit_m == pytest.approx(US_FT)
+    assert frame == declared_frame(path, read_model(path).crs, False, DeclaredFrame()).frame
+
+
+def test_a_cache_keeps_units_and_sees_a_prj_that_came_later(tmp_path: Path) -> None:
+    np.savetxt(tmp_path / "a.xyz", slope(30, 1, US_FT), fmt="%.4f")
+    assert model_cache.load(tmp_path / "a.xyz", tmp_path / "cache").units == ("unknown",) * 3
+    (tmp_path / "a.prj").write_text(compound(26917, 6360))
+    for _ in range(2):
+        loaded = model_cache.load(tmp_path / "a.xyz", tmp_path / "cache")
+        assert (loaded.units, loaded.unit_m) == (("m", "m", "us-ft"), 1.0)
+        assert dip_of(loaded.data.points) == pytest.approx(30, abs=0.01)
+
+
+def test_a_system_without_a_code_has_its_name_on_labels() -> None:
+    wkt = crs_of_keys(directory([(PROJECTED, 0, 1, 26917), (LINEAR, 0, 1, 9002)]))
+    assert Frame("crs", wkt, FT).name() == "NAD83 / UTM zone 17N, grid north"
+    assert Frame("crs", "EPSG:32633").name() == "EPSG:32633, grid north"

@@ -1,0 +1,221 @@
+"""Which unit each axis of a file is in, by the coordinate reference system that it names.
+
+The only place that decides this, for every format: horizontal and vertical unit are taken from the
+CRS (compound ones have two), heights without a unit of their own have that of the horizontal axes,
+and what a file states of its heights beside the CRS goes before both (CONVENTIONS).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isclose, isfinite
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.units import METRES
+from vomstudio.words import to_translate, tr
+
+Units = tuple[str, str, str]
+"""Of x, y and z: "m", "ft", "us-ft", "degree", "unknown", or another unit's name."""
+
+UNKNOWN: Units = ("unknown", "unknown", "unknown")
+MOST_DEGREES = 400.0
+"""No coordinate in degrees, or gons, is beyond it."""
+_SAME = 2e-7
+"""Relative: files write the US survey foot with seven digits; the two feet differ by 2e-6."""
+_WORDS = {
+    "m": to_translate("metres"),
+    "ft": to_translate("feet"),
+    "us-ft": to_translate("US survey feet"),
+    "degree": to_translate("degrees"),
+}
+
+
+@dataclass(frozen=True)
+class StatedAxes:
+    """What a file says of its axes.
+
+    crs : "EPSG:n" or WKT, in whose x, y (and z) the model is kept; None where it is none with east
+        and north
+    kind : of the CRS that was named; "local" is one with a unit and no place on Earth
+    units : as the file states them
+    unit_m, height_m : metres in a unit of x and y, and of z; None where it is unknown or no length
+    """
+
+    crs: str | None = None
+    kind: Literal["projected", "geographic", "geocentric", "local", "none"] = "none"
+    units: Units = UNKNOWN
+    unit_m: float | None = None
+    height_m: float | None = None
+
+    @property
+    def height_factor(self) -> float:
+        """What brings heights to the unit of x and y, in which the model is kept; of a local
+        system, which has no axes to keep to, both are brought to metres by `unit_factor`."""
+        if self.kind not in ("projected", "local") or not self.unit_m or not self.height_m:
+            return 1.0
+        return self.height_m / self.unit_m
+
+    @property
+    def unit_factor(self) -> float:
+        return self.unit_m if self.kind == "local" and self.unit_m else 1.0
+
+
+def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
+    """text : a code, a name or WKT, as a file names its CRS; None where it names none.
+    height_unit : what it says of its heights beside that, a name of `METRES`.
+
+    Raises InputError where the text is no CRS.
+    """
+    own = None if height_unit is None else METRES.get(height_unit)
+    if text is None or not text.strip():
+        return StatedAxes(units=("unknown", "unknown", height_unit or "unknown"), height_m=own)
+    from pyproj import CRS
+    from pyproj.exceptions import CRSError
+
+    plain = text.strip()
+    try:
+        crs = CRS.from_user_input(f"EPSG:{plain}" if plain.isdigit() else plain)
+    except CRSError as error:
+        raise InputError(
+            tr(
+                "“{crs}” is not a known coordinate reference system. Write a code such as "
+                "EPSG:32633.",
+                crs=plain[:80],
+            ),
+            field="CRS",
+        ) from error
+    parts = [_bare(part) for part in crs.sub_crs_list] if crs.is_compound else [_bare(crs)]
+    flat, axes = parts[0], parts[0].axis_info
+    up = next((part.axis_info for part in parts[1:] if part.is_vertical), axes[2:3])
+    kind = _kind_of(flat)
+    name, unit_m = _unit_of(axes[0]) if axes else ("unknown", None)
+    high, height_m = _unit_of(up[0]) if up else (name, unit_m)
+    if height_unit is not None:
+        high, height_m = height_unit, own
+    if kind == "geographic":
+        unit_m = None
+        if not up and height_unit is None:
+            high, height_m = "unknown", None
+    # The name of a compound system says another unit of z than the model is then kept in.
+    mixed = unit_m is not None and height_m is not None and not _same(unit_m, height_m)
+    kept = None if kind == "local" or kind == "none" else _name_of(flat if mixed else crs)
+    return StatedAxes(kept, kind, (name, name, high), unit_m, height_m)
+
+
+def _bare(crs: Any) -> Any:
+    """Without the shift to another datum that files add to it."""
+    return crs.source_crs if crs.is_bound and crs.source_crs is not None else crs
+
+
+def _kind_of(crs: Any) -> Literal["projected", "geographic", "geocentric", "local", "none"]:
+    if crs.is_projected:
+        return "projected"
+    if crs.is_geocentric:
+        return "geocentric"
+    if crs.is_geographic:
+        return "geographic"
+    return "local" if crs.is_engineering and len(crs.axis_info) >= 2 else "none"
+
+
+def _same(one: float, other: float) -> bool:
+    return isclose(one, other, rel_tol=_SAME)
+
+
+def _unit_of(axis: Any) -> tuple[str, float | None]:
+    """Name and metres of the unit of a pyproj axis."""
+    name, factor = str(axis.unit_name), float(axis.unit_conversion_factor)
+    if name in ("degree", "grad", "gon", "radian") or (
+        axis.direction in ("north", "east") and _same(factor, 0.017453292519943295)
+    ):
+        return ("degree" if _same(factor, 0.017453292519943295) else name), None
+    if not isfinite(factor) or factor <= 0:
+        return "unknown", None
+    for known, metres in METRES.items():
+        if _same(factor, metres):
+            return known, factor
+    return name, factor
+
+
+def _name_of(crs: Any) -> str:
+    """ "EPSG:n" where the code means the same with the same units, else WKT."""
+    code = crs.to_epsg()
+    if code is not None:
+        from pyproj import CRS
+
+        meant = CRS.from_epsg(code).axis_info
+        if all(
+            _same(a.unit_conversion_factor, b.unit_conversion_factor)
+            for a, b in zip(meant, crs.axis_info, strict=False)
+        ):
+            return f"EPSG:{code}"
+    return str(crs.to_wkt())
+
+
+def unreadable_crs(named: str) -> str:
+    """What is said of a file whose CRS cannot be made out; named : as it stands there."""
+    return tr(
+        "The coordinate reference system cannot be read ({error}). Declare it yourself.",
+        error=named,
+    )
+
+
+def in_words(unit: str) -> str:
+    """The name of a unit within a sentence."""
+    return tr(_WORDS[unit]) if unit in _WORDS else unit
+
+
+def what_is_said(axes: StatedAxes) -> tuple[str, ...]:
+    """The sentences that a user must read of a file with these axes; none for plain metres."""
+    flat, _, high = axes.units
+    said: list[str] = []
+    if axes.kind == "local" and axes.unit_factor != 1.0:
+        said.append(
+            tr(
+                "The file states x and y in {unit} and heights in {height_unit}. All were "
+                "converted to metres.",
+                unit=in_words(flat),
+                height_unit=in_words(high),
+            )
+        )
+    elif axes.height_factor != 1.0 and not _same(axes.height_factor, 1.0):
+        said.append(
+            tr(
+                "The file states x and y in {unit} and heights in {height_unit}. The heights were "
+                "converted to {unit}.",
+                unit=in_words(flat),
+                height_unit=in_words(high),
+            )
+        )
+    elif axes.kind == "projected" and axes.unit_m is not None and not _same(axes.unit_m, 1.0):
+        said.append(
+            tr(
+                "The file states x, y and z in {unit}. Measured lengths are given in metres.",
+                unit=in_words(flat),
+            )
+        )
+    return tuple(said)
+
+
+def why_refused(axes: StatedAxes, bounds: npt.NDArray[np.float64]) -> str | None:
+    """Why a model with these axes and (2, 3) bounds has no true scale, or no up; else None."""
+    if axes.kind == "geocentric":
+        return tr(
+            "The coordinates are geocentric: z points to the pole, not up. Reproject the file "
+            "first into a projected coordinate reference system, such as a UTM zone (EPSG:326xx)."
+        )
+    if axes.kind != "geographic":
+        return None
+    if float(np.abs(np.asarray(bounds)[:, :2]).max(initial=0.0)) > MOST_DEGREES:
+        return tr(
+            "The file names a coordinate reference system in degrees, but its x and y cannot be "
+            "degrees. Write the right system into the file first, such as a UTM zone "
+            "(EPSG:326xx)."
+        )
+    return tr(
+        "x and y are in degrees and have no true scale. Reproject the file first into a "
+        "projected coordinate reference system, such as a UTM zone (EPSG:326xx)."
+    )
