@@ -185,6 +185,14 @@ def test_undo_ends_continuing_before_it_reaches_the_feature_itself(window, cliff
     assert "t1" in cliff.records
 
 
+def test_esc_discards_nothing_of_a_continued_trace_that_was_not_changed(window, cliff):
+    add_bed(cliff, "t1")
+    cliff.activate("trace")
+    cliff.tool.continue_feature("t1")
+    run(window, "cancel")
+    assert run(window, "undo") == "Undone: Bedding trace B01"
+
+
 def test_the_tool_comes_back_with_its_feature(window, cliff):
     cliff.activate("line")
     for point in ZIGZAG[:2]:

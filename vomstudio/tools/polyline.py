@@ -129,10 +129,11 @@ class PolylineTool(Generic[F]):
     def undo_label(self) -> str | None:
         if self._steps:
             return step_label(self._steps[-1], self.vertices)
-        # A restored one may hold picks that the document does not have: only Esc discards those.
+        return f"Continue {self._feature.name}" if self._feature and self._unchanged() else None
+
+    def _unchanged(self) -> bool:
         known = self._context.session.records.get(self._feature.id) if self._feature else None
-        unchanged = isinstance(known, Picked) and known.vertices == self.vertices
-        return f"Continue {known.name}" if self._continued and known and unchanged else None
+        return self._continued and isinstance(known, Picked) and known.vertices == self.vertices
 
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
@@ -311,11 +312,11 @@ class PolylineTool(Generic[F]):
         """Discard the open feature, which undo brings back; a continued one stays as it was. While
         the journal cannot be written it stays open, since the next start would restore it."""
         feature, steps, continued = self._feature, self._steps, self._continued
-        if feature is None or not self._close():
+        lost = not self._unchanged()
+        if feature is None or not (self._close() and lost):
             return
 
         def bring_back() -> bool:
-            # The draft says whether a feature of the document is continued.
             self._continued = continued
             self._keep(feature, steps, None)
             self._continued = continued and self.open
@@ -324,8 +325,8 @@ class PolylineTool(Generic[F]):
         def untouched() -> bool:
             return self.open and (self._steps, self.vertices) == (steps, feature.vertices)
 
-        label = f"Discard the open {self.name}"
-        self._context.discarded(Discarded(self.name, label, bring_back, untouched))
+        what = f"Discard the open {self.name}"
+        self._context.discarded(Discarded(self.name, what, bring_back, untouched))
 
     def _close(self) -> bool:
         try:
@@ -389,8 +390,8 @@ class PolylineTool(Generic[F]):
     def _type_of(self, state: Mapping[str, Any], instead: str) -> str:
         """The type of a draft; the one for what is made next where it is gone."""
         type_id = str(state["type_id"])
-        known = isinstance(self._context.session.records.get(type_id), FeatureType)
-        return type_id if known else instead
+        kind = self._context.session.records.get(type_id)
+        return type_id if isinstance(kind, FeatureType) else instead
 
     # --- what is seen ------------------------------------------------------------------------
     def _model(self) -> Model | None:

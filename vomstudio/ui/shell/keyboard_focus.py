@@ -249,5 +249,5 @@ def _around(widget: QAbstractSpinBox) -> str:
 def _has_shortcut(widget: QWidget, event: QKeyEvent) -> bool:
     """The widget itself has a shortcut on this key."""
     pressed = QKeySequence(event.keyCombination())
-    own = (shortcut for shortcut in widget.findChildren(QShortcut) if shortcut.parent() is widget)
+    own = (child for child in widget.children() if isinstance(child, QShortcut))
     return any(key == pressed for shortcut in own for key in QShortcut.keys(shortcut))
