@@ -23,6 +23,7 @@ from vomstudio.document.measurement import NearestPick
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import DEFAULT_TYPES, Feature, Frame, Group, OnAModel, Record
 from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.lines import fit_line
 from vomstudio.geometry.planes import fit_plane
 
@@ -184,20 +185,22 @@ def test_every_column_of_a_trace_says_what_its_plane_says():
         "min_confidence95_deg": fit.min_confidence95_deg, "error_rake_deg": fit.error_rake_deg,
         "dip_error_deg": fit.dip_error_deg,
         "dip_direction_error_deg": fit.dip_direction_error_deg, "registration_error_deg": None,
-        "total95_deg": None, "resolution_m": 0.2, "extent_over_resolution": fit.extent / 0.2,
+        "total95_deg": total_error_deg(fit, 0.2), "resolution_m": 0.2,
+        "extent_over_resolution": fit.extent / 0.2,
         "method": "pca", "frame": "EPSG:32633, grid north",
         **dict(zip("xyz", fit.centroid, strict=True)),
         **{f"normal_{axis}": v for axis, v in zip("xyz", fit.normal, strict=True)},
         **{f"lambda{i}": v for i, v in enumerate(fit.eigenvalues, 1)},
     }  # fmt: skip
     verdict = subject.measured.verdict
-    expected |= {"quality": verdict.quality, "quality_reason": "; ".join(verdict.reasons)}
+    expected |= {"quality": verdict.quality, "quality_reason": " ".join(verdict.reasons)}
+    expected |= {"quality_notes": " ".join(verdict.notes)}
     assert list(found) == [figure.name for figure in of.ORIENTATION]
     assert set(found) == set(expected)
     for name, value in expected.items():
         wanted = pytest.approx(value, rel=1e-6) if isinstance(value, float) else value
         assert found[name] == wanted, name
-    assert len(verdict.reasons) > 1
+    assert len(verdict.reasons) + len(verdict.notes) > 1
 
 
 def test_every_column_of_a_line_says_what_its_line_says():
@@ -212,8 +215,8 @@ def test_every_column_of_a_line_says_what_its_line_says():
         "extent_m": fit.length, "rms_m": fit.rms, "max_confidence95_deg": fit.confidence95_deg,
         "min_confidence95_deg": fit.confidence95_deg, "method": "line", "model": "cliff",
         "frame": "local, north known", "quality": found["quality"],
-        "quality_reason": found["quality_reason"], "x": 1.5, "y": pytest.approx(0.025),
-        "z": pytest.approx(-1.525),
+        "quality_reason": found["quality_reason"], "quality_notes": "", "x": 1.5,
+        "y": pytest.approx(0.025), "z": pytest.approx(-1.525),
     }  # fmt: skip
 
 

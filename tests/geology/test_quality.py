@@ -10,10 +10,13 @@ import pytest
 from vomstudio.geology.quality import (
     Kind,
     Thresholds,
+    Verdict,
     confidence_that_counts_deg,
     feature_extent_m,
     judge,
     judge_line,
+    resolution_tilt_deg,
+    total_error_deg,
     wider_of,
 )
 from vomstudio.geometry.lines import LineFit, fit_line
@@ -30,11 +33,19 @@ def good_fit() -> PlaneFit:
 GOOD = good_fit()
 
 
-def verdict(fit: PlaneFit, **changes: object) -> tuple[str, str]:
+def judged(fit: PlaneFit, **changes: object) -> Verdict:
     options: dict[str, object] = {"resolution_m": 0.01, "outcrop_normal": (1.0, 0.0, 0.0)}
     options.update(changes)
-    result = judge(fit, **options)  # type: ignore[arg-type]
-    return result.quality, "; ".join(result.reasons)
+    return judge(fit, **options)  # type: ignore[arg-type]
+
+
+def verdict(fit: PlaneFit, **changes: object) -> tuple[str, str]:
+    result = judged(fit, **changes)
+    return result.quality, " ".join(result.reasons)
+
+
+def notes(fit: PlaneFit, **changes: object) -> str:
+    return " ".join(judged(fit, **changes).notes)
 
 
 def test_a_well_bent_trace_on_a_fine_model_is_good_without_reasons() -> None:
@@ -59,48 +70,94 @@ def test_confidence_alone_sets_the_bounds(angle: float, quality: str) -> None:
     [
         ({"M": 4.0}, "M 4.0"),
         ({"K": 0.8, "collinearity": 38.4}, "collinearity 38"),
-        ({"long_roughness": True}, "as long as the trace"),
         ({"hyperbolic_overflow": True}, "90°"),
     ],
 )
-def test_one_flag_makes_a_plane_doubtful_and_is_named(
-    change: dict[str, object], words: str
-) -> None:
-    quality, reasons = verdict(replace(GOOD, **change))  # type: ignore[arg-type]
-    assert quality == "doubtful"
-    assert words in reasons
+def test_shape_is_a_note_and_lowers_no_verdict(change: dict[str, object], words: str) -> None:
+    shaped = replace(GOOD, **change)  # type: ignore[arg-type]
+    assert verdict(shaped) == ("good", "")
+    assert words in notes(shaped)
+    assert notes(GOOD) == ""
 
 
-def test_resolution_alone_makes_doubtful_and_not_poor() -> None:
-    quality, reasons = verdict(GOOD, resolution_m=1.0)
+def test_what_the_error_cannot_know_makes_doubtful() -> None:
+    quality, reasons = verdict(replace(GOOD, long_roughness=True))
     assert quality == "doubtful"
-    assert "x resolution (100 wanted)" in reasons
-    assert verdict(GOOD, resolution_m=GOOD.extent / 100.0) == ("good", "")  # type: ignore[operator]
+    assert "as long as the trace" in reasons
+
+
+def test_an_extent_under_a_hundred_resolutions_is_a_note_and_under_ten_a_reason() -> None:
+    assert GOOD.extent is not None
+    at = GOOD.extent
+    assert judged(GOOD, resolution_m=at / 100.0) == Verdict("good", ())
+    note = "The extent is 99 times the resolution of the model (100 recommended)."
+    assert judged(GOOD, resolution_m=at / 99.0) == Verdict("good", (), (note,))
+    assert judged(GOOD, resolution_m=at / 10.0).quality == "good"
+    quality, reasons = verdict(GOOD, resolution_m=at / 9.9)
+    assert quality == "doubtful"
+    assert reasons.startswith("The extent is only 9.9 times the resolution of the model.")
+
+
+def test_the_resolution_tilts_a_plane_by_half_a_spacing_over_its_width() -> None:
+    """Points spread evenly over 6 m by 2 m: half of 0.4 m over 2 m are 5.71 degrees."""
+    x, y = np.meshgrid(np.linspace(-3, 3, 301), np.linspace(-1, 1, 101))
+    points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    fit = fit_plane(points, ordered=False)
+    assert resolution_tilt_deg(fit, 0.4) == pytest.approx(np.degrees(np.arctan(0.1)), rel=0.02)
+    assert total_error_deg(fit, 0.4) == resolution_tilt_deg(fit, 0.4)
+    assert total_error_deg(replace(fit, max_confidence95_deg=30.0), 0.4) == 30.0
+    assert total_error_deg(replace(fit, max_confidence95_deg=None), 0.4) is None
+    quality, reasons = verdict(fit, resolution_m=0.4)
+    assert quality == "doubtful"
+    assert "The resolution of the model can tilt the plane by 5.7° (5° wanted)." in reasons
+    assert verdict(fit, resolution_m=1.2)[0] == "poor"
+    assert verdict(fit, resolution_m=0.3)[0] == "good"
+
+
+@pytest.mark.parametrize("unknown", [None, 0.0, -1.0, float("nan")])
+def test_an_unknown_resolution_tilts_nothing(unknown: float | None) -> None:
+    assert resolution_tilt_deg(GOOD, unknown) is None
+    assert total_error_deg(GOOD, unknown) == GOOD.max_confidence95_deg
+    failed = fit_planes(np.zeros((2, 3)), [0, 2])[0]
+    assert resolution_tilt_deg(failed, 0.1) is None
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_a_trace_in_the_outcrop_face_is_flagged_and_a_patch_is_not(sense: float) -> None:
+def test_a_trace_along_the_outcrop_face_is_asked_about_and_a_patch_is_not(sense: float) -> None:
     face = sense * np.array([np.sin(np.radians(9.0)), 0.0, np.cos(np.radians(9.0))])
-    quality, reasons = verdict(GOOD, outcrop_normal=face)
-    assert quality == "doubtful"
-    assert "outcrop face" in reasons
-    assert "face" not in verdict(GOOD, outcrop_normal=face, kind="patch")[1]
+    question = "The plane follows the outcrop face within 9.0°: is that face the structure itself?"
+    assert judged(GOOD, outcrop_normal=face) == Verdict("good", (), (question,))
+    assert judged(GOOD, outcrop_normal=face, kind="patch") == Verdict("good", ())
     away = np.array([np.sin(np.radians(11.0)), 0.0, np.cos(np.radians(11.0))])
-    assert verdict(GOOD, outcrop_normal=away)[0] == "good"
+    assert judged(GOOD, outcrop_normal=away) == Verdict("good", ())
+
+
+def test_a_trace_without_relief_out_of_the_face_is_doubtful() -> None:
+    """Its relief, four standard deviations, is 4 x 5 mm of noise; three resolutions of 1 cm are
+    more, and so are 2 per cent of 10 m."""
+    quality, reasons = verdict(GOOD, outcrop_normal=GOOD.normal)
+    assert quality == "doubtful"
+    assert "has little relief out of it" in reasons
+    assert "within 0°" in reasons or "within 0.0°" in reasons
+    small = fit_plane([[0, 0, 0], [1, 0, 0.03], [1, 1, 0], [0, 1, 0.03], [0.5, 0.5, 0.0]])
+    for resolution, expected in ((0.01, "good"), (0.03, "doubtful")):
+        found = judged(small, resolution_m=resolution, outcrop_normal=(0, 0, 1))
+        assert ("little relief" in " ".join(found.reasons)) == (expected == "doubtful")
+        assert ("is that face" in " ".join(found.notes)) == (expected == "good")
 
 
 def test_three_points_are_at_most_doubtful() -> None:
     fit = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0]])
     quality, reasons = verdict(fit)
     assert quality == "doubtful"
-    assert "three points only" in reasons
+    assert "Of three points" in reasons
 
 
 def test_an_undefined_error_of_more_than_three_points_is_poor() -> None:
     fit = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0], [3, 9, 1.0]])
     quality, reasons = verdict(fit)
     assert quality == "poor"
-    assert "only 3 of the 4 points differ" in reasons
+    assert "Only 3 of the 4 points differ" in reasons
 
 
 def test_an_almost_straight_trace_is_called_so_and_told_what_to_do() -> None:
@@ -109,8 +166,8 @@ def test_an_almost_straight_trace_is_called_so_and_told_what_to_do() -> None:
     fit = fit_plane(points + np.random.default_rng(0).normal(0.0, 0.02, (40, 3)))
     quality, reasons = verdict(fit)
     assert quality == "poor"
-    assert "almost straight trace: collinearity" in reasons
-    assert "add points where the trace bends" in reasons
+    assert "The trace is almost straight: collinearity" in notes(fit)
+    assert "Add points where the trace bends." in reasons
 
 
 def test_the_wider_figure_counts_where_the_roughness_is_as_long_as_the_trace() -> None:
@@ -147,53 +204,51 @@ def test_thresholds_can_be_set() -> None:
 @pytest.mark.parametrize(
     ("kind", "more", "points"),
     [
-        ("trace", "add points where the trace bends", "pick more points"),
-        ("patch", "enlarge the patch", "enlarge the patch"),
+        ("trace", "Add points where the trace bends.", "Pick more points."),
+        ("patch", "Enlarge the patch.", "Enlarge the patch."),
     ],
 )
 def test_what_to_do_is_what_can_be_done_with_such_a_feature(
     kind: Kind, more: str, points: str
 ) -> None:
     wide = replace(GOOD, max_confidence95_deg=7.25)
-    assert verdict(wide, kind=kind)[1] == f"direction uncertain by 7.2° (5° wanted); {more}"
+    assert verdict(wide, kind=kind)[1] == f"The direction is uncertain by 7.2° (5° wanted). {more}"
     wider = replace(GOOD, max_confidence95_deg=22.4)
-    assert verdict(wider, kind=kind)[1] == f"direction uncertain by 22° (15° is the limit); {more}"
-    three = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0]])
-    assert verdict(three, kind=kind)[1].endswith(f"no error can be stated; {points}")
-    twice = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0], [3, 9, 1.0]])
-    assert f"no error can be stated; {points}" in verdict(twice, kind=kind)[1]
-    straight = replace(GOOD, K=None, collinearity=None)
-    assert verdict(straight, kind=kind)[1] == (
-        f"almost straight {kind}: collinearity infinite, K infinite (below 0.8 wanted); {more}"
+    assert verdict(wider, kind=kind)[1] == (
+        f"The direction is uncertain by 22° (15° is the limit). {more}"
     )
-    assert verdict(replace(GOOD, hyperbolic_overflow=True), kind=kind)[1].endswith(more)
+    three = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0]])
+    assert verdict(three, kind=kind)[1].endswith(f"no error can be stated. {points}")
+    twice = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0], [3, 9, 1.0]])
+    assert f"no error can be stated. {points}" in verdict(twice, kind=kind)[1]
+    straight = replace(GOOD, K=None, collinearity=None)
+    assert notes(straight, kind=kind) == (
+        f"The {kind} is almost straight: collinearity infinite, K infinite (below 0.8 recommended)."
+    )
 
 
 def test_figures_in_the_words_have_the_digits_that_matter() -> None:
     scattered = replace(GOOD, M=3.94, coplanarity=51.7)
-    assert "M 3.9, coplanarity 52 (M above 4 wanted)" in verdict(scattered)[1]
+    assert "M 3.9, coplanarity 52 (M above 4 recommended)" in notes(scattered)
     few = replace(GOOD, M=1.0, coplanarity=9.94)
-    assert "coplanarity 9.9 " in verdict(few)[1]
-    assert "coplanarity infinite" in verdict(replace(GOOD, M=1.0, coplanarity=None))[1]
+    assert "coplanarity 9.9 " in notes(few)
+    assert "coplanarity infinite" in notes(replace(GOOD, M=1.0, coplanarity=None))
     straight = replace(GOOD, K=1.234, collinearity=9.96)
-    assert "collinearity 10, K 1.2 (below 0.8 wanted)" in verdict(straight)[1]
+    assert "collinearity 10, K 1.2 (below 0.8 recommended)" in notes(straight)
     for angle, words in ((9.94, "9.9°"), (9.96, "10°"), (6.0, "6°"), (5.4, "5.4°")):
         assert f"by {words} " in verdict(replace(GOOD, max_confidence95_deg=angle))[1]
-    assert verdict(replace(GOOD, error="too few"))[:2] == ("poor", "no plane: too few")
+    assert verdict(replace(GOOD, error="too few"))[:2] == ("poor", "There is no plane: too few.")
 
 
 def test_a_resolution_of_nothing_is_no_resolution() -> None:
     assert verdict(GOOD, resolution_m=0.0) == ("good", "")
     assert verdict(GOOD, resolution_m=-1.0) == ("good", "")
-    assert GOOD.extent is not None
-    words = verdict(GOOD, resolution_m=GOOD.extent / 9.9)[1]
-    assert words.startswith("extent 9.9 x resolution (100 wanted)")
 
 
 def test_a_face_without_a_direction_is_not_compared() -> None:
     for normal in ((0.0, 0.0, 0.0), (np.nan, 0.0, 1.0)):
         assert verdict(GOOD, outcrop_normal=normal) == ("good", "")
-    assert "only 0.0° from" in verdict(GOOD, outcrop_normal=1e-6 * GOOD.normal)[1]
+    assert "within 0.0°" in verdict(GOOD, outcrop_normal=1e-6 * GOOD.normal)[1]
 
 
 def test_what_follows_from_a_plane_takes_the_figure_it_is_judged_by() -> None:
@@ -233,20 +288,20 @@ def straight(n: int, noise: float = 0.0) -> LineFit:
     ("angle", "quality", "words"),
     [
         (5.0, "good", ""),
-        (5.1, "doubtful", "direction uncertain by 5.1° (5° wanted); "),
-        (15.0, "doubtful", "direction uncertain by 15° (5° wanted); "),
-        (15.1, "poor", "direction uncertain by 15° (15° is the limit); "),
+        (5.1, "doubtful", "The direction is uncertain by 5.1° (5° wanted). "),
+        (15.0, "doubtful", "The direction is uncertain by 15° (5° wanted). "),
+        (15.1, "poor", "The direction is uncertain by 15° (15° is the limit). "),
     ],
 )
 def test_a_line_is_judged_by_its_error(angle: float, quality: str, words: str) -> None:
     fit = straight(9, 0.01)
     assert fit.confidence95_deg is not None
     for given, advice in (
-        (None, "measure its planes better"),
-        (fit, "measure the plane it lies on better"),
-        (replace(fit, confidence95_deg=90.0), "pick a longer or straighter line"),
-        (replace(fit, confidence95_deg=angle), "pick a longer or straighter line"),
-        (straight(2), "pick a longer or straighter line"),
+        (None, "Measure its planes better."),
+        (fit, "Measure the plane it lies on better."),
+        (replace(fit, confidence95_deg=90.0), "Pick a longer or straighter line."),
+        (replace(fit, confidence95_deg=angle), "Pick a longer or straighter line."),
+        (straight(2), "Pick a longer or straighter line."),
     ):
         found = judge_line(given, confidence95_deg=angle)
         assert found.quality == quality
@@ -259,9 +314,9 @@ def test_a_line_of_unknown_error_says_whose_it_is() -> None:
         assert found.quality == ("doubtful" if found.reasons else "good")
         return found.reasons
 
-    planes = "the error of one of its planes is unknown, so that of the line is"
-    plane = "the error of the plane it lies on is unknown, so that of the line is"
-    two = "two points only: no error can be stated; pick more points along the line"
+    planes = "The error of one of its planes is unknown, and so is that of the line."
+    plane = "The error of the plane it lies on is unknown, and so is that of the line."
+    two = "Of two points no error can be stated. Pick more points along the line."
     assert reasons(None) == reasons(None, False) == (planes,)
     assert reasons(straight(2)) == (two,)
     assert reasons(straight(2), False) == (two, plane)
@@ -279,13 +334,13 @@ def test_lines_off_their_plane_of_a_folded_set_or_without_their_plane_are_doubtf
     assert found(off_plane_deg=10.0, scatter_deg=12.0) == ("good", ())
     quality, (words,) = found(off_plane_deg=10.4)
     assert (quality, words) == (
-        "doubtful", "10° off the plane it is said to lie on; pick it on that plane",
+        "doubtful", "The line is 10° off the plane it is said to lie on. Pick it on that plane.",
     )  # fmt: skip
     quality, (words,) = found(scatter_deg=12.6)
     assert quality == "doubtful"
-    assert words.startswith("planes of one set lie 13° (RMS) from their mean")
+    assert words.startswith("The planes of one set lie 13° (RMS) from their mean")
     quality, (words,) = found(plane_is_gone=True)
     assert quality == "doubtful"
-    assert words.startswith("the plane it lay on is gone")
+    assert words.startswith("The plane it lay on is gone")
     strict = Thresholds(good_confidence95_deg=0.5, poor_confidence95_deg=0.9)
     assert found(thresholds=strict)[0] == "poor"

@@ -25,7 +25,7 @@ trend_deg plunge_deg rake_deg overturned undefined x y z normal_x normal_y norma
 extent_m area_m2 rms_m lambda1 lambda2 lambda3 coplanarity collinearity M K max_angular_error_deg
 min_angular_error_deg max_confidence95_deg min_confidence95_deg error_rake_deg dip_error_deg
 dip_direction_error_deg registration_error_deg total95_deg resolution_m extent_over_resolution
-quality quality_reason method model frame notes
+quality quality_reason quality_notes method model frame notes
 """.split()  # noqa: SIM905
 INFO_KEYS = {
     "path", "kind", "points", "faces", "materials", "textures", "bounds", "crs", "resolution_m",

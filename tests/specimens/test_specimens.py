@@ -34,12 +34,19 @@ def specimen(tmp_path: Path) -> Path:
     return figures.copy_of("schema1", tmp_path)
 
 
+# A verdict is no figure: it is what the rules of the present version say of the figures.
+JUDGED = {"quality", "quality_reason", "reason", "total95_deg", "total95"}
+
+
 def differences(was: Any, now: Any, where: str = "") -> Iterator[str]:
     """What is not as it was; what is new is welcome."""
     if isinstance(was, dict):
         for key in was:
             if key not in now:
                 yield f"{where}/{key} is gone"
+            elif key in JUDGED:
+                if key == "quality" and bool(was[key]) != bool(now[key]):
+                    yield f"{where}/{key}: {was[key]!r} is {now[key]!r} now"
             else:
                 yield from differences(was[key], now[key], f"{where}/{key}")
     elif isinstance(was, list):

@@ -13,7 +13,7 @@ import pytest
 from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line
-from vomstudio.geology.quality import judge
+from vomstudio.geology.quality import judge, resolution_tilt_deg
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
 from vomstudio.tables.orientation_table import (
@@ -242,7 +242,7 @@ def test_a_row_has_exactly_the_promised_columns_in_order() -> None:
         "K", "max_angular_error_deg", "min_angular_error_deg", "max_confidence95_deg",
         "min_confidence95_deg", "error_rake_deg", "dip_error_deg", "dip_direction_error_deg",
         "registration_error_deg", "total95_deg", "resolution_m", "extent_over_resolution",
-        "quality", "quality_reason", "method", "model", "frame", "notes",
+        "quality", "quality_reason", "quality_notes", "method", "model", "frame", "notes",
     )  # fmt: skip
     assert tuple(a_plane()) == COLUMNS
     assert tuple(line_row(Line(30.0, 20.0))) == COLUMNS
@@ -273,7 +273,12 @@ def test_the_error_of_the_registration_widens_the_total() -> None:
     verdict = judge(fit, resolution_m=None, outcrop_normal=None)
     row = plane_row(fit, verdict, registration_error_deg=2.0)
     assert row["total95_deg"] == pytest.approx(math.hypot(row["max_confidence95_deg"], 2.0))
-    assert plane_row(fit, verdict)["total95_deg"] is None
+    assert plane_row(fit, verdict)["total95_deg"] == row["max_confidence95_deg"]
+    coarse = plane_row(fit, verdict, resolution_m=1.5, registration_error_deg=2.0)
+    tilt = resolution_tilt_deg(fit, 1.5)
+    assert tilt is not None
+    assert tilt > row["max_confidence95_deg"]
+    assert coarse["total95_deg"] == pytest.approx(math.hypot(tilt, 2.0))
 
 
 def test_three_points_have_no_errors_and_no_numbers_are_made_up() -> None:

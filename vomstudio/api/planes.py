@@ -38,7 +38,7 @@ class PlaneFit:
     dip_error_deg, dip_direction_error_deg : the same along and across the dip
     registration_error_deg, total95_deg : of the model's rotation, and together with the fit's
     resolution_m, extent_over_resolution : of the model
-    quality, quality_reason : good, doubtful or poor, and why
+    quality, quality_reason, quality_notes : good, doubtful or poor, why, and what lowers no verdict
     method : "pca" or "regression"
     id, name, kind, set, overturned, model, frame, notes : of a feature of a project
 
@@ -91,6 +91,7 @@ class PlaneFit:
     extent_over_resolution: float | None
     quality: str | None
     quality_reason: str | None
+    quality_notes: str | None
     method: str | None
     model: str | None
     frame: str | None
@@ -159,6 +160,7 @@ class LineFit:
     resolution_m: float | None
     quality: str | None
     quality_reason: str | None
+    quality_notes: str | None
     model: str | None
     frame: str | None
     notes: str | None

@@ -11,6 +11,7 @@ import numpy as np
 from vomstudio.document.figures import Figure, Form, Subject
 from vomstudio.document.measurement import Floats
 from vomstudio.document.records import OnAModel
+from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.words import to_translate, tr
 from vomstudio.words import to_translate as _
@@ -121,7 +122,18 @@ def _quality(s: Subject) -> str | None:
 def _reasons(s: Subject) -> str | None:
     if s.measured.verdict is None:
         return s.measured.problem
-    return "; ".join(s.measured.verdict.reasons)
+    return " ".join(s.measured.verdict.reasons)
+
+
+def _quality_notes(s: Subject) -> str | None:
+    return " ".join(s.measured.verdict.notes) if s.measured.verdict else None
+
+
+def _total(s: Subject) -> float | None:
+    measured = s.measured
+    if measured.fit is None or measured.fit.error is not None:
+        return None
+    return total_error_deg(measured.fit, measured.resolution_m, measured.judged_as)
 
 
 def _method(s: Subject) -> str | None:
@@ -410,8 +422,8 @@ REGISTRATION_ERROR = _degrees(
 TOTAL = _degrees(
     "total95_deg",
     _("Total 95 %"),
-    _("95 % error of fit and registration combined"),
-    lambda s: None,
+    _("95 % error of fit and resolution together (half-angle); the verdict is decided by it"),
+    _total,
     short="total95",
 )
 RESOLUTION = _metres(
@@ -441,10 +453,17 @@ QUALITY = _text(
 REASONS = _text(
     "quality_reason",
     _("Reasons"),
-    _("Reasons for the verdict"),
+    _("What lowered the verdict"),
     _reasons,
     short="reason",
     words=("reasons",),
+)
+QUALITY_NOTES = _text(
+    "quality_notes",
+    _("Notes on shape"),
+    _("Shape and extent beside their recommended values, and questions to the geologist"),
+    _quality_notes,
+    short="q_notes",
 )
 METHOD = _text("method", _("Method"), _("Method of the fit or measurement"), _method)
 MODEL = _text("model", _("Model"), _("Model on which it was measured"), _model)
@@ -458,8 +477,8 @@ ORIENTATION: tuple[Figure, ...] = (
     PLUNGE, RAKE, OVERTURNED, UNDEFINED, X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, N_POINTS, EXTENT,
     AREA, RMS, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
     MIN_ANGULAR_ERROR, MAX_CONFIDENCE, MIN_CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
-    REGISTRATION_ERROR, TOTAL, RESOLUTION, EXTENT_OVER_RESOLUTION, QUALITY, REASONS, METHOD, MODEL,
-    FRAME, NOTES,
+    REGISTRATION_ERROR, TOTAL, RESOLUTION, EXTENT_OVER_RESOLUTION, QUALITY, REASONS,
+    QUALITY_NOTES, METHOD, MODEL, FRAME, NOTES,
 )  # fmt: skip
 """The orientation table, column after column."""
 
@@ -486,8 +505,8 @@ SIZE = (N_POINTS, EXTENT, RMS)
 CONFIDENCE = (MAX_CONFIDENCE, MIN_CONFIDENCE)
 FITTED = (
     *SIZE, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
-    MIN_ANGULAR_ERROR, *CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR, RESOLUTION,
+    MIN_ANGULAR_ERROR, *CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR, TOTAL, RESOLUTION,
     EXTENT_OVER_RESOLUTION, METHOD,
 )  # fmt: skip
-VERDICT = (QUALITY, REASONS)
+VERDICT = (QUALITY, REASONS, QUALITY_NOTES)
 ON_A_MODEL = (MODEL, FRAME)

@@ -27,9 +27,8 @@ class Thresholds:
         fitting plane through 3D georeferenced data, J. Struct. Geol. 27, 855-858. The paper
         itself was not at hand
     extent_over_resolution : two orders of magnitude between a feature and the spacing of the
-        model (textbook 4.1.3)
-    surface_effect_deg : ours: a trace's plane this close to the outcrop face probably measures the
-        face
+        model (textbook 4.1.3); least_extent_over_resolution : below it no error can be believed
+    surface_effect_deg : ours: a trace's plane this close to the outcrop face may measure the face
     """
 
     good_confidence95_deg: float = 5.0
@@ -37,16 +36,23 @@ class Thresholds:
     good_M: float = 4.0  # noqa: N815 - the name the literature uses
     good_K: float = 0.8  # noqa: N815
     extent_over_resolution: float = 100.0
+    least_extent_over_resolution: float = 10.0
     surface_effect_deg: float = 10.0
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """quality, and one short sentence for every reason that kept it from being good."""
+    """quality; reasons : what kept it from being good, and what to do about it; notes : shape and
+    extent beside their wanted values, and what only the geologist can answer. Whole sentences."""
 
     quality: Quality
     reasons: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
+
+# Ours: a trace with less relief than this out of the face is a drawing on the face.
+_RELIEF_OVER_RESOLUTION = 3.0
+_RELIEF_OVER_EXTENT = 0.02
 
 DEFAULTS = Thresholds()
 
@@ -85,6 +91,30 @@ def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
     return float(4.0 * np.sqrt(fit.trace * np.sqrt(l1 * l2)))
 
 
+def resolution_tilt_deg(
+    fit: PlaneFit, resolution_m: float | None, kind: Kind = "trace"
+) -> float | None:
+    """By how much the model's resolution can tilt a plane, in degrees: half of the spacing of its
+    points over the shorter axis of the feature. None where either is unknown."""
+    if resolution_m is None or not resolution_m > 0.0 or fit.trace is None:
+        return None
+    # The variance of a strip of width w is w^2 / 12 across it.
+    shorter = float(np.sqrt(12.0 * max(fit.trace * fit.eigenvalues[1], 0.0)))
+    return float(np.degrees(np.arctan2(0.5 * resolution_m, shorter)))
+
+
+def total_error_deg(
+    fit: PlaneFit, resolution_m: float | None, kind: Kind = "trace"
+) -> float | None:
+    """The half-angle by which the verdict is decided: that of the fit (see
+    `confidence_that_counts_deg`), and no less than what the resolution can tilt. None where the
+    fit's is undefined."""
+    angle = confidence_that_counts_deg(fit, kind)
+    if angle is None:
+        return None
+    return max(angle, resolution_tilt_deg(fit, resolution_m, kind) or 0.0)
+
+
 def judge(
     fit: PlaneFit,
     *,
@@ -93,95 +123,141 @@ def judge(
     kind: Kind = "trace",
     thresholds: Thresholds = DEFAULTS,
 ) -> Verdict:
-    """The verdict on a plane, with what to do about it where something can be done.
+    """The verdict on a plane: decided by how far it may be off, and by what that figure cannot
+    know. Shape and extent are notes.
 
     resolution_m : mean vertex or point spacing of the model around the pick; None: unknown, no rule
-    outcrop_normal : (3,) normal of the outcrop face around a trace, either sense; None: unknown
+    outcrop_normal : (3,) normal of the outcrop's face on a scale larger than the trace, either
+        sense; None: unknown
     kind : a patch is the outcrop face, so the surface effect is looked for in traces only
     """
     if fit.error is not None:
-        return Verdict("poor", (tr("no plane: {error}", error=fit.error),))
-    poor, reasons = _of_direction(fit, kind, thresholds)
-    reasons += _of_shape(fit, kind, thresholds)
+        return Verdict("poor", (tr("There is no plane: {error}", error=_sentence(fit.error)),))
+    poor, reasons = _of_direction(fit, kind, resolution_m, thresholds)
+    if fit.long_roughness:
+        reasons.append(
+            tr(
+                "The roughness is as long as the trace, so the wider of the two errors counts. "
+                "Pick a longer trace."
+            )
+        )
+    notes = _of_shape(fit, kind, thresholds)
     extent = feature_extent_m(fit, kind)
     if resolution_m is not None and resolution_m > 0.0 and extent is not None:
         ratio = extent / resolution_m
-        if ratio < thresholds.extent_over_resolution:
+        if ratio < thresholds.least_extent_over_resolution:
             reasons.append(
                 tr(
-                    "extent {number} x resolution ({extent_over_resolution:g} wanted); pick a "
-                    "longer one or use a finer model",
+                    "The extent is only {number} times the resolution of the model. Pick a longer "
+                    "one or use a finer model.",
                     number=_number(ratio),
-                    extent_over_resolution=thresholds.extent_over_resolution,
+                )
+            )
+        elif ratio < thresholds.extent_over_resolution:
+            notes.append(
+                tr(
+                    "The extent is {number} times the resolution of the model ({wanted:g} "
+                    "recommended).",
+                    number=_number(ratio),
+                    wanted=thresholds.extent_over_resolution,
                 )
             )
     if kind == "trace" and outcrop_normal is not None:
-        angle_to_face = _axial_angle_deg(fit.normal, np.asarray(outcrop_normal, dtype=np.float64))
-        if angle_to_face is not None and angle_to_face < thresholds.surface_effect_deg:
-            reasons.append(
-                tr(
-                    "only {deg} from the outcrop face: it probably measures the face; pick where "
-                    "the trace cuts into the face",
-                    deg=_deg(angle_to_face),
-                )
-            )
+        face = np.asarray(outcrop_normal, dtype=np.float64)
+        drawn, question = _of_face(fit, face, resolution_m, thresholds)
+        reasons += drawn
+        notes += question
     if poor:
-        return Verdict("poor", tuple(reasons))
-    return Verdict("doubtful" if reasons else "good", tuple(reasons))
+        return Verdict("poor", tuple(reasons), tuple(notes))
+    return Verdict("doubtful" if reasons else "good", tuple(reasons), tuple(notes))
+
+
+def _of_face(
+    fit: PlaneFit, face: npt.NDArray[np.float64], resolution_m: float | None, t: Thresholds
+) -> tuple[list[str], list[str]]:
+    """A reason against a trace that is a drawing on the outcrop's face, and the question whether
+    the face that it follows is the structure."""
+    angle = _axial_angle_deg(fit.normal, face)
+    if angle is None or angle >= t.surface_effect_deg or fit.trace is None or fit.extent is None:
+        return [], []
+    unit = face / np.linalg.norm(face)
+    variance = float(np.sum(fit.eigenvalues * (fit.axes @ unit) ** 2)) * fit.trace
+    relief = 4.0 * float(np.sqrt(max(variance, 0.0)))
+    least = max(_RELIEF_OVER_RESOLUTION * (resolution_m or 0.0), _RELIEF_OVER_EXTENT * fit.extent)
+    if relief < least:
+        return [
+            tr(
+                "The trace follows the outcrop face within {deg} and has little relief out of it. "
+                "Pick where the trace cuts into the face.",
+                deg=_deg(angle),
+            )
+        ], []
+    return [], [
+        tr(
+            "The plane follows the outcrop face within {deg}: is that face the structure itself?",
+            deg=_deg(angle),
+        )
+    ]
 
 
 def _more(kind: Kind) -> str:
-    return tr("add points where the trace bends") if kind == "trace" else tr("enlarge the patch")
+    return tr("Add points where the trace bends.") if kind == "trace" else tr("Enlarge the patch.")
 
 
-def _of_direction(fit: PlaneFit, kind: Kind, t: Thresholds) -> tuple[bool, list[str]]:
+def _of_direction(
+    fit: PlaneFit, kind: Kind, resolution_m: float | None, t: Thresholds
+) -> tuple[bool, list[str]]:
     """Whether the plane is poor for its error, and what is to be said of that."""
-    more_points = tr("pick more points") if kind == "trace" else tr("enlarge the patch")
-    angle = confidence_that_counts_deg(fit, kind)
+    more_points = tr("Pick more points.") if kind == "trace" else tr("Enlarge the patch.")
+    angle = total_error_deg(fit, resolution_m, kind)
     if angle is None and fit.n <= 3:
         return False, [
-            tr("three points only: no error can be stated; {more_points}", more_points=more_points)
+            tr("Of three points no error can be stated. {more_points}", more_points=more_points)
         ]
     if angle is None:
         return True, [
             tr(
-                "only 3 of the {n} points differ: no error can be stated; {more_points}",
+                "Only 3 of the {n} points differ, so no error can be stated. {more_points}",
                 n=fit.n,
                 more_points=more_points,
             )
         ]
-    if angle > t.poor_confidence95_deg:
-        limit = _deg(t.poor_confidence95_deg)
-        return True, [
+    if angle <= t.good_confidence95_deg:
+        return False, []
+    poor = angle > t.poor_confidence95_deg
+    limit = (
+        tr("({deg} is the limit)", deg=_deg(t.poor_confidence95_deg))
+        if poor
+        else tr("({deg} wanted)", deg=_deg(t.good_confidence95_deg))
+    )
+    if angle > (confidence_that_counts_deg(fit, kind) or 0.0):
+        return poor, [
             tr(
-                "direction uncertain by {deg} ({limit} is the limit); {more}",
+                "The resolution of the model can tilt the plane by {deg} {limit}. Pick a wider "
+                "one or use a finer model.",
                 deg=_deg(angle),
                 limit=limit,
-                more=_more(kind),
             )
         ]
-    if angle > t.good_confidence95_deg:
-        wanted = _deg(t.good_confidence95_deg)
-        return False, [
-            tr(
-                "direction uncertain by {deg} ({wanted} wanted); {more}",
-                deg=_deg(angle),
-                wanted=wanted,
-                more=_more(kind),
-            )
-        ]
-    return False, []
+    return poor, [
+        tr(
+            "The direction is uncertain by {deg} {limit}. {more}",
+            deg=_deg(angle),
+            limit=limit,
+            more=_more(kind),
+        )
+    ]
 
 
 def _of_shape(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[str]:
-    """What the scatter of the points says against the plane."""
-    reasons = []
+    """What the scatter of the points looks like, beside the wanted figures."""
+    notes = []
     # None is infinite: points exactly in one plane.
     if fit.M is not None and t.good_M >= fit.M:
-        reasons.append(
+        notes.append(
             tr(
-                "points scatter about the plane: M {M:.1f}, coplanarity {number} (M above "
-                "{good_M:g} wanted); leave out points that are not on the surface",
+                "The points scatter about the plane: M {M:.1f}, coplanarity {number} (M above "
+                "{good_M:g} recommended).",
                 M=fit.M,
                 number=_number(fit.coplanarity),
                 good_M=t.good_M,
@@ -189,35 +265,27 @@ def _of_shape(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[str]:
         )
     if fit.K is None or t.good_K <= fit.K:
         k = tr("infinite") if fit.K is None else f"{fit.K:.2g}"
-        reasons.append(
+        notes.append(
             tr(
-                "almost straight trace: collinearity {number}, K {k} (below {good_K:g} wanted); "
-                "{more}"
+                "The trace is almost straight: collinearity {number}, K {k} (below {good_K:g} "
+                "recommended)."
                 if kind == "trace"
-                else "almost straight patch: collinearity {number}, K {k} (below {good_K:g} "
-                "wanted); {more}",
+                else "The patch is almost straight: collinearity {number}, K {k} (below "
+                "{good_K:g} recommended).",
                 number=_number(fit.collinearity),
                 k=k,
                 good_K=t.good_K,
-                more=_more(kind),
             )
         )
     if fit.hyperbolic_overflow:
-        reasons.append(
-            tr(
-                "scatter off the plane is as large as the bend: "
-                "the hyperbolic error is 90°; {advice}",
-                advice=_more(kind),
-            )
+        notes.append(
+            tr("The scatter is as large as the bend: the angular error has no bound below 90°.")
         )
-    if fit.long_roughness:
-        reasons.append(
-            tr(
-                "roughness as long as the trace: the wider of the two errors counts; pick a "
-                "longer trace"
-            )
-        )
-    return reasons
+    return notes
+
+
+def _sentence(words: str) -> str:
+    return words if words.endswith(".") else f"{words}."
 
 
 OFF_PLANE_DEG = 10.0
@@ -252,14 +320,16 @@ def judge_line(
     angle = confidence95_deg
     if angle is None:
         if fit is None:
-            reasons.append(tr("the error of one of its planes is unknown, so that of the line is"))
+            reasons.append(
+                tr("The error of one of its planes is unknown, and so is that of the line.")
+            )
         elif fit.confidence95_deg is None:
             reasons.append(
-                tr("two points only: no error can be stated; pick more points along the line")
+                tr("Of two points no error can be stated. Pick more points along the line.")
             )
         if fit is not None and not plane_is_known:
             reasons.append(
-                tr("the error of the plane it lies on is unknown, so that of the line is")
+                tr("The error of the plane it lies on is unknown, and so is that of the line.")
             )
     elif angle > t.good_confidence95_deg:
         poor = angle > t.poor_confidence95_deg
@@ -269,14 +339,14 @@ def judge_line(
             else tr("({deg} wanted)", deg=_deg(t.good_confidence95_deg))
         )
         if fit is None:
-            what = tr("measure its planes better")
+            what = tr("Measure its planes better.")
         elif fit.confidence95_deg is not None and angle > fit.confidence95_deg:
-            what = tr("measure the plane it lies on better")
+            what = tr("Measure the plane it lies on better.")
         else:
-            what = tr("pick a longer or straighter line")
+            what = tr("Pick a longer or straighter line.")
         reasons.append(
             tr(
-                "direction uncertain by {deg} {limit}; {what}",
+                "The direction is uncertain by {deg} {limit}. {what}",
                 deg=_deg(angle),
                 limit=limit,
                 what=what,
@@ -285,20 +355,20 @@ def judge_line(
     if off_plane_deg is not None and off_plane_deg > OFF_PLANE_DEG:
         reasons.append(
             tr(
-                "{deg} off the plane it is said to lie on; pick it on that plane",
+                "The line is {deg} off the plane it is said to lie on. Pick it on that plane.",
                 deg=_deg(off_plane_deg),
             )
         )
     if scatter_deg > ONE_SET_DEG:
         reasons.append(
             tr(
-                "planes of one set lie {deg} (RMS) from their mean, as those of a fold do: "
-                "that mean is no plane of the outcrop; take one limb, or beta for the fold",
+                "The planes of one set lie {deg} (RMS) from their mean, as those of a fold do: "
+                "that mean is no plane of the outcrop. Take one limb, or beta for the fold.",
                 deg=_deg(scatter_deg),
             )
         )
     if plane_is_gone:
-        reasons.append(tr("the plane it lay on is gone or has no fit: its rake is not known"))
+        reasons.append(tr("The plane it lay on is gone or has no fit, so its rake is not known."))
     return Verdict("poor" if poor else "doubtful" if reasons else "good", tuple(reasons))
 
 

@@ -18,6 +18,8 @@ Ints = npt.NDArray[np.int64]
 _SAMPLES = 24
 _COARSE = 200_000
 _FACE_POINTS = 20_000
+# The face is the outcrop's on a scale larger than the trace, not the ledge that it runs along.
+_FACE_EXTENTS = 3.0
 _NORMAL_POINTS = 64
 _STEP = 1_000_000
 
@@ -29,7 +31,8 @@ class Surface(Protocol):
         """Mean spacing of the model's vertices or points around `points` (k, 3)."""
 
     def outcrop_normal(self, points: Array) -> Array | None:
-        """Unit normal (3,) of the outcrop face around the line through `points` (k, 3)."""
+        """Unit normal (3,) of the outcrop face around the line through `points` (k, 3), on a scale
+        of several times its extent."""
 
 
 class VertexSurface:
@@ -81,7 +84,7 @@ class VertexSurface:
 
         line = _densified(points)
         extent = float(np.linalg.norm(np.ptp(line, axis=0)))
-        radius = max(0.1 * extent, 10.0 * (self.resolution_near(points) or 0.0))
+        radius = max(_FACE_EXTENTS * extent, 10.0 * (self.resolution_near(points) or 0.0))
         near = self._near_box(line.min(axis=0) - radius, line.max(axis=0) + radius)
         near = near[:: max(1, len(near) // _FACE_POINTS)]
         if len(near) < 3:

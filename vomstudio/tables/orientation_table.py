@@ -59,15 +59,16 @@ def plane_row(
     """The row of a fitted plane.
 
     fit, verdict: in World. resolution_m: of the model around the points. registration_error_deg:
-    95 % half-angle of the model's rotation, which is added to the fit's own in `total95_deg`.
+    95 % half-angle of the model's rotation, which is added to that of fit and resolution in
+    `total95_deg`.
     metadata: any other of `COLUMNS` (id, name, kind, set, overturned, area_m2, model, frame,
     notes). Raises TypeError for a name that is no column.
     """
     measured = Measurement(np.zeros((0, 3)), resolution_m, None, fit, verdict, None, **of_fit(fit))
     row = _bare(measured, *catalogue.PLANE, *catalogue.PLACE, *catalogue.FITTED, *catalogue.VERDICT)
-    if registration_error_deg is not None and fit.max_confidence95_deg is not None:
-        total = math.hypot(fit.max_confidence95_deg, registration_error_deg)
-        row["total95_deg"] = plain(min(total, 90.0))
+    total = row["total95_deg"]
+    if registration_error_deg is not None and total is not None:
+        row["total95_deg"] = plain(min(math.hypot(total, registration_error_deg), 90.0))
     row["registration_error_deg"] = plain(registration_error_deg)
     return _with_metadata(row, metadata)
 

@@ -116,8 +116,8 @@ def view_along_axis(
         return _along(-down, "up-plunge", reason)
     reason = (
         tr(
-            "Down-plunge: {share:.0f} % of the visible surface faces the viewer (normals estimated, "
-            "taken to point up).",
+            "Down-plunge: {share:.0f} % of the visible surface faces the viewer (normals "
+            "estimated, taken to point up).",
             share=100 * (1 - away),
         )
         if guessed
@@ -144,8 +144,8 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
     if error_deg is None:
         return tr(
             "The error of the axis is unknown. An error of {angle:.1f} deg would shorten lengths "
-            "in the direction of tilt by {share:.1f} % and displace points against each other by up "
-            "to {displacement:.3g} {unit} over the depth of the view ({depth:.3g} {unit}).",
+            "in the direction of tilt by {share:.1f} % and displace points against each other by "
+            "up to {displacement:.3g} {unit} over the depth of the view ({depth:.3g} {unit}).",
             **figures,
         )
     return tr(

@@ -83,7 +83,7 @@ _LINES = (
 class FitView(QWidget):
     """The orientation, errors, indices and verdict of one measurement.
 
-    reasons_shown: how many reasons of the verdict are shown; the tooltip has all of them.
+    reasons_shown: how many reasons and notes of the verdict are shown; the tooltip has all.
     """
 
     def __init__(self, reasons_shown: int | None = None) -> None:
@@ -158,12 +158,14 @@ class FitView(QWidget):
         if not reasons and measured is not None and measured.problem:
             reasons = (measured.problem,)
         lines = [f"• {reason}" for reason in reasons]
+        # Notes do not lower the verdict, and look so.
+        lines += [f"◦ {note}" for note in (verdict.notes if verdict else ())]
         shown = lines[: self._reasons_shown]
         if len(shown) < len(lines):
             shown[-1] += f"  (+{len(lines) - len(shown)})"
         self._reasons.setText("\n".join(shown))
         self._reasons.setToolTip("\n".join(lines))
-        self._reasons.setVisible(bool(reasons))
+        self._reasons.setVisible(bool(lines))
 
 
 def _text(line: _Line, measured: Measurement) -> str:

@@ -206,7 +206,8 @@ class ProjectTree(QWidget):
         judged = measured.verdict is not None or measured.problem is not None
         item.setIcon(ORIENTATION, theme.verdict_icon(row.quality) if judged else QIcon())
         says = [tr("Overturned")] if row.overturned else []
-        reasons = measured.verdict.reasons if measured.verdict else (measured.problem or "",)
+        judged_so = measured.verdict
+        reasons = (*judged_so.reasons, *judged_so.notes) if judged_so else (measured.problem or "",)
         item.setToolTip(ORIENTATION, "\n".join([*says, *reasons]))
         about = [f"{feature.name}: {row.class_name}", *says]
         if row.set_name:
