@@ -16,7 +16,10 @@ from hypothesis import strategies as st
 import vomstudio as vs
 from vomstudio.tables.orientation_table import COLUMNS
 
-OF_LINES_ONLY = {"geometry", "trend_deg", "plunge_deg", "rake_deg"}
+OF_LINES_ONLY = {
+    "geometry", "trend_deg", "plunge_deg", "rake_deg", "slip_rake_deg", "slip_sense",
+    "slip_confidence", "on_plane", "on_plane_dip_direction_deg", "on_plane_dip_deg",
+}  # fmt: skip
 SAMPLE = vs.sample("picks.csv")
 
 

@@ -81,7 +81,7 @@ def test_the_list_says_what_is_there_although_a_window_has_it_open(run, project:
         {"Bedding": 1},
         {"west": 1},
     )
-    assert found["schema"] == 2
+    assert found["schema"] == 3
     assert found["sound"]
     assert not found["unsaved"]
     assert found["history"]["undo"] == 2

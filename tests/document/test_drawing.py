@@ -88,12 +88,19 @@ def test_a_field_is_put_in_by_what_suits_it(kind, attribute: Attribute):
 
 def test_fields_are_offered_where_they_mean_something():
     asked = [
-        (ONE_OF_EACH["lineation"], {"slip": True, "plane_id": True}),
-        (replace(ONE_OF_EACH["lineation"], plane_id=""), {"slip": False, "plane_id": True}),
+        (ONE_OF_EACH["lineation"], {"slip": True, "slip_confidence": False}),
+        (
+            replace(ONE_OF_EACH["lineation"], slip="normal"),
+            {"slip": True, "slip_confidence": True, "plane_id": True},
+        ),
+        (
+            replace(ONE_OF_EACH["lineation"], plane_id="", slip="normal"),
+            {"slip": False, "slip_confidence": False, "plane_id": True},
+        ),
         (ONE_OF_EACH["dimension"], {"plane_id": True}),
         (replace(ONE_OF_EACH["dimension"], kind="polyline"), {"plane_id": False}),
     ]
-    asked += [(feature, {}) for feature in ONE_OF_EACH.values()]
+    asked += [(f, {}) for name, f in ONE_OF_EACH.items() if name != "lineation"]
     for feature, special in asked:
         for attribute in kind_of(feature).attributes:
             assert attribute.applies(feature) is special.get(attribute.field, True)

@@ -12,7 +12,7 @@ from tests.samples import placed
 from vomstudio.document import codec, edits
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.intersection import Intersection
-from vomstudio.document.kinds.lineation import Lineation, slip_rake
+from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
@@ -20,6 +20,7 @@ from vomstudio.document.measurement_cache import Measurements, measure_all
 from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Frame, Group, Model
 from vomstudio.errors import DocumentError
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
+from vomstudio.geology.slip import slip_rake
 from vomstudio.geometry.patches import moments, outline, runs_of
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.tables.project_table import project_table

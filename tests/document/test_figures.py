@@ -13,6 +13,7 @@ import pytest
 from tests.document.test_kinds import HASH, MODEL, ONE_OF_EACH, RECORDS_OF_ALL
 from tests.samples import ZIGZAG, bed, placed
 from vomstudio.document import catalogue as of
+from vomstudio.document import slip_figures as slip
 from vomstudio.document.figures import Figure, Form, Subject, Unit, degrees, number
 from vomstudio.document.kinds import FIGURES, KINDS
 from vomstudio.document.kinds.intersection import Intersection
@@ -133,7 +134,14 @@ def test_the_name_of_a_column_tells_its_unit(figure):
     if figure.form == "length":
         assert figure.unit == "m"
     assert (figure.form == "azimuth") == (
-        figure.name in ("dip_direction_deg", "strike_rhr_deg", "pole_trend_deg", "trend_deg")
+        figure.name
+        in (
+            "dip_direction_deg",
+            "strike_rhr_deg",
+            "pole_trend_deg",
+            "trend_deg",
+            "on_plane_dip_direction_deg",
+        )
     )
 
 
@@ -177,7 +185,8 @@ def test_every_column_of_a_trace_says_what_its_plane_says():
         "strike_rhr_deg": (fit.dip_direction_deg - 90.0) % 360.0,
         "pole_trend_deg": (fit.dip_direction_deg + 180.0) % 360.0,
         "pole_plunge_deg": 90.0 - fit.dip_deg, "trend_deg": None, "plunge_deg": None,
-        "rake_deg": None, "n_points": 15, "extent_m": fit.extent, "area_m2": None,
+        **dict.fromkeys(figure.name for figure in slip.SLIP),
+        "n_points": 15, "extent_m": fit.extent, "area_m2": None,
         "rms_m": fit.rms, "coplanarity": fit.coplanarity, "collinearity": fit.collinearity,
         "M": fit.M, "K": fit.K, "max_angular_error_deg": fit.max_angular_error_deg,
         "min_angular_error_deg": fit.min_angular_error_deg,
@@ -220,14 +229,40 @@ def test_every_column_of_a_line_says_what_its_line_says():
     }  # fmt: skip
 
 
-def test_a_slip_has_the_directed_rake_and_a_line_without_one_the_axial():
+def test_a_line_has_its_axial_rake_and_beside_it_the_directed_one_of_its_slip():
     base = bed("t1")
     points = ((0.0, 0.0, 0.0), (1.0, 0.3, 0.5), (2.0, 0.5, 1.0))
     line = Lineation("l1", "L1", "fault", "m1", HASH, points, plane_id="t1")
     axial = seen(line, base)
-    assert of.RAKE.value(axial) == axial.measured.rake_deg
-    slips = seen(replace(line, slip="normal"), base)
-    assert of.RAKE.value(slips) == slips.measured.slip_rake_deg == -axial.measured.rake_deg
+    rake = axial.measured.rake_deg
+    assert 0.0 < rake < 180.0
+    assert (slip.RAKE.value(axial), slip.SLIP_RAKE.value(axial)) == (rake, None)
+    assert (slip.SLIP_SENSE.value(axial), slip.SLIP_SENSE.text(axial)) == (None, "")
+    slips = seen(replace(line, slip="dextral"), base)
+    directed = -rake if rake > 90.0 else 180.0 - rake
+    assert (slip.RAKE.value(slips), slip.SLIP_RAKE.value(slips)) == (rake, directed)
+    assert (slip.SLIP_SENSE.value(slips), slip.SLIP_SENSE.text(slips)) == (
+        "dextral", "dextral (right-lateral)",
+    )  # fmt: skip
+
+
+def test_a_line_names_the_plane_that_bears_it():
+    base = replace(bed("t1"), name="F01")
+    line = Lineation(
+        "l1", "L1", "fault", "m1", HASH, ((0.0, 0.0, 0.0), (2.0, 0.5, 1.0)), plane_id="t1"
+    )
+    on_it = seen(line, base)
+    of_base = seen(base)
+    assert slip.ON_PLANE.value(on_it) == "F01"
+    assert slip.ON_PLANE_DIP_DIRECTION.value(on_it) == of.DIP_DIRECTION.value(of_base)
+    assert slip.ON_PLANE_DIP.value(on_it) == of.DIP.value(of_base)
+    assert slip.ON_PLANE.value(seen(line, replace(base, name=""))) == "t1"
+    for alone in (seen(line), seen(replace(line, plane_id=""), base), seen(base)):
+        assert [figure.value(alone) for figure in slip.SLIP] == [None] * 7
+
+
+def test_a_negative_rake_is_written_with_the_digits_of_a_positive_one():
+    assert (degrees(-40.2), degrees(-4.26), degrees(-0.5)) == ("-40°", "-4.3°", "-0.50°")
 
 
 def test_every_column_of_a_reading_says_what_the_compass_said():

@@ -15,7 +15,7 @@ from tests.samples import placed
 from vomstudio.document import edits
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.intersection import Intersection
-from vomstudio.document.kinds.lineation import Lineation, slip_rake
+from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import Measurements, measure_all
@@ -27,6 +27,7 @@ from vomstudio.geology.orientation import (
     lines_to_vectors,
     slip_from_rake,
 )
+from vomstudio.geology.slip import slip_rake
 from vomstudio.geometry.lines import fit_line
 from vomstudio.tables.orientation_table import write_orientation_csv
 from vomstudio.tables.project_table import project_table
@@ -358,7 +359,8 @@ def test_the_table_has_trend_plunge_and_rake_of_lines(tmp_path: Path):
     line = line_from_rake(FAULT, 40.0)
     assert float(rows["l1"]["trend_deg"]) == pytest.approx(line.trend_deg)
     assert float(rows["l1"]["plunge_deg"]) == pytest.approx(line.plunge_deg)
-    assert float(rows["l1"]["rake_deg"]) == pytest.approx(-40.0)
+    assert float(rows["l1"]["rake_deg"]) == pytest.approx(40.0)
+    assert float(rows["l1"]["slip_rake_deg"]) == pytest.approx(-40.0)
     assert rows["l1"]["geometry"] == rows["i1"]["geometry"] == "line"
     assert rows["i1"]["rake_deg"] == ""
     assert rows["f1"]["trend_deg"] == ""
@@ -388,7 +390,8 @@ def test_the_layers_hold_lines_and_dimensions(tmp_path: Path):
     assert row["thickness_m"] == pytest.approx(1.8)
     fields, _, geometry, values = pyogrio.raw.read(out, layer="lineations")[:4]
     row = dict(zip(fields["fields"], (v[0] for v in values), strict=True))
-    assert row["rake_deg"] == pytest.approx(-40.0)
+    assert row["rake_deg"] == pytest.approx(40.0)
+    assert row["slip_rake_deg"] == pytest.approx(-40.0)
     assert len(geometry) == 1
     fields, _, geometry, values = pyogrio.raw.read(out, layer="lines")[:4]
     assert sorted(values[list(fields["fields"]).index("id")]) == ["i1", "l1"]

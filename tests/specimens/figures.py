@@ -1,9 +1,9 @@
 """Everything that a project says of its features, asked for in ways that stay: the command line's
 `export`, and an open project's session.
 
-`python -m tests.specimens.figures` writes what the present program says of the specimens of
-schema 1 to `schema1_figures.json`. That was done once, with the program that made them; what a
-later program says is held against it.
+`python -m tests.specimens.figures NAME...` writes what the present program says of specimens to the
+files of `RECORDED`. That was done once, with the program that made them; what a later program says
+is held against it.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import io
 import json
 import math
 import shutil
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -21,8 +22,11 @@ from typing import Any
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
-RECORDED = HERE / "schema1_figures.json"
-SPECIMENS = ("schema1", "schema1_draft")
+SPECIMENS = ("schema1", "schema1_draft", "schema2")
+RECORDED = {
+    HERE / "schema1_figures.json": ("schema1", "schema1_draft"),
+    HERE / "schema2_figures.json": ("schema2",),
+}
 
 
 def copy_of(name: str, folder: Path) -> Path:
@@ -153,16 +157,19 @@ def plain(value: Any) -> Any:
     return value
 
 
-def record() -> None:
+def record(names: list[str]) -> None:
     """Write down what the present program says."""
-    found = {}
-    for name in SPECIMENS:
-        with tempfile.TemporaryDirectory() as place:
-            found[name] = figures_of(copy_of(name, Path(place)))
-    text = json.dumps(found, indent=0, ensure_ascii=False)
-    RECORDED.write_text(text + "\n", encoding="utf-8")
-    print(f"{RECORDED}: {RECORDED.stat().st_size} bytes")
+    for path, kept in RECORDED.items():
+        if not set(kept) & set(names):
+            continue
+        found = {}
+        for name in kept:
+            with tempfile.TemporaryDirectory() as place:
+                found[name] = figures_of(copy_of(name, Path(place)))
+        text = json.dumps(found, indent=0, ensure_ascii=False)
+        path.write_text(text + "\n", encoding="utf-8")
+        print(f"{path}: {path.stat().st_size} bytes")
 
 
 if __name__ == "__main__":
-    record()
+    record(sys.argv[1:])

@@ -12,7 +12,9 @@ from typing import Any
 
 import pytest
 
-from tests.specimens import figures
+from tests.specimens import figures, make_schema2
+from vomstudio.document import edits
+from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.errors import VomError
 
 pytestmark = pytest.mark.filterwarnings("ignore:'crs' was not provided:UserWarning")
@@ -22,11 +24,53 @@ RELATIVE = 1e-12
 NOTHING = 1e-12
 """Below this a number is rounding alone, such as the roughness of a line through two points."""
 
+KEPT = "journal-schema2.sqlite"
+SLIPS = {
+    "line-2916121eb5dd": "reverse", "line-0124647bd66c": "dextral",
+    **{
+        f"line-{plane}-{way}-{sense}": sense
+        for plane in make_schema2.PLANES
+        for way in make_schema2.WAYS
+        for sense in make_schema2.SENSES
+        if sense
+    },
+}  # fmt: skip
+"""The lines of the specimens along which a sense of slip was seen."""
+
 
 @pytest.fixture(scope="module")
 def recorded() -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(figures.RECORDED.read_text(encoding="utf-8"))
+    found: dict[str, Any] = {}
+    for path in figures.RECORDED:
+        found |= json.loads(path.read_text(encoding="utf-8"))
+    for was in found.values():
+        for table in (was["table"], *was["layers"].values()):
+            for row in table["rows"].values():
+                tell_rakes_apart(row)
     return found
+
+
+def tell_rakes_apart(row: dict[str, Any]) -> None:
+    """The column of the rake once held that of the slip, where the sense told one. The line itself
+    is taken downward, and a slip's rake turns the other way."""
+    sense = SLIPS.get(row["id"])
+    if sense is None or "rake_deg" not in row:
+        return
+    row["slip_sense"] = sense
+    if not tells_the_direction(row["id"], sense):
+        # It is said there now.
+        assert row.pop("notes") in (None, "")
+        return
+    slip = row.pop("rake_deg")
+    row["slip_rake_deg"] = slip
+    if isinstance(slip, float):
+        row["rake_deg"] = -slip % 180.0
+
+
+def tells_the_direction(id_: str, sense: str) -> bool:
+    """No wall hangs over an upright plane, and no sense holds on a flat one."""
+    upright = id_.startswith("line-upright") and sense in ("normal", "reverse")
+    return not upright and not id_.startswith("line-flat")
 
 
 @pytest.fixture
@@ -128,6 +172,34 @@ def test_an_old_project_holds_enough_to_be_a_specimen(recorded: dict[str, Any]) 
         "distance", "polyline", "area", "thickness",
     }  # fmt: skip
     assert recorded["schema1_draft"]["history"]["draft"]["tool"] == "trace"
+
+
+def test_a_project_of_schema_2_learns_how_sure_a_slip_is(tmp_path: Path) -> None:
+    folder = figures.copy_of("schema2", tmp_path)
+    journal, id_ = folder / "journal.sqlite", "line-west-steep-sinistral"
+    assert (version_of(journal), journal.with_name(KEPT).exists()) == (2, False)
+    opened = figures.open_project(folder)
+    assert {line.slip for line in opened.session.of(Lineation)} == set(make_schema2.SENSES)
+    assert {line.slip_confidence for line in opened.session.of(Lineation)} == {""}
+    sure = edits.set_attributes(opened.session.records, [id_], slip_confidence="probable")
+    opened.session.apply(sure)
+    opened.session.save()
+    opened.close()
+    assert (version_of(journal), version_of(journal.with_name(KEPT))) == (3, 2)
+    found = figures.figures_of(folder, history=False)
+    for table in (found["table"], found["layers"]["lines"], found["layers"]["lineations"]):
+        assert table["rows"][id_]["slip_confidence"] == "probable"
+    opened = figures.open_project(folder)
+    opened.session.undo()
+    assert opened.session.records[id_].slip_confidence == ""
+    opened.close()
+
+
+def version_of(journal: Path) -> int:
+    db = sqlite3.connect(journal.as_uri() + "?mode=ro", uri=True)
+    (version,) = db.execute("PRAGMA user_version").fetchone()
+    db.close()
+    return int(version)
 
 
 def test_an_old_project_goes_back_to_its_first_row_and_forth_again(specimen: Path) -> None:

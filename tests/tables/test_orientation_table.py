@@ -236,8 +236,10 @@ def test_a_row_has_exactly_the_promised_columns_in_order() -> None:
     # The contract of the command line: other programs count on names and order.
     assert COLUMNS == (
         "id", "name", "kind", "geometry", "set", "dip_direction_deg", "dip_deg", "strike_rhr_deg",
-        "pole_trend_deg", "pole_plunge_deg", "trend_deg", "plunge_deg", "rake_deg", "overturned",
-        "undefined", "x", "y", "z", "normal_x", "normal_y", "normal_z", "n_points", "extent_m",
+        "pole_trend_deg", "pole_plunge_deg", "trend_deg", "plunge_deg", "rake_deg", "slip_rake_deg",
+        "slip_sense", "slip_confidence", "on_plane", "on_plane_dip_direction_deg",
+        "on_plane_dip_deg", "overturned", "undefined", "x", "y", "z",
+        "normal_x", "normal_y", "normal_z", "n_points", "extent_m",
         "area_m2", "rms_m", "lambda1", "lambda2", "lambda3", "coplanarity", "collinearity", "M",
         "K", "max_angular_error_deg", "min_angular_error_deg", "max_confidence95_deg",
         "min_confidence95_deg", "error_rake_deg", "dip_error_deg", "dip_direction_error_deg",

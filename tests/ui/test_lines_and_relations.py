@@ -73,7 +73,7 @@ def test_slip_waits_for_a_plane_and_says_so(window, planes):
     (made,) = planes.session.of(Lineation)
     assert (made.plane_id, made.slip) == ("f1", "normal")
     assert planes.selection.ids == (made.id,)
-    column = next(i for i, c in enumerate(COLUMNS) if c.title == "Rake")
+    column = next(i for i, c in enumerate(COLUMNS) if c.title == "Slip rake")
     model = window.table._sorted
     rows = {model.index(r, 0).data(): model.index(r, column).data()
             for r in range(model.rowCount())}  # fmt: skip

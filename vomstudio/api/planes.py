@@ -132,7 +132,12 @@ class LineFit:
     """One line (lineation, fold axis); attributes are the columns of the orientation table.
 
     trend_deg, plunge_deg : degrees, plunge downward; undefined : vertical, its trend 0 by
-        convention; rake_deg : in the plane that bears it, 0 to 180 from the right-hand-rule strike
+        convention
+    rake_deg : in the plane that bears it, 0 to 180 from the right-hand-rule strike; slip_rake_deg :
+        of the movement of the hanging wall, -180 to 180, positive where reverse (Aki & Richards);
+        None where the sense of slip is not known or does not tell the direction
+    slip_sense, slip_confidence : as noted
+    on_plane, on_plane_dip_direction_deg, on_plane_dip_deg : the plane that bears it
     The others as in `PlaneFit`. `vs.Project.fit` gives one of a feature that is a line.
 
     >>> from dataclasses import fields
@@ -148,6 +153,12 @@ class LineFit:
     trend_deg: float
     plunge_deg: float
     rake_deg: float | None
+    slip_rake_deg: float | None
+    slip_sense: str | None
+    slip_confidence: str | None
+    on_plane: str | None
+    on_plane_dip_direction_deg: float | None
+    on_plane_dip_deg: float | None
     undefined: bool
     x: float | None
     y: float | None

@@ -11,6 +11,7 @@ import numpy as np
 from vomstudio.document.figures import Figure, Form, Subject
 from vomstudio.document.measurement import Floats
 from vomstudio.document.records import OnAModel
+from vomstudio.document.slip_figures import SLIP
 from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.words import to_translate, tr
@@ -102,11 +103,6 @@ def _eigenvalue(index: int) -> Value:
         return None if s.measured.fit is None else float(s.measured.fit.eigenvalues[index])
 
     return value
-
-
-def _rake(s: Subject) -> float | None:
-    slip = s.measured.slip_rake_deg
-    return s.measured.rake_deg if slip is None else slip
 
 
 def _ratio(s: Subject) -> float | None:
@@ -276,17 +272,6 @@ PLUNGE = _degrees(
     "angle",
     short="plunge",
     words=("plunge",),
-)
-RAKE = _degrees(
-    "rake_deg",
-    _("Rake"),
-    _(
-        "Rake of a line in its plane, from the right-hand-rule strike; of slip -180 to 180, "
-        "positive where reverse"
-    ),
-    _rake,
-    short="rake",
-    words=("rake",),
 )
 X, Y, Z = (
     Figure(axis, axis, explanation, _place(i), "index", "m")
@@ -474,7 +459,7 @@ NOTES = _text(
 
 ORIENTATION: tuple[Figure, ...] = (
     ID, NAME, KIND, GEOMETRY, SET, DIP_DIRECTION, DIP, STRIKE, POLE_TREND, POLE_PLUNGE, TREND,
-    PLUNGE, RAKE, OVERTURNED, UNDEFINED, X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, N_POINTS, EXTENT,
+    PLUNGE, *SLIP, OVERTURNED, UNDEFINED, X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, N_POINTS, EXTENT,
     AREA, RMS, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
     MIN_ANGULAR_ERROR, MAX_CONFIDENCE, MIN_CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
     REGISTRATION_ERROR, TOTAL, RESOLUTION, EXTENT_OVER_RESOLUTION, QUALITY, REASONS,

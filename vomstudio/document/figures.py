@@ -97,7 +97,8 @@ def degrees(value: float | None) -> str:
     """An error: two digits that mean something."""
     if value is None:
         return "–"
-    decimals = 2 if value < 0.995 else 1 if value < 9.95 else 0
+    size = abs(value)
+    decimals = 2 if size < 0.995 else 1 if size < 9.95 else 0
     return f"{value:.{decimals}f}°"
 
 

@@ -36,6 +36,7 @@ class Measurement:
         direction of the larger one where it is a line
     rake_deg : of a lineation in its plane, off_plane_deg : its angle from that plane,
     slip_rake_deg : directed, as in geology.orientation.slip_from_rake
+    on_plane : of a lineation, the plane in which these two are counted
     angle_deg : between the planes of an intersection
     area_m2 : of a patch's faces
     dimension : figures of a dimension by name, in m or m2
@@ -59,6 +60,7 @@ class Measurement:
     rake_deg: float | None = None
     slip_rake_deg: float | None = None
     off_plane_deg: float | None = None
+    on_plane: Plane | None = None
     angle_deg: float | None = None
     area_m2: float | None = None
     dimension: Mapping[str, float] | None = None

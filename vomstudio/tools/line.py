@@ -12,10 +12,11 @@ import numpy.typing as npt
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.kinds.lineation import SENSES, Lineation, SlipSense
+from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError
 from vomstudio.geology.notation import format_line
+from vomstudio.geology.slip import SENSES, SlipSense
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.tools.fit_summary import WIDTH, first_reason
 from vomstudio.tools.polyline import PolylineTool, plane_of, points_text

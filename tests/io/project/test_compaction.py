@@ -391,7 +391,7 @@ def test_a_project_is_counted_and_looked_through(worn: Project) -> None:
     kept = [mask(worn, b"first"), mask(worn, b"second"), mask(worn, b"third")]
     session.undo()
     found = verify(worn.folder)
-    assert (found.schema, found.models, found.features, found.assets) == (2, 1, 2, 3)
+    assert (found.schema, found.models, found.features, found.assets) == (3, 1, 2, 3)
     # The birth, the model, the bed, its note, another bed, the photos and two masks.
     assert found.steps == 8
     assert found.sound

@@ -70,7 +70,7 @@ def test_every_row_stays_to_the_letter_and_is_vouched_for(old: Path) -> None:
     assert project.journal.view("camera") == [1.5]
     project.close()
     assert asked(path, ROWS)[:8] == rows
-    assert asked(path, "PRAGMA user_version") == [(2,)]
+    assert asked(path, "PRAGMA user_version") == [(3,)]
     total = ""
     for *values, stored in asked(path, ROWS.replace(" FROM", ", checksum FROM")):
         text = total + "".join(
@@ -80,7 +80,7 @@ def test_every_row_stays_to_the_letter_and_is_vouched_for(old: Path) -> None:
         assert stored == total
     assert asked(path, "SELECT id, rows, seq, checksum FROM head") == [(1, 9, 9, total)]
     found = verify(old)
-    assert (found.schema, found.sound) == (2, True)
+    assert (found.schema, found.sound) == (3, True)
 
 
 def test_the_journal_of_before_is_kept_beside_it(old: Path) -> None:
@@ -92,7 +92,7 @@ def test_the_journal_of_before_is_kept_beside_it(old: Path) -> None:
     # A second opening has nothing left to do.
     kept = (old / KEPT).read_bytes()
     project = Project.open(old)
-    assert project.journal.opened_schema == 2
+    assert project.journal.opened_schema == 3
     project.close()
     assert (old / KEPT).read_bytes() == kept
 
@@ -103,7 +103,7 @@ def test_a_copy_that_is_kept_already_is_the_better_one(old: Path) -> None:
     project = Project.open(old)
     project.close()
     assert (old / KEPT).read_bytes() == b"of an earlier try"
-    assert read_schema_and_replay(old)[0] == 2
+    assert read_schema_and_replay(old)[0] == 3
 
 
 def test_reading_does_not_bring_an_old_journal_up_to_date(old: Path) -> None:

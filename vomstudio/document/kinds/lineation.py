@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -35,23 +34,16 @@ from vomstudio.document.measurement import (
     world_points,
 )
 from vomstudio.document.records import Picked, Point, Typed
+from vomstudio.document.slip_figures import SLIP
 from vomstudio.errors import GeometryError
 from vomstudio.geology import orientation
 from vomstudio.geology.intersections import UncertainPlane, stray95
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geology.quality import judge_line
+from vomstudio.geology.slip import CONFIDENCES, SENSES, SlipConfidence, SlipSense, slip_rake
 from vomstudio.geometry.lines import LineFit, fit_line
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
-
-SlipSense = Literal["", "normal", "reverse", "sinistral", "dextral"]
-SENSES: tuple[tuple[SlipSense, str], ...] = (
-    ("", _("none")),
-    ("normal", _("normal")),
-    ("reverse", _("reverse")),
-    ("sinistral", _("sinistral (left-lateral)")),
-    ("dextral", _("dextral (right-lateral)")),
-)
 
 
 @dataclass(frozen=True)
@@ -59,7 +51,8 @@ class Lineation(Picked, Typed):
     """Two vertices or more.
 
     plane_id: the feature on whose plane it lies, "" for none: its direction is then projected onto
-    that plane and has a rake. slip: how the hanging wall moved along it. Other fields as in Trace.
+    that plane and has a rake. slip: how the hanging wall moved along it; slip_confidence: how sure
+    that is. Other fields as in Trace.
     """
 
     id: str
@@ -73,6 +66,7 @@ class Lineation(Picked, Typed):
     slip: SlipSense = ""
     set_name: str = ""
     notes: str = ""
+    slip_confidence: SlipConfidence = ""
 
 
 def measure(at: Measuring, lines: Sequence[Lineation]) -> list[Measurement]:
@@ -87,13 +81,13 @@ def _measure(at: Measuring, feature: Lineation) -> Measurement:
     metric = is_metric(model)
     base = at.plane(feature.plane_id)
     gone = bool(feature.plane_id) and base is None
+    plane = None if base is None else at.known[feature.plane_id].plane
     try:
         fit = fit_line(points)
         line, rake, off, slip = Line.from_vector(fit.direction), None, None, None
         largest = smallest = fit.confidence95_deg
         axis = None
-        if base is not None:
-            plane = Plane.from_normal(base.normal)
+        if base is not None and plane is not None:
             off = orientation.angle_line_plane(line, plane)
             rake = orientation.rake_of(line, plane)
             line = orientation.line_from_rake(plane, rake)
@@ -124,6 +118,7 @@ def _measure(at: Measuring, feature: Lineation) -> Measurement:
         rake_deg=rake,
         slip_rake_deg=slip,
         off_plane_deg=off,
+        on_plane=plane,
         metric=metric,
         kind="lineation",
     )
@@ -141,26 +136,6 @@ def _in_plane_error(
     if out > within:
         return out, within, base.normal
     return within, out, np.cross(base.normal, direction)
-
-
-def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
-    """The directed rake (-180, 180] of a slip along the axial rake [0, 180) with its sense of
-    movement; None without one, or where the sense does not tell the direction: a normal or reverse
-    movement along the strike, or on a vertical plane, which has no hanging wall; a strike slip
-    down the dip; any sense on a horizontal plane."""
-    if not sense or plane.undefined:
-        return None
-    if sense in ("normal", "reverse"):
-        if rake_deg == 0.0 or plane.vertical:
-            return None
-        # The axial rake points down the dip; a reverse hanging wall moves the other way.
-        return 180.0 - rake_deg if sense == "reverse" else -rake_deg
-    if rake_deg == 90.0:
-        return None
-    # Rake 0 is left-lateral, and the axial rake's line has it where it is under 90.
-    downward_is_sinistral = rake_deg < 90.0
-    same = downward_is_sinistral == (sense == "sinistral")
-    return (0.0 if same else 180.0) - rake_deg
 
 
 def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
@@ -190,6 +165,14 @@ def _with_arrow(ends: Floats, plane: Plane, slip_rake_deg: float) -> Floats:
     return np.vstack([ends, wings[0], ends[-1], wings[1]])
 
 
+def remarks(subject: Subject) -> list[str]:
+    """What a sense of slip that was noted cannot say."""
+    feature, measured = subject.feature, subject.measured
+    if not feature.slip or measured.on_plane is None or measured.slip_rake_deg is not None:
+        return []
+    return [tr("the sense of slip does not tell which way the line points on this plane")]
+
+
 def words(measured: Measurement) -> list[str]:
     lines = []
     if measured.rake_deg is not None:
@@ -212,16 +195,22 @@ KIND = Kind(
     icon="arrow-top-right",
     measure=measure,
     figures=(
-        *of.NAMED, *of.LINE, of.RAKE, *of.PLACE, *of.SIZE, *of.CONFIDENCE, *of.VERDICT, of.METHOD,
+        *of.NAMED, *of.LINE, *SLIP, *of.PLACE, *of.SIZE, *of.CONFIDENCE, *of.VERDICT, of.METHOD,
         *of.ON_A_MODEL, of.NOTES,
     ),
     attributes=(
         kind.NAME, kind.TYPE, kind.SET,
         Attribute("plane_id", _("On plane"), "plane"),
         Attribute("slip", _("Slip"), "choice", SENSES, applies=lambda line: bool(line.plane_id)),
+        Attribute(
+            "slip_confidence", _("Slip is"), "choice", CONFIDENCES,
+            applies=lambda line: bool(line.plane_id and line.slip),
+        ),
         kind.NOTES,
     ),
     sketch=sketch,
+    remarks=remarks,
+    about=remarks,
     words=words,
     orientations=("line",),
     evidence="picked",
@@ -232,7 +221,7 @@ KIND = Kind(
     layer=GisLayer(
         "lineations", "line", line_of,
         (
-            *of.NAMED, N_VERTICES, of.TREND, of.PLUNGE, of.RAKE, of.MAX_CONFIDENCE, of.QUALITY,
+            *of.NAMED, N_VERTICES, of.TREND, of.PLUNGE, *SLIP, of.MAX_CONFIDENCE, of.QUALITY,
             of.NOTES,
         ),
     ),

@@ -19,7 +19,7 @@ from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 APPLICATION_ID = 0x564F4D31  # "VOM1"
 NAME = "journal.sqlite"
 TAKING_IN = "taking in the files of schema 1"
@@ -286,8 +286,13 @@ def _to_schema_2(db: sqlite3.Connection) -> None:
     db.execute("INSERT OR REPLACE INTO view VALUES (?, 'true')", (TAKING_IN,))
 
 
+def _to_schema_3(db: sqlite3.Connection) -> None:
+    """Lines may say how sure their sense of slip is, which programs of before cannot read. Rows of
+    before lack the field and are read as they are."""
+
+
 # _STEPS[n] brings schema n to n + 1.
-_STEPS = {1: _to_schema_2}
+_STEPS = {1: _to_schema_2, 2: _to_schema_3}
 
 
 def copy_database(db: sqlite3.Connection, path: Path) -> None:

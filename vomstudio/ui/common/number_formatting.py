@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 from vomstudio.document.figures import degrees, number
 from vomstudio.document.kinds import kind_named
-from vomstudio.document.kinds.lineation import SENSES
 from vomstudio.document.measurement import Measurement
 from vomstudio.geology.notation import format_line, format_plane
+from vomstudio.geology.slip import SENSES
 from vomstudio.geometry.units import area_text, length_text
 from vomstudio.words import tr
 from vomstudio.workspace.plane_summary import plane_text

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterable
 
 from vomstudio.document import catalogue as of
+from vomstudio.document import slip_figures
 from vomstudio.document.figures import Figure, Form
 from vomstudio.document.kinds import FIGURES
 from vomstudio.errors import UsageError
@@ -16,7 +17,7 @@ from vomstudio.words import to_translate, tr
 
 _WORDS = (of.NAME, of.KIND, of.SET, CLASS, of.QUALITY, of.REASONS, of.NOTES, of.OVERTURNED)
 _FIGURES = (
-    of.DIP, of.DIP_DIRECTION, of.STRIKE, of.TREND, of.PLUNGE, of.RAKE, of.MAX_CONFIDENCE,
+    of.DIP, of.DIP_DIRECTION, of.STRIKE, of.TREND, of.PLUNGE, slip_figures.RAKE, of.MAX_CONFIDENCE,
     of.MIN_CONFIDENCE, of.DIP_ERROR, of.DIP_DIRECTION_ERROR, of.M, of.K, of.COPLANARITY,
     of.COLLINEARITY, of.N_POINTS, of.EXTENT, of.AREA, of.EXTENT_OVER_RESOLUTION, of.RMS,
 )  # fmt: skip

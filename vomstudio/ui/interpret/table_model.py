@@ -15,7 +15,7 @@ from PySide6.QtCore import (
 )
 
 from vomstudio.document import catalogue as of
-from vomstudio.document import edits
+from vomstudio.document import edits, slip_figures
 from vomstudio.document.figures import Figure
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import Feature, get_feature
@@ -74,7 +74,8 @@ COLUMNS: tuple[Column, ...] = (
     _of(of.NAME, lambda row: natural(row.feature.name)), TYPE, _of(of.SET), ORIENTATION, QUALITY,
     OVERTURNED, _of(of.MAX_CONFIDENCE), _of(of.MIN_CONFIDENCE), _of(of.DIP_ERROR),
     _of(of.DIP_DIRECTION_ERROR), _of(of.M), _of(of.K), _of(of.COPLANARITY), _of(of.COLLINEARITY),
-    _of(of.N_POINTS), _of(of.EXTENT), _of(of.AREA), _of(of.RAKE), TO_PICK,
+    _of(of.N_POINTS), _of(of.EXTENT), _of(of.AREA), _of(slip_figures.RAKE),
+    _of(slip_figures.SLIP_RAKE), _of(slip_figures.SLIP_SENSE), _of(slip_figures.ON_PLANE), TO_PICK,
     _of(of.EXTENT_OVER_RESOLUTION), _of(of.RMS), _of(of.REASONS), _of(of.NOTES),
 )  # fmt: skip
 _TO_PICK = COLUMNS.index(TO_PICK)
