@@ -114,7 +114,7 @@ def test_added_features_follow_on_with_their_labels() -> None:
         there, [replace(PATCH, id="n1", name=""), replace(PATCH, id="n2", name="")]
     )
     assert [r.name for r in pair.after.values()] == ["B04", "B05"]  # type: ignore[union-attr]
-    assert edits.add_features(there, [replace(LENGTH, id="n", name="")]).label == "Add D02"
+    assert edits.add_features(there, [replace(LENGTH, id="n", name="")]).label == "Add distance D02"
     assert edits.add_trace(there, bed("n")).label == "Add bedding trace B04"
     named = edits.add_trace(there, replace(bed("n"), name="Limb"))
     assert (named.after["n"].name, named.label) == (  # type: ignore[union-attr]

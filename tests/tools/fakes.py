@@ -16,6 +16,7 @@ class Context:
         self.said: list[str] = []
         self.made: list[str] = []
         self.rows_when_shown: list[int] = []
+        self.let_go: list = []
 
     def set_next(self, type_id, set_name):
         self.next_type_id, self.next_set = type_id, set_name
@@ -41,6 +42,9 @@ class Context:
 
     def tool_changed(self):
         pass
+
+    def discarded(self, discarded):
+        self.let_go.append(discarded)
 
     def created(self, feature_id):
         self.made.append(feature_id)

@@ -70,9 +70,9 @@ def test_no_button_is_mute(window):
 def test_undo_and_redo_say_what_they_would_take_back(window, studio):
     beds(studio)
     tip = window.actions_table.all["undo"].toolTip()
-    assert "Add bedding trace B03" in tip
+    assert "Undo Bedding trace B03" in tip
     studio.undo()
-    assert "Add bedding trace B03" in window.actions_table.all["redo"].toolTip()
+    assert "Redo Bedding trace B03" in window.actions_table.all["redo"].toolTip()
 
 
 def test_a_click_of_an_open_trace_is_undone_before_older_edits(window, studio):

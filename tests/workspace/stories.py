@@ -92,10 +92,10 @@ def measured(folder: Path) -> None:
     assert abs(fit.dip_deg - truth.dip_deg) < 3.0
     assert abs(fit.dip_direction_deg - truth.dip_direction_deg) < 3.0
 
-    work.undo()
+    work.history.undo()
     assert work.projects.of(Trace) == []
     assert work.selection.ids == ()
-    work.editing.redo()
+    work.history.redo()
     assert work.projects.of(Trace) == [trace]
 
     target = folder / "kept.vom"
@@ -147,13 +147,13 @@ def draft(folder: Path) -> None:
     assert any(f"with {count} points was restored" in notice.text for notice in again.said)
     assert again.work.worth_asking
     again.wait(lambda: again.work.models.open, "the model")
-    again.work.undo()
+    again.work.history.undo()
     assert len(again.work.tools.of(TraceTool).vertices) == count - 1
     again.work.tools.finish()
     assert [len(t.vertices) for t in again.work.projects.of(Trace)] == [count - 1]
     again.work.discard()
     assert again.work.projects.of(Trace) == []
-    again.work.undo()
+    again.work.history.undo()
     assert len(again.work.projects.of(Trace)) == 1
     again.work.close()
 

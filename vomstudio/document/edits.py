@@ -173,7 +173,9 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
     if not after:
         raise DocumentError(tr("There is nothing to add."))
     first = next(iter(after.values()))
-    who = first.name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
+    who = f"{len(after)} features"
+    if len(after) == 1 and isinstance(first, Feature):
+        who = f"{kind_of(first).called(first)} {first.name}"
     return change(records, f"Add {who}", after)
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import replace
-from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -23,11 +22,11 @@ from vomstudio.document.records import FeatureType, Model, Record, get
 from vomstudio.errors import DocumentError, VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.geometry.units import area_text
 from vomstudio.tools.brush_stroke import Stroke
-from vomstudio.tools.fit_summary import WIDTH, error_text, first_reason, indices_text
 from vomstudio.tools.interaction_types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
-from vomstudio.tools.polyline import points_text, rgb
+from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.patch_reading import patch_reading
+from vomstudio.tools.polyline import rgb
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.tools.tool_entry import ToolEntry
 from vomstudio.words import to_translate, tr
@@ -70,6 +69,7 @@ class PatchTool:
         self._ctrl = False
         self._measured: tuple[Patch, Record | None, Measurement] | None = None
         self._live: Measurement | None = None
+        self._given_up: tuple[int, str, Patch | None] | None = None
 
     # --- state -------------------------------------------------------------------------------
     @property
@@ -88,9 +88,9 @@ class PatchTool:
         return self._before is not None and self.current is not None
 
     @property
-    def can_undo(self) -> bool:
+    def undo_label(self) -> str | None:
         # Strokes are edits: the document takes them back.
-        return False
+        return None
 
     @property
     def radius(self) -> float:
@@ -236,7 +236,9 @@ class PatchTool:
             if patch is not None:
                 session.apply(edits.delete(session.records, [patch.id]))
             return
-        painted = replace(patch or self._new(stroke), **stroke.figures(ids, whole=True))
+        painted = replace(
+            patch or _new_patch(self._context, stroke), **stroke.figures(ids, whole=True)
+        )
         if patch is None:
             session.apply(edits.add_features(session.records, [painted]))
             self._id, self._before = painted.id, None
@@ -244,23 +246,6 @@ class PatchTool:
             what = "Erase from" if stroke.removes else "Paint"
             session.apply(edits.change_feature(session.records, painted, what))
         self._context.created(painted.id)
-
-    def _new(self, stroke: Stroke) -> Patch:
-        zero = (0.0, 0.0, 0.0)
-        return Patch(
-            id=edits.new_id("patch"),
-            name="",
-            type_id=self._context.next_type_id,
-            model_id=stroke.model.id,
-            model_hash=stroke.model.content_hash,
-            element=stroke.surface.element,
-            runs=(),
-            n=0,
-            mean=zero,
-            scatter=(zero, zero, zero),
-            n_effective=0.0,
-            set_name=self._context.next_set,
-        )
 
     def _measure_live(self) -> None:
         """Fit what is painted so far, unless that has just been done and takes long."""
@@ -271,7 +256,7 @@ class PatchTool:
         if not len(ids):
             self._live, stroke.measured = None, stroke.count
             return
-        patch = self.current or self._new(stroke)
+        patch = self.current or _new_patch(self._context, stroke)
         self._live = self._context.measure(replace(patch, **stroke.figures(ids, whole=False)))
         stroke.note_measured(started)
 
@@ -308,14 +293,13 @@ class PatchTool:
         """Discard the stroke that is being painted; else all strokes since the patch was begun or
         continued, which undo restores."""
         if self._down:
-            self._down, self._stroke, self._live = False, None, None
-            self._show()
-            self._context.tool_changed()
+            self._discard_stroke()
             return
         patch, before = self.current, self._before
         if patch is None:
             return
         session = self._context.session
+        top = session.top
         try:
             if before is None:
                 session.apply(edits.delete(session.records, [patch.id]))
@@ -334,18 +318,41 @@ class PatchTool:
             self._context.say(str(error))
             return
         self._reset()
+        self._given_up = (top, patch.id, before)
+
+    def _discard_stroke(self) -> None:
+        """Let the stroke that is being painted go; undo paints it."""
+        stroke, self._down, self._stroke, self._live = self._stroke, False, None, None
+        self._show()
+        self._context.tool_changed()
+        if stroke is None or not stroke.count:
+            return
+
+        def paint() -> bool:
+            try:
+                self._keep(stroke)
+            except VomError as error:
+                self._context.say(str(error))
+                return False
+            self._show()
+            self._context.tool_changed()
+            return True
+
+        self._context.discarded(Discarded(self.name, "Discard the stroke", paint, lambda: False))
 
     def leave(self) -> None:
         """Another tool is chosen. A stroke that is being painted is kept."""
         if self._down:
             self._release()
         self._reset()
+        self._given_up = None
         self._context.show(None)
 
     def forget(self) -> None:
         """The project is being closed; what was released is in its journal."""
         self._down, self._stroke = False, None
         self._reset()
+        self._given_up = None
         self._context.show(None)
 
     def _reset(self) -> None:
@@ -378,7 +385,12 @@ class PatchTool:
         self._show()
 
     def document_changed(self) -> None:
-        """Undo may have taken a stroke back."""
+        """Undo may have taken a stroke back, or brought a patch back that was given up: the next
+        stroke goes on with it."""
+        given_up = self._given_up
+        if self._id is None and given_up and given_up[0] == self._context.session.top:
+            _, self._id, self._before = given_up
+            self._context.tool_changed()
         if not self._down and self._hover is not None:
             self._show()
 
@@ -406,7 +418,7 @@ class PatchTool:
             Preview(
                 line=np.zeros((0, 3)),
                 color=_REMOVED if removes else color,
-                reading=self._reading(measurement),
+                reading=patch_reading(self._context, measurement, painting=self._down),
                 verdict=verdict.quality if verdict else None,
                 brush=brush,
                 area=area,
@@ -429,30 +441,26 @@ class PatchTool:
             self.removing != self._ctrl,
         )
 
-    def _reading(self, measurement: Measurement | None) -> tuple[str, ...]:
-        if measurement is None:
-            return ()
-        fit, verdict = measurement.fit, measurement.verdict
-        if fit is None or verdict is None:
-            problem = tr("No plane yet: {problem}", problem=measurement.problem)
-            return tuple(wrap(problem, WIDTH))
-        size = (
-            points_text(fit.n)
-            if measurement.area_m2 is None
-            else f"{area_text(measurement.area_m2, metric=measurement.metric)}   n {fit.n}"
-        )
-        if self._down:
-            # The text must not cover what is about to be painted; the panel has the rest.
-            return (self._context.format_plane(measurement), error_text(fit))
-        return (
-            self._context.format_plane(measurement),
-            error_text(fit),
-            indices_text(fit, size),
-            *first_reason(verdict),
-        )
-
 
 _PAINTED = ("runs", "n", "mean", "scatter", "n_effective", "outline", "area", "resolution")
+
+
+def _new_patch(context: ToolContext, stroke: Stroke) -> Patch:
+    zero = (0.0, 0.0, 0.0)
+    return Patch(
+        id=edits.new_id("patch"),
+        name="",
+        type_id=context.next_type_id,
+        model_id=stroke.model.id,
+        model_hash=stroke.model.content_hash,
+        element=stroke.surface.element,
+        runs=(),
+        n=0,
+        mean=zero,
+        scatter=(zero, zero, zero),
+        n_effective=0.0,
+        set_name=context.next_set,
+    )
 
 
 def _round(length: float) -> float:

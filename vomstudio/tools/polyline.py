@@ -21,6 +21,7 @@ from vomstudio.document.records import FeatureType, Model, Picked, Point, get_fe
 from vomstudio.errors import DocumentError, VomError
 from vomstudio.geometry import transform
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.open_steps import Discarded, step_label
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.words import tr, tr_n
 
@@ -125,8 +126,14 @@ class PolylineTool(Generic[F]):
         return self._feature.vertices if self._feature else ()
 
     @property
-    def can_undo(self) -> bool:
-        return bool(self._steps)
+    def undo_label(self) -> str | None:
+        if self._steps:
+            return step_label(self._steps[-1], self.vertices)
+        return f"Continue {self._feature.name}" if self._feature and self._unchanged() else None
+
+    def _unchanged(self) -> bool:
+        known = self._context.session.records.get(self._feature.id) if self._feature else None
+        return self._continued and isinstance(known, Picked) and known.vertices == self.vertices
 
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
@@ -219,12 +226,7 @@ class PolylineTool(Generic[F]):
     # --- steps -------------------------------------------------------------------------------
     def insert_vertex(self, position: Point) -> None:
         """Insert a vertex into the segment that is nearest to `position` (model file frame)."""
-        line = np.asarray(self.vertices)
-        start, step = line[:-1], np.diff(line, axis=0)
-        length = np.maximum((step**2).sum(axis=1), 1e-300)
-        along = np.clip(((np.asarray(position) - start) * step).sum(axis=1) / length, 0.0, 1.0)
-        gap = np.linalg.norm(start + along[:, None] * step - np.asarray(position), axis=1)
-        index = int(gap.argmin()) + 1
+        index = _nearest_segment(np.asarray(self.vertices), np.asarray(position)) + 1
         self._set_vertices((*self.vertices[:index], position, *self.vertices[index:]), index)
 
     def move_vertex(self, index: int, position: Point) -> None:
@@ -246,11 +248,11 @@ class PolylineTool(Generic[F]):
 
     def undo(self) -> bool:
         """Undo the last step of the open feature; False where there is none."""
-        if self._feature is None or not self._steps:
+        if self._feature is None or self.undo_label is None:
             return False
-        before = self._steps[-1]
-        if not before and not self._continued:
-            self.cancel()
+        before = self._steps[-1] if self._steps else ()
+        if not self._steps or not (before or self._continued):
+            self._close()
         else:
             self._keep(self._feature.but(vertices=before), self._steps[:-1], None)
         return True
@@ -307,16 +309,33 @@ class PolylineTool(Generic[F]):
         return feature.id
 
     def cancel(self) -> None:
-        """Discard the open feature; a continued one stays as it was. While the journal cannot be
-        written it stays open, since the next start would restore it."""
-        if self._feature is None:
+        """Discard the open feature, which undo brings back; a continued one stays as it was. While
+        the journal cannot be written it stays open, since the next start would restore it."""
+        feature, steps, continued = self._feature, self._steps, self._continued
+        lost = not self._unchanged()
+        if feature is None or not (self._close() and lost):
             return
+
+        def bring_back() -> bool:
+            self._continued = continued
+            self._keep(feature, steps, None)
+            self._continued = continued and self.open
+            return self.open
+
+        def untouched() -> bool:
+            return self.open and (self._steps, self.vertices) == (steps, feature.vertices)
+
+        what = f"Discard the open {self.name}"
+        self._context.discarded(Discarded(self.name, what, bring_back, untouched))
+
+    def _close(self) -> bool:
         try:
             self._context.session.set_draft(None)
         except VomError as error:
             self._context.say(str(error))
-            return
+            return False
         self._reset()
+        return True
 
     def forget(self) -> None:
         """The project is being closed; the open feature is kept as a draft."""
@@ -371,8 +390,8 @@ class PolylineTool(Generic[F]):
     def _type_of(self, state: Mapping[str, Any], instead: str) -> str:
         """The type of a draft; the one for what is made next where it is gone."""
         type_id = str(state["type_id"])
-        known = isinstance(self._context.session.records.get(type_id), FeatureType)
-        return type_id if known else instead
+        kind = self._context.session.records.get(type_id)
+        return type_id if isinstance(kind, FeatureType) else instead
 
     # --- what is seen ------------------------------------------------------------------------
     def _model(self) -> Model | None:
@@ -411,6 +430,15 @@ class PolylineTool(Generic[F]):
                 verdict=m.verdict.quality if (m := self.measurement) and m.verdict else None,
             )
         )
+
+
+def _nearest_segment(line: npt.NDArray[np.float64], position: npt.NDArray[np.float64]) -> int:
+    """Index of the segment of a line (k, 3) that is nearest to a position (3,)."""
+    start, step = line[:-1], np.diff(line, axis=0)
+    length = np.maximum((step**2).sum(axis=1), 1e-300)
+    along = np.clip(((position - start) * step).sum(axis=1) / length, 0.0, 1.0)
+    gap = np.linalg.norm(start + along[:, None] * step - position, axis=1)
+    return int(gap.argmin())
 
 
 def rgb(color: str) -> tuple[float, float, float]:

@@ -10,6 +10,7 @@ from vomstudio.document.records import Feature
 from vomstudio.document.session import Session
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.tools.interaction_types import PointerEvent, Preview
+from vomstudio.tools.open_steps import Discarded
 
 
 class Tool(Protocol):
@@ -27,8 +28,9 @@ class Tool(Protocol):
     def open(self) -> bool: ...
 
     @property
-    def can_undo(self) -> bool:
-        """`undo` would take a step of the unfinished thing back."""
+    def undo_label(self) -> str | None:
+        """The step of the unfinished thing that `undo` would take back; None where there is
+        none."""
 
     def hint(self) -> str:
         """What the next click does, as a sentence for the status line."""
@@ -102,6 +104,9 @@ class ToolContext(Protocol):
 
     def tool_changed(self) -> None:
         """The tool's state has changed: its panel and the commands are refreshed."""
+
+    def discarded(self, discarded: Discarded) -> None:
+        """The tool has let something unfinished go, which undo brings back."""
 
     def created(self, feature_id: str) -> None:
         """The tool has made or changed a feature, which becomes the selected one."""

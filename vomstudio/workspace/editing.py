@@ -27,13 +27,13 @@ class Editing:
             lambda: self._projects.session.apply(make(self._projects.records, *args, **values))
         )
 
-    def undo(self) -> None:
-        """Undo the last edit."""
-        self._do(self._projects.session.undo)
+    def undo(self) -> bool:
+        """Undo the last edit; False, with the reason shown, where it cannot be written."""
+        return self._do(self._projects.session.undo)
 
-    def redo(self) -> None:
-        """Redo the last undone edit."""
-        self._do(self._projects.session.redo)
+    def redo(self) -> bool:
+        """Redo the last undone edit; False as for `undo`."""
+        return self._do(self._projects.session.redo)
 
     def _do(self, do: Callable[[], object]) -> bool:
         try:

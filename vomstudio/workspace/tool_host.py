@@ -12,6 +12,7 @@ from vomstudio.document.session import Session
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.signals import Signal
 from vomstudio.tools.interaction_types import PointerEvent, Preview
+from vomstudio.tools.open_steps import Discarded
 from vomstudio.tools.registry import TOOLS
 from vomstudio.tools.tool_context import Tool
 from vomstudio.words import tr, tr_n
@@ -33,7 +34,7 @@ class ToolHost:
 
     changed : a tool's state; undo_changed : sent after it, as undo may take back a tool's step;
     active_changed : another tool is active; next_changed : feature type and set for what is made
-    next; preview : what is drawn of an unfinished feature
+    next; preview : what is drawn of an unfinished feature; let_go : what was discarded unfinished
     """
 
     def __init__(
@@ -50,6 +51,7 @@ class ToolHost:
         self.active_changed: Signal[str] = Signal()
         self.next_changed: Signal[()] = Signal()
         self.preview: Signal[Preview | None] = Signal()
+        self.let_go: Signal[Discarded] = Signal()
         self._projects, self._models, self._derived = projects, models, derived
         self._selection, self._preferences, self._notices = selection, preferences, notices
         self.active_name = NAVIGATE
@@ -99,11 +101,6 @@ class ToolHost:
         """Discard the open feature, else what the active tool is doing."""
         if (tool := self.open_tool or self.active) is not None:
             tool.cancel()
-
-    def undo(self) -> bool:
-        """Take back the last step of the unfinished feature; False where there is none."""
-        tool = self.open_tool
-        return tool is not None and tool.undo()
 
     def pointer(self, event: PointerEvent) -> None:
         """Pass a pointer event to the active tool."""
@@ -178,6 +175,10 @@ class ToolHost:
 
     def tool_changed(self) -> None:
         self.changed.emit()
+        self.undo_changed.emit()
+
+    def discarded(self, discarded: Discarded) -> None:
+        self.let_go.emit(discarded)
         self.undo_changed.emit()
 
     def created(self, feature_id: str) -> None:

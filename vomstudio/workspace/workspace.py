@@ -14,6 +14,7 @@ from vomstudio.words import tr
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
+from vomstudio.workspace.history import History
 from vomstudio.workspace.layer_export import GisLayers
 from vomstudio.workspace.model_loading import ModelLoader
 from vomstudio.workspace.models import Models
@@ -68,6 +69,7 @@ class Workspace:
             self.preferences,
             self.notices,
         )
+        self.history = History(self.projects, self.editing, self.tools, self.notices)
         self.photos = PhotoLinks(self.projects, self.models, hand_over)
         self.layers = GisLayers(self.projects, self.jobs, self.notices, later)
         self._join()
@@ -111,6 +113,7 @@ class Workspace:
         self.loader.forget_all()
         self.layers.write_pending()
         self.tools.forget()
+        self.history.forget()
         self.models.open.clear()
         self.derived.forget_all()
 
@@ -153,11 +156,6 @@ class Workspace:
         self.photos.edited(edit)
         self.tools.document_changed()
         self.layers.write_soon()
-
-    def undo(self) -> None:
-        """Undo the last step of the unfinished feature, else the last edit."""
-        if not self.tools.undo():
-            self.editing.undo()
 
     def delete_selected(self) -> None:
         """Delete the selected features, as one edit."""

@@ -26,7 +26,7 @@ class Command:
     why_not: None where it can run now, else the reason as a sentence, which the tooltip shows.
     in_viewport: the shortcut is a plain key that acts only while the viewport has the focus.
     checked: whether it is switched on, for a command that is a switch. what: to what it would be
-    done now, for the tooltip."""
+    done now, for the tooltip. text_now: where the text says what it would do now."""
 
     name: str
     text: str
@@ -38,6 +38,7 @@ class Command:
     in_viewport: bool = False
     checked: Callable[[], bool] | None = None
     what: Callable[[], str | None] = lambda: None
+    text_now: Callable[[], str] | None = None
 
 
 class Actions(QObject):
@@ -89,7 +90,11 @@ class Actions(QObject):
             keys = ", ".join(
                 key.toString(QKeySequence.SequenceFormat.NativeText) for key in action.shortcuts()
             )
-            text = command.text.replace("&", "").rstrip("…")
+            shown = command.text
+            if command.text_now is not None:
+                shown = command.text_now()
+                action.setText(shown)
+            text = plain(shown).rstrip("…")
             lines = [f"{text} ({keys})" if keys else text]
             lines += [line for line in (command.tip, command.what()) if line]
             if why_not is not None:
@@ -100,3 +105,8 @@ class Actions(QObject):
 
     def commands(self) -> list[Command]:
         return list(self._commands.values())
+
+
+def plain(text: str) -> str:
+    """A text of a menu without the `&` before the letter of its key."""
+    return text.replace("&&", "\0").replace("&", "").replace("\0", "&")

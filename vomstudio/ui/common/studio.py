@@ -63,7 +63,8 @@ class Studio(QObject):
         self.remember, self.keep_settings = w.preferences.remember, w.preferences.keep
 
         self.apply, self.attempt = w.editing.apply, w.editing.attempt
-        self.undo, self.redo, self.delete_selected = w.undo, w.editing.redo, w.delete_selected
+        self.undo, self.redo = w.history.undo, w.history.redo
+        self.delete_selected = w.delete_selected
 
         self.open_path, self.open_model = w.models.open_path, w.models.open_model
         self.locate_model, self.copy_model = w.models.locate, w.models.copy
@@ -155,6 +156,15 @@ class Studio(QObject):
     def open_tool(self) -> Tool | None:
         """The tool that has something unfinished."""
         return self.workspace.tools.open_tool
+
+    @property
+    def undo_label(self) -> str | None:
+        """What undo would take back, of an open feature too."""
+        return self.workspace.history.undo_label
+
+    @property
+    def redo_label(self) -> str | None:
+        return self.workspace.history.redo_label
 
     @property
     def next_type_id(self) -> str:

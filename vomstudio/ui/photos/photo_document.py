@@ -188,11 +188,11 @@ class PhotoDocument(QObject):
     # --- one history -------------------------------------------------------------------------
     @property
     def undo_label(self) -> str | None:
-        return self._studio.session.undo_label
+        return self._studio.undo_label
 
     @property
     def redo_label(self) -> str | None:
-        return self._studio.session.redo_label
+        return self._studio.redo_label
 
     def undo(self) -> None:
         self._studio.undo()

@@ -44,6 +44,7 @@ from vomstudio.ui.photos.photo_window_commands import (
 )
 from vomstudio.ui.photos.points_box import PointsBox
 from vomstudio.words import tr
+from vomstudio.workspace.history import step_words
 
 
 class PhotoWindow(QWidget):
@@ -262,7 +263,8 @@ class PhotoWindow(QWidget):
             (self.document.redo if again else self.document.undo)()
         finally:
             self._stepping = False
-        said = tr("Redone: {edit}", edit=words) if again else tr("Undone: {edit}", edit=words)
+        step = step_words(words)
+        said = tr("Redone: {edit}", edit=step) if again else tr("Undone: {edit}", edit=step)
         self.say(said, "info")
 
     def _edited(self, edit: Edit) -> None:

@@ -11,6 +11,7 @@ from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.camera_view import CameraView
 from vomstudio.ui.scene.scene_presenter import ScenePresenter
+from vomstudio.ui.scene.view_history import ViewHistory
 from vomstudio.words import tr
 
 _KEEP_CAMERA_MS = 500
@@ -28,6 +29,8 @@ class OutcropView(QObject):
         self._studio, self._cameras = studio, cameras
         self.viewport: Viewport | None = None
         self._presenter: ScenePresenter | None = None
+        self.history = ViewHistory(studio)
+        self.history.changed.connect(self._tell_direction)
         self._camera_timer = QTimer(self)
         self._camera_timer.setSingleShot(True)
         self._camera_timer.setInterval(_KEEP_CAMERA_MS)
@@ -49,6 +52,7 @@ class OutcropView(QObject):
             self.viewport.models.point_budget = settings.point_budget
             self.viewport.gestures.set_turntable(settings.turntable)
             self._camera_changed()
+            self.history.watch(self.viewport)
 
     def why_not(self) -> str | None:
         """Why the view cannot be changed now; None where it can."""
@@ -119,10 +123,13 @@ class OutcropView(QObject):
 
     # --- the camera --------------------------------------------------------------------------
     def _camera_changed(self) -> None:
+        self._tell_direction()
+        self._camera_timer.start()
+
+    def _tell_direction(self) -> None:
         if self.viewport is not None:
             trend, plunge = self.viewport.moves.view_direction()
             self.turned.emit(trend, plunge, self.viewport.moves.orthographic)
-            self._camera_timer.start()
 
     def keep_camera(self) -> None:
         """Keep the camera with the project, so that it opens as it was left."""
@@ -133,5 +140,6 @@ class OutcropView(QObject):
     def close(self) -> None:
         """Stop drawing: the window is being closed."""
         self._camera_timer.stop()
+        self.history.stop()
         if self.viewport is not None:
             self.viewport.close()

@@ -11,6 +11,7 @@ from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
+from vomstudio.workspace.history import step_words
 
 
 def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[Command]:
@@ -19,22 +20,19 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
     def none_chosen() -> str | None:
         return why_none_chosen(studio)
 
-    def can_undo() -> bool:
-        tool = studio.open_tool
-        return tool is not None and tool.can_undo
-
     def nothing_to_undo() -> str | None:
-        if can_undo() or studio.session.undo_label:
-            return None
-        return tr("There is nothing to undo.")
-
-    def to_undo() -> str | None:
-        if can_undo():
-            return tr("Last step of the open feature")
-        return studio.session.undo_label
+        return None if studio.undo_label else tr("There is nothing to undo.")
 
     def nothing_to_redo() -> str | None:
-        return None if studio.session.redo_label else tr("There is nothing to redo.")
+        return None if studio.redo_label else tr("There is nothing to redo.")
+
+    def undo_text() -> str:
+        label = studio.undo_label
+        return tr("&Undo {step}", step=_in_menu(label)) if label else tr("&Undo")
+
+    def redo_text() -> str:
+        label = studio.redo_label
+        return tr("&Redo {step}", step=_in_menu(label)) if label else tr("&Redo")
 
     def rename() -> None:
         current = chosen_features(studio)[-1]
@@ -45,9 +43,9 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
 
     return [
         Command("undo", tr("&Undo"), studio.undo, "undo", "Ctrl+Z", "", nothing_to_undo,
-                what=to_undo),
+                text_now=undo_text),
         Command("redo", tr("&Redo"), studio.redo, "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
-                nothing_to_redo, what=lambda: studio.session.redo_label),
+                nothing_to_redo, text_now=redo_text),
         Command("delete", tr("&Delete features"), studio.delete_selected, "delete-outline", (),
                 "", none_chosen),
         Command("rename", tr("&Rename…"), rename, None, "F2", "", none_chosen),
@@ -56,6 +54,11 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
                 None, "Ctrl+A"),
         Command("find_command", tr("&Find command…"), find, "magnify", "Ctrl+K"),
     ]  # fmt: skip
+
+
+def _in_menu(label: str) -> str:
+    """A step in the words of the menu, in which `&` would stand for a key."""
+    return step_words(label).replace("&", "&&")
 
 
 def find_command(parent: QWidget, actions: Actions) -> None:

@@ -139,7 +139,6 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.survey import result_commands, survey_commands
 
         studio, survey, dialogs = self.studio, self.survey, self._dialogs
-        self._open_photos = partial(survey_commands.open_photos, survey, self.docks)
         asked = survey_commands.SurveyDialogs(
             self, studio, survey, dialogs, self.actions_table.all, self._open_photos
         )
@@ -301,9 +300,9 @@ class MainWindow(QMainWindow):
         """The window is on the screen: fill it, then open the paths of the command line."""
         self._fill()
         from vomstudio.rendering.qt.viewport import Viewport
+        from vomstudio.ui.shell.keyboard_focus import KeyboardFocus
 
         self.viewport = viewport = Viewport(self)
-        viewport.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         viewport.setMinimumSize(200, 150)
         self.actions_table.give_keys_to(viewport)
         self._centre.replaceWidget(self.start_page, viewport)
@@ -314,6 +313,8 @@ class MainWindow(QMainWindow):
         self.view.turned.connect(self.view_panel.show_direction)
         self.view.turned.connect(self.actions_table.refresh)
         self.view.follow_camera()
+        opened = (self.studio.project_opened, self.studio.model_loaded)
+        self._keyboard = KeyboardFocus(self, viewport, *opened)
         viewport.setFocus()
         # A window that is closed before the process ends must be freed: only the first is frozen.
         self._first = thread_switching.nothing_frozen()
@@ -372,6 +373,13 @@ class MainWindow(QMainWindow):
             self._open_photos(path)
         else:
             self.files.open_path(path)
+
+    def _open_photos(self, folder: Path) -> None:
+        from vomstudio.ui.survey.survey_commands import open_photos
+
+        open_photos(self.survey, self.docks, folder)
+        if self.viewport is not None:
+            self._keyboard.to_outcrop()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
         if dragged_files(event):

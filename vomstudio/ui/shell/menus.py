@@ -21,11 +21,11 @@ MENUS = (
     (to_translate("&Edit"), (
         "undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     (to_translate("&View"), (
-        "home", "frame_selection", "orthographic", "|", "view_top", "view_north", "view_east",
-        "view_south", "view_west", "view_bottom", "|", "*display", "clipping_box",
-        "clipping_reset", "*planes", "*notation", "trackball", "|", "show_chosen",
-        "hide_chosen", "show_only", "show_all", "|", "show_in_photos", "previous_photo",
-        "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
+        "home", "frame_selection", "orthographic", "|", "view_back", "view_forward", "|",
+        "view_top", "view_north", "view_east", "view_south", "view_west", "view_bottom", "|",
+        "*display", "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
+        "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
+        "previous_photo", "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
     (to_translate("&Photos"), (
         "plan_survey", "video_frames", "choose_photos", "open_photo", "take_in_photos", "|",
         "make_settings", "make_model", "pause_model", "|", "show_alignment", "show_tie_points",

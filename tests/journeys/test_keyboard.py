@@ -1,0 +1,355 @@
+"""The keyboard goes where the eye is: real keys and a real mouse, in the window that people use."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QEnterEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QLineEdit,
+    QPushButton,
+    QWidget,
+)
+
+from tests import driver
+from tests.driver import click, key, look_at, wait
+from vomstudio.tools.line import LineTool
+from vomstudio.ui.interpret.tool_panels.line import LinePanel
+from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
+from vomstudio.ui.interpret.tool_panels.trace import TracePanel
+
+
+@pytest.fixture
+def opened(window, outcrop, picks):
+    """The outcrop, looked at, with the keyboard where opening it has put it."""
+    # Not where the fixture put it: on what Qt would choose.
+    window.table._filter.setFocus()
+    window.open_path(outcrop)
+    driver.wait(lambda: driver.dialog_of(window) is not None, "the frame dialog")
+    dialog = driver.dialog_of(window)
+    dialog._crs_button.click()
+    dialog._crs.setFocus()
+    QTest.keyClicks(dialog._crs, driver.CRS)
+    QTest.keyClick(dialog._crs, Qt.Key.Key_Return)
+    wait(lambda: driver.dialog_of(window) is None, "the end of the dialog")
+    window.activateWindow()
+    wait(window.isActiveWindow, "the window")
+    driver.settled(window)
+    look_at(window, picks["B01"], 0.0, 10.0)
+    return window
+
+
+def press(widget: QWidget) -> None:
+    """As a person goes to a field: with the mouse."""
+    QTest.mouseClick(widget, driver.LEFT, driver.NONE, QPoint(12, widget.height() // 2))
+    wait(widget.hasFocus, f"the focus of {widget.objectName() or widget}", 5.0)
+
+
+def one_plane(window) -> None:
+    """A bed across the middle of the view, so that tree and table have something to show."""
+    key(window, Qt.Key.Key_T)
+    middle = window.viewport.rect().center()
+    for dx, dy in ((-80, 10), (-30, -35), (20, 30), (75, -10)):
+        click(window.viewport, middle + QPoint(dx, dy))
+    key(window, Qt.Key.Key_Return)
+    key(window, Qt.Key.Key_N)
+    assert len(window.studio.session.features()) == 1
+
+
+def enter(window) -> None:
+    """The mouse comes over the outcrop."""
+    at = QPointF(window.viewport.rect().center())
+    there = QPointF(window.viewport.mapToGlobal(at.toPoint()))
+    QApplication.sendEvent(window.viewport, QEnterEvent(at, at, there))
+
+
+def turn_wheel(window) -> None:
+    from PySide6.QtGui import QWheelEvent
+
+    at = QPointF(window.viewport.rect().center())
+    there = QPointF(window.viewport.mapToGlobal(at.toPoint()))
+    QApplication.sendEvent(
+        window.viewport,
+        QWheelEvent(
+            at, there, QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton, driver.NONE,
+            Qt.ScrollPhase.NoScrollPhase, False,
+        ),
+    )  # fmt: skip
+
+
+def on_outcrop(window) -> bool:
+    return QApplication.focusWidget() is window.viewport
+
+
+def line_panel(window) -> LinePanel:
+    """The panel of the line tool, with two points picked."""
+    key(window, Qt.Key.Key_L)
+    assert window.studio.tool_name == "line"
+    middle = window.viewport.rect().center()
+    for dx in (-60, 60):
+        click(window.viewport, middle + QPoint(dx, 0))
+    assert len(window.studio.tool_of(LineTool).vertices) == 2
+    return driver.tool_panel(window, LinePanel)
+
+
+def choose(combo: QComboBox, row: int) -> None:
+    """Open the list and click a row."""
+    QTest.mouseClick(combo, driver.LEFT, driver.NONE, combo.rect().center())
+    view = combo.view()
+    wait(view.isVisible, "the list", 5.0)
+    at = view.visualRect(view.model().index(row, 0)).center()
+    driver.pause(QApplication.doubleClickInterval() + 50)
+    QTest.mouseMove(view.viewport(), at)
+    QTest.mouseClick(view.viewport(), driver.LEFT, driver.NONE, at)
+    wait(lambda: not view.isVisible(), "the end of the list", 5.0)
+
+
+# --- opening ---------------------------------------------------------------------------------
+def test_after_opening_a_model_keys_act_on_the_outcrop(opened):
+    assert on_outcrop(opened)
+    key(opened, Qt.Key.Key_T)
+    assert opened.studio.tool_name == "trace"
+    assert opened.table._filter.text() == ""
+
+
+def test_after_opening_photos_and_a_project_too(window, photos, tmp_path):
+    window.table._filter.setFocus()
+    window.open_path(photos)
+    assert on_outcrop(window)
+    assert not window.start_page.isVisible()
+    window.studio.save_as(tmp_path / "a.vom")
+    window.studio.new_project()
+    window.table._filter.setFocus()
+    window.open_path(tmp_path / "a.vom")
+    assert on_outcrop(window)
+
+
+def test_what_was_typed_before_a_model_came_is_not_cut_off(window, outcrop):
+    press(window.table._filter)
+    QTest.keyClicks(window.table._filter, "dip")
+    window.studio.model_loaded.emit("")
+    QTest.keyClicks(QApplication.focusWidget(), ">3")
+    assert window.table._filter.text() == "dip>3"
+
+
+def test_the_focus_of_a_page_that_disappears_goes_to_the_outcrop(window, outcrop):
+    button = next(b for b in window.start_page.findChildren(QWidget) if b.focusPolicy())
+    button.setFocus(Qt.FocusReason.TabFocusReason)
+    assert button.hasFocus()
+    window.start_page.hide()
+    assert on_outcrop(window)
+
+
+# --- combo boxes -----------------------------------------------------------------------------
+def test_a_choice_hands_the_keyboard_back_and_enter_finishes_the_line(opened):
+    panel = line_panel(opened)
+    choose(panel.type_box, 1)
+    chosen = panel.type_box.currentData()
+    assert opened.studio.tool_of(LineTool).attributes.type_id == chosen
+    assert on_outcrop(opened)
+    key(opened, Qt.Key.Key_Return)
+    (line,) = opened.studio.session.features()
+    assert line.type_id == chosen
+
+
+def test_enter_in_a_combo_box_finishes_and_is_not_swallowed(opened):
+    panel = line_panel(opened)
+    panel.type_box.setFocus()
+    key(opened, Qt.Key.Key_Return)
+    assert len(opened.studio.session.features()) == 1
+
+
+def test_letters_in_a_combo_box_act_on_the_outcrop_and_change_no_type(opened):
+    panel = driver.tool_panel(opened, TracePanel)
+    opened.docks.bring_forward("trace")
+    before = panel.type_box.currentText()
+    for letter, tool in (("l", "line"), ("p", "patch"), ("t", "trace"), ("n", "navigate")):
+        opened.docks.bring_forward("trace")
+        panel.type_box.setFocus()
+        assert panel.type_box.hasFocus()
+        QTest.keyClicks(panel.type_box, letter)
+        assert opened.studio.tool_name == tool
+        assert on_outcrop(opened)
+    panel.type_box.setFocus()
+    QTest.keyClicks(panel.type_box, "qxyzj")
+    assert panel.type_box.currentText() == before
+
+
+def test_arrows_open_a_combo_box_instead_of_changing_it_unseen(opened):
+    panel = driver.tool_panel(opened, TracePanel)
+    opened.docks.bring_forward("trace")
+    before = panel.type_box.currentText()
+    panel.type_box.setFocus()
+    QTest.keyClick(panel.type_box, Qt.Key.Key_Down)
+    wait(panel.type_box.view().isVisible, "the list", 5.0)
+    assert panel.type_box.currentText() == before
+    QTest.keyClick(panel.type_box.view(), Qt.Key.Key_Down)
+    QTest.keyClick(panel.type_box.view(), Qt.Key.Key_Return)
+    wait(lambda: on_outcrop(opened), "the outcrop's focus", 5.0)
+    assert panel.type_box.currentText() != before
+    assert opened.studio.next_type_id == panel.type_box.currentData()
+
+
+def test_no_combo_box_of_any_panel_is_changed_by_a_letter(opened):
+    """Whatever panel it stands in, also those that come later."""
+    boxes = [
+        box
+        for dock in opened.docks.values()
+        for box in dock.widget().findChildren(QComboBox)
+        if not box.isEditable()
+    ]
+    assert len(boxes) >= 8
+    tried = 0
+    for name, dock in opened.docks.items():
+        opened.docks.bring_forward(name)
+        QApplication.processEvents()
+        for box in dock.widget().findChildren(QComboBox):
+            if not box.isVisible() or not box.isEnabled() or box.isEditable():
+                continue
+            for letter in {text[:1] for i in range(box.count()) if (text := box.itemText(i))}:
+                before = box.currentIndex()
+                box.setFocus()
+                QTest.keyClicks(box, letter.lower())
+                if opened.studio.open_tool is not None:
+                    opened.studio.cancel_tool()
+                assert box.currentIndex() == before, (name, letter)
+                opened.docks.bring_forward(name)
+                tried += 1
+    assert tried > 10
+
+
+# --- fields ----------------------------------------------------------------------------------
+def test_enter_keeps_a_sets_name_and_the_next_keys_are_the_outcrops(opened):
+    key(opened, Qt.Key.Key_P)
+    panel = driver.tool_panel(opened, PatchPanel)
+    radius = panel.radius.value()
+    press(panel.set_edit)
+    for letter in "J1":
+        QTest.keyClicks(QApplication.focusWidget(), letter)
+    key(opened, Qt.Key.Key_Return)
+    assert on_outcrop(opened)
+    QTest.keyClicks(QApplication.focusWidget(), "]")
+    assert opened.studio.next_set == "J1"
+    assert panel.radius.value() > radius
+
+
+def test_enter_in_a_field_confirms_it_and_finishes_no_line(opened):
+    panel = line_panel(opened)
+    press(panel.set_edit)
+    QTest.keyClicks(panel.set_edit, "S2")
+    key(opened, Qt.Key.Key_Return)
+    tool = opened.studio.tool_of(LineTool)
+    assert tool.open
+    assert tool.attributes.set_name == "S2"
+    key(opened, Qt.Key.Key_Return)
+    assert not tool.open
+
+
+def test_esc_in_a_field_puts_its_text_back_and_leaves_the_line(opened):
+    panel = line_panel(opened)
+    press(panel.set_edit)
+    QTest.keyClicks(panel.set_edit, "oops")
+    key(opened, Qt.Key.Key_Escape)
+    assert on_outcrop(opened)
+    assert panel.set_edit.text() == ""
+    tool = opened.studio.tool_of(LineTool)
+    assert tool.open, "Esc ended the field, not the line"
+    assert tool.attributes.set_name == ""
+    key(opened, Qt.Key.Key_Escape)
+    assert not tool.open
+    key(opened, Qt.Key.Key_Z, driver.CTRL)
+    assert len(tool.vertices) == 2
+
+
+def test_a_number_takes_digits_and_leaves_letters_to_the_outcrop(opened):
+    key(opened, Qt.Key.Key_P)
+    radius = driver.tool_panel(opened, PatchPanel).radius
+    press(radius)
+    radius.selectAll()
+    QTest.keyClicks(radius, "0.25")
+    key(opened, Qt.Key.Key_Return)
+    assert radius.value() == pytest.approx(0.25)
+    assert on_outcrop(opened)
+    radius.setFocus()
+    QTest.keyClicks(radius, "]")
+    assert on_outcrop(opened)
+    assert radius.value() > 0.25
+
+
+def test_every_field_of_every_panel_hands_the_keyboard_back(opened):
+    tried = 0
+    for name, dock in opened.docks.items():
+        opened.docks.bring_forward(name)
+        QApplication.processEvents()
+        panel = dock.widget()
+        for field in (*panel.findChildren(QLineEdit), *panel.findChildren(QAbstractSpinBox)):
+            if isinstance(field.parent(), QAbstractSpinBox | QComboBox) or not field.isVisible():
+                continue
+            if not field.isEnabled() or field.isReadOnly():
+                continue
+            for code in (Qt.Key.Key_Escape, Qt.Key.Key_Return):
+                field.setFocus()
+                assert field.hasFocus()
+                QTest.keyClick(field, code)
+                assert on_outcrop(opened), (name, field.objectName(), code)
+                tried += 1
+    assert tried >= 8
+
+
+# --- mouse and wheel -------------------------------------------------------------------------
+@pytest.mark.parametrize("come", [enter, turn_wheel])
+def test_coming_over_the_outcrop_takes_the_keyboard_unless_text_is_edited(opened, come):
+    one_plane(opened)
+    field = opened.table._filter
+    for other in (opened.table.view, opened.tree.tree, field):
+        other.setFocus()
+        assert other.hasFocus()
+        come(opened)
+        assert on_outcrop(opened), other
+    press(field)
+    QTest.keyClicks(field, "di")
+    come(opened)
+    QTest.keyClicks(QApplication.focusWidget(), "p")
+    assert field.text() == "dip"
+    key(opened, Qt.Key.Key_Return)
+    come(opened)
+    key(opened, Qt.Key.Key_T)
+    assert opened.studio.tool_name == "trace"
+    assert field.text() == "dip"
+
+
+def test_a_click_into_the_outcrop_takes_it_from_edited_text(opened):
+    press(opened.table._filter)
+    QTest.keyClicks(opened.table._filter, "dip")
+    click(opened.viewport, opened.viewport.rect().center())
+    assert on_outcrop(opened)
+
+
+def test_letters_on_a_button_or_list_are_the_outcrops(opened):
+    one_plane(opened)
+    buttons = [b for b in opened.docks["view"].widget().findChildren(QPushButton) if b.isEnabled()]
+    opened.docks.bring_forward("view")
+    QApplication.processEvents()
+    for widget in (opened.tree.tree, opened.table.view, buttons[0]):
+        for letter, tool in (("t", "trace"), ("n", "navigate")):
+            widget.setFocus()
+            assert widget.hasFocus()
+            QTest.keyClicks(widget, letter)
+            assert opened.studio.tool_name == tool
+            opened.docks.bring_forward("view")
+
+
+def test_two_windows_one_after_the_other_leave_nothing_behind(window):
+    """The watcher is told of every change of the focus in the program: it goes with its window."""
+    other = driver.make_window()
+    press(other.table._filter)
+    QTest.keyClicks(other.table._filter, "di")
+    driver.dismiss(other)
+    driver.focus(window)
+    press(window.table._filter)
+    enter(window)
+    assert on_outcrop(window)

@@ -1,0 +1,115 @@
+"""Back and forward through the views, beside undo and redo of the work."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+
+from tests import driver
+from tests.driver import click, drag, key, wait
+
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.fixture
+def opened(window, outcrop):
+    driver.open_outcrop(window, outcrop)
+    rest(window)
+    return window
+
+
+def rest(window) -> None:
+    """As long as a view must stand still to count."""
+    wait(lambda: window.viewport.still, "the camera's rest")
+    driver.pause(600)
+
+
+def view(window) -> np.ndarray:
+    """Where the camera is and how it stands, and the box that cuts, zero for none."""
+    camera, box = window.viewport.camera, window.studio.display.clip_shown
+    corners = np.zeros((2, 3)) if box is None else box.corners()[[0, -1]]
+    parts = (camera.position, camera.frame.ravel(), [camera.distance, camera.orthographic])
+    return np.concatenate([*parts, corners.ravel()])
+
+
+def turn(window, dx: int = 80) -> None:
+    at = window.viewport.rect().center()
+    drag(window.viewport, at, at + QPoint(dx, 25))
+    rest(window)
+
+
+def back(window) -> None:
+    key(window, Qt.Key.Key_Z, SHIFT)
+
+
+def forward(window) -> None:
+    key(window, Qt.Key.Key_Y, SHIFT)
+
+
+def test_each_change_of_the_view_is_gone_back_and_forth(opened):
+    display = opened.studio.display
+    seen = [view(opened)]
+    for change in (
+        lambda: turn(opened),
+        lambda: key(opened, Qt.Key.Key_O),
+        lambda: opened.actions_table.run("clipping_box"),
+        lambda: display.set_clip(display.box.with_face(0, 1, display.box.corners()[:, 0].mean())),
+    ):
+        change()
+        rest(opened)
+        assert not np.allclose(view(opened), seen[-1])
+        seen.append(view(opened))
+    for wanted in reversed(seen[:-1]):
+        back(opened)
+        assert np.allclose(view(opened), wanted, atol=1e-9)
+    assert "no earlier view" in opened.actions_table.all["view_back"].toolTip()
+    for wanted in seen[1:]:
+        forward(opened)
+        assert np.allclose(view(opened), wanted, atol=1e-9)
+    assert "no later view" in opened.actions_table.all["view_forward"].toolTip()
+
+
+def test_a_view_that_has_not_come_to_rest_is_gone_back_from_at_once(opened):
+    before = view(opened)
+    at = opened.viewport.rect().center()
+    drag(opened.viewport, at, at + QPoint(90, 0))
+    assert not np.allclose(view(opened), before)
+    assert opened.actions_table.all["view_back"].isEnabled()
+    back(opened)
+    assert np.allclose(view(opened), before, atol=1e-9)
+
+
+def test_a_new_view_ends_what_lay_ahead(opened):
+    turn(opened)
+    back(opened)
+    turn(opened, -60)
+    there = view(opened)
+    assert not opened.actions_table.all["view_forward"].isEnabled()
+    forward(opened)
+    assert np.allclose(view(opened), there)
+
+
+def test_views_and_work_are_undone_apart(opened):
+    key(opened, Qt.Key.Key_T)
+    at = opened.viewport.rect().center() + QPoint(-60, 0)
+    click(opened.viewport, at)
+    assert len(opened.studio.tool.vertices) == 1
+    turn(opened)
+    turned = view(opened)
+    key(opened, Qt.Key.Key_Z, driver.CTRL)
+    assert not opened.studio.tool.open
+    assert np.allclose(view(opened), turned), "undo of a pick leaves the view"
+    click(opened.viewport, at)
+    assert len(opened.studio.tool.vertices) == 1
+    back(opened)
+    assert not np.allclose(view(opened), turned)
+    assert len(opened.studio.tool.vertices) == 1, "back in the view leaves the pick"
+
+
+def test_another_project_has_no_earlier_view(opened):
+    turn(opened)
+    opened.studio.new_project()
+    rest(opened)
+    assert not opened.actions_table.all["view_back"].isEnabled()
+    assert not opened.actions_table.all["view_forward"].isEnabled()

@@ -1,0 +1,247 @@
+"""Undo and redo name what they took back or brought, and Esc is a step among the others."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+from PySide6.QtWidgets import QApplication
+
+from tests.geometry.test_brush import centre_of, grid
+from tests.samples import ZIGZAG
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.tools.patch import PatchTool
+
+MESH = grid(41, 4.0, rough=0.01)
+
+
+@pytest.fixture
+def cliff(window, studio):
+    """A model that is open, and all that is said."""
+    add_cliff(studio)
+    studio.models["m1"] = SimpleNamespace(surface=surface_of(MESH), data=MESH)
+    studio.models["m1"].surface.build()
+    return studio
+
+
+def click(studio, point, **more) -> None:
+    hit = Hit("m1", "face", 0, tuple(map(float, point)))
+    studio.pointer(PointerEvent(Pointer.CLICK, 0, 0, Button.LEFT, hit=hit, **more))
+
+
+def dab(studio, face: int, kind: Pointer = Pointer.CLICK) -> None:
+    hit = Hit("m1", "face", face, tuple(centre_of(MESH, face)))
+    studio.pointer(PointerEvent(kind, 0, 0, Button.LEFT, hit=hit))
+
+
+def run(window, name: str) -> str:
+    """Run a command as its key does; the status line afterwards."""
+    window.actions_table.run(name)
+    QApplication.processEvents()
+    return window.statusBar().currentMessage()
+
+
+def texts(window) -> tuple[str, str]:
+    actions = window.actions_table.all
+    return actions["undo"].text(), actions["redo"].text()
+
+
+# --- what is said ----------------------------------------------------------------------------
+def test_undo_and_redo_name_the_edit_in_menu_and_status_line(window, cliff):
+    add_bed(cliff, "t1")
+    assert texts(window) == ("&Undo Bedding trace B01", "&Redo")
+    assert run(window, "undo") == "Undone: Bedding trace B01"
+    assert texts(window) == ("&Undo Open model cliff", "&Redo Bedding trace B01")
+    assert run(window, "redo") == "Redone: Bedding trace B01"
+    cliff.selection.set(["t1"])
+    cliff.delete_selected()
+    assert texts(window)[0] == "&Undo Delete B01"
+    assert run(window, "undo") == "Undone: Delete B01"
+    assert any(notice.text == "Undone: Delete B01" for notice in cliff.notices)
+
+
+def test_a_measurement_is_named_as_what_it_is(window, cliff):
+    cliff.activate("measure")
+    for point in ZIGZAG[:2]:
+        click(cliff, point)
+    assert run(window, "undo") == "Undone: Distance D01"
+    assert texts(window)[1] == "&Redo Distance D01"
+
+
+def test_an_ampersand_in_a_name_is_no_key_of_the_menu(window, cliff):
+    add_bed(cliff, "t1", name="Smith & Sons")
+    action = window.actions_table.all["undo"]
+    assert action.text() == "&Undo Bedding trace Smith && Sons"
+    assert "Undo Bedding trace Smith & Sons" in action.toolTip()
+
+
+def test_points_of_an_open_trace_are_named(window, cliff):
+    cliff.activate("trace")
+    for point in ZIGZAG[:4]:
+        click(cliff, point)
+    tool = cliff.open_tool
+    assert run(window, "undo") == "Undone: Point 4"
+    tool.move_vertex(0, (0.1, 0.0, 0.0))
+    assert run(window, "undo") == "Undone: Move a point"
+    tool.delete_vertex(1)
+    assert run(window, "undo") == "Undone: Delete a point"
+    assert tool.vertices == ZIGZAG[:3]
+
+
+def test_nothing_is_said_where_nothing_can_be_undone(window, studio):
+    said = []
+    studio.notice.connect(said.append)
+    studio.undo()
+    studio.redo()
+    assert said == []
+    assert texts(window) == ("&Undo", "&Redo")
+
+
+# --- Esc is a step ---------------------------------------------------------------------------
+@pytest.mark.parametrize("name", ["trace", "line", "measure"])
+def test_undo_right_after_esc_brings_the_open_picks_back(window, cliff, name):
+    cliff.activate(name)
+    if name == "measure":
+        cliff.tool.choose(kind="polyline")
+    for point in ZIGZAG[:5]:
+        click(cliff, point)
+    tool, draft = cliff.tool, cliff.session.draft.state
+    run(window, "cancel")
+    assert not tool.open
+    assert cliff.session.draft is None
+    assert texts(window)[0] == f"&Undo Discard the open {name}"
+    assert run(window, "undo") == f"Undone: Discard the open {name}"
+    assert tool.open
+    assert tool.vertices == ZIGZAG[:5]
+    assert cliff.session.draft.state == draft, "a crash now would lose the picks"
+    # Forth and back as often as one likes, and each point is still a step of its own.
+    assert run(window, "redo") == f"Redone: Discard the open {name}"
+    assert not tool.open
+    run(window, "undo")
+    run(window, "undo")
+    assert tool.vertices == ZIGZAG[:4]
+    assert texts(window)[1] == "&Redo", "what was brought back has been changed since"
+    run(window, "finish")
+    assert cliff.session.features()[-1].vertices == ZIGZAG[:4]
+
+
+def test_a_discarded_trace_lies_between_the_edits_before_and_after(window, cliff):
+    add_bed(cliff, "t1")
+    cliff.activate("trace")
+    for point in ZIGZAG[:3]:
+        click(cliff, point)
+    run(window, "cancel")
+    add_bed(cliff, "t2")
+    assert run(window, "undo") == "Undone: Bedding trace B02"
+    assert run(window, "undo") == "Undone: Discard the open trace"
+    assert cliff.tool.vertices == ZIGZAG[:3]
+    for left in (2, 1, 0):
+        run(window, "undo")
+        assert len(cliff.tool.vertices) == left
+    assert run(window, "undo") == "Undone: Bedding trace B01"
+    assert not cliff.session.of(Trace)
+
+
+def test_undoing_the_only_point_does_not_bring_it_back_again(window, cliff):
+    cliff.activate("trace")
+    click(cliff, ZIGZAG[0])
+    assert run(window, "undo") == "Undone: Point 1"
+    assert texts(window)[0] == "&Undo Open model cliff"
+
+
+def test_the_only_point_comes_back_after_it_was_deleted(window, cliff):
+    cliff.activate("trace")
+    click(cliff, ZIGZAG[0])
+    cliff.tool.delete_vertex(0)
+    run(window, "undo")
+    assert cliff.tool.vertices == ZIGZAG[:1]
+
+
+def test_a_continued_trace_comes_back_as_continued(window, cliff):
+    bed = add_bed(cliff, "t1")
+    cliff.activate("trace")
+    cliff.tool.continue_feature("t1")
+    assert texts(window)[0] == "&Undo Continue B01"
+    click(cliff, (6.0, 0.0, 3.0))
+    run(window, "cancel")
+    run(window, "undo")
+    assert cliff.tool.continued
+    assert cliff.tool.vertices == (*bed.vertices, (6.0, 0.0, 3.0))
+    run(window, "finish")
+    assert cliff.records["t1"].vertices == (*bed.vertices, (6.0, 0.0, 3.0))
+    assert len(cliff.session.of(Trace)) == 1
+
+
+def test_undo_ends_continuing_before_it_reaches_the_feature_itself(window, cliff):
+    add_bed(cliff, "t1")
+    cliff.activate("trace")
+    cliff.tool.continue_feature("t1")
+    assert run(window, "undo") == "Undone: Continue B01"
+    assert not cliff.tool.open
+    assert "t1" in cliff.records
+
+
+def test_esc_discards_nothing_of_a_continued_trace_that_was_not_changed(window, cliff):
+    add_bed(cliff, "t1")
+    cliff.activate("trace")
+    cliff.tool.continue_feature("t1")
+    run(window, "cancel")
+    assert run(window, "undo") == "Undone: Bedding trace B01"
+
+
+def test_the_tool_comes_back_with_its_feature(window, cliff):
+    cliff.activate("line")
+    for point in ZIGZAG[:2]:
+        click(cliff, point)
+    run(window, "cancel")
+    cliff.activate("navigate")
+    run(window, "undo")
+    assert cliff.tool_name == "line"
+    assert cliff.tool.vertices == ZIGZAG[:2]
+
+
+def test_another_project_knows_nothing_of_what_was_discarded(window, cliff):
+    cliff.activate("trace")
+    click(cliff, ZIGZAG[0])
+    run(window, "cancel")
+    cliff.new_project()
+    assert texts(window) == ("&Undo", "&Redo")
+    cliff.undo()
+    assert cliff.open_tool is None
+
+
+# --- patches ---------------------------------------------------------------------------------
+def test_undo_after_esc_brings_the_patch_back_into_the_brush(window, cliff):
+    cliff.activate("patch")
+    tool = cliff.tool_of(PatchTool)
+    tool.set_radius(0.3)
+    dab(cliff, 900)
+    dab(cliff, 960)
+    painted = tool.current
+    run(window, "cancel")
+    assert tool.current is None
+    assert run(window, "undo") == f"Undone: Delete {painted.name}"
+    assert tool.current == painted
+    dab(cliff, 1000)
+    (patch,) = cliff.session.of(Patch)
+    assert patch.n > painted.n, "the next stroke goes on with it"
+
+
+def test_a_stroke_that_esc_discarded_is_painted_by_undo(window, cliff):
+    cliff.activate("patch")
+    tool = cliff.tool_of(PatchTool)
+    tool.set_radius(0.3)
+    dab(cliff, 900, Pointer.DRAG_START)
+    dab(cliff, 960, Pointer.DRAG_MOVE)
+    assert not window.actions_table.all["undo"].isEnabled(), "a stroke is let go or kept first"
+    run(window, "cancel")
+    assert not cliff.session.of(Patch)
+    assert run(window, "undo") == "Undone: Discard the stroke"
+    (patch,) = cliff.session.of(Patch)
+    assert tool.current == patch
+    run(window, "undo")
+    assert not cliff.session.of(Patch)

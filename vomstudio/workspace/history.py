@@ -1,0 +1,119 @@
+"""Undo and redo over everything that the user does: steps of an open feature, unfinished features
+that were discarded, and edits of the document. Each says what it took back or brought."""
+
+from __future__ import annotations
+
+from vomstudio.tools.open_steps import Discarded
+from vomstudio.words import tr
+from vomstudio.workspace.editing import Editing
+from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.projects import Projects
+from vomstudio.workspace.tool_host import ToolHost
+
+_LONGEST = 100
+
+
+class History:
+    """A discarded feature lies between two edits of the document, and comes back when undo has come
+    to the place where it was discarded."""
+
+    def __init__(
+        self, projects: Projects, editing: Editing, tools: ToolHost, notices: Notices
+    ) -> None:
+        self._projects, self._editing = projects, editing
+        self._tools, self._notices = tools, notices
+        self._discarded: list[tuple[int, Discarded]] = []
+        self._brought_back: tuple[int, Discarded] | None = None
+        tools.let_go.connect(self._let_go)
+
+    def forget(self) -> None:
+        """Another project takes the place of this one."""
+        self._discarded.clear()
+        self._brought_back = None
+
+    def _let_go(self, discarded: Discarded) -> None:
+        self._discarded = [*self._discarded[1 - _LONGEST :], (self._top, discarded)]
+        self._brought_back = None
+
+    @property
+    def _top(self) -> int:
+        return self._projects.session.top
+
+    def _to_bring_back(self) -> Discarded | None:
+        """What was discarded last, where no edit was made since and nothing else is open."""
+        if self._tools.open_tool is not None or not self._discarded:
+            return None
+        top, discarded = self._discarded[-1]
+        return discarded if top == self._top else None
+
+    def _to_discard_again(self) -> Discarded | None:
+        if self._brought_back is None:
+            return None
+        top, discarded = self._brought_back
+        return discarded if top == self._top and discarded.untouched() else None
+
+    # --- back --------------------------------------------------------------------------------
+    @property
+    def undo_label(self) -> str | None:
+        """What would be undone; None where there is nothing."""
+        tool = self._tools.open_tool
+        if tool is not None and (tool.paints or tool.undo_label is not None):
+            # What is being painted is let go or kept first: it is no step yet.
+            return tool.undo_label
+        if (discarded := self._to_bring_back()) is not None:
+            return discarded.label
+        return self._projects.session.undo_label
+
+    def undo(self) -> None:
+        """Undo the last step of the unfinished feature, else bring back the one that was discarded
+        last, else undo the last edit."""
+        label, discarded = self.undo_label, self._to_bring_back()
+        tool = self._tools.open_tool
+        if label is None:
+            return
+        if tool is not None and tool.undo_label is not None:
+            done = tool.undo()
+        elif discarded is not None:
+            done = self._bring_back(discarded)
+        else:
+            done = self._editing.undo()
+        if done:
+            self._notices.info(tr("Undone: {edit}", edit=step_words(label)))
+
+    def _bring_back(self, discarded: Discarded) -> bool:
+        entry = self._discarded.pop()
+        self._tools.activate(discarded.tool)
+        if not discarded.bring_back():
+            self._discarded.append(entry)
+            return False
+        self._brought_back = entry
+        return True
+
+    # --- forth -------------------------------------------------------------------------------
+    @property
+    def redo_label(self) -> str | None:
+        """What would be redone; None where there is nothing."""
+        if (tool := self._tools.open_tool) is not None and tool.paints:
+            return None
+        if (discarded := self._to_discard_again()) is not None:
+            return discarded.label
+        return self._projects.session.redo_label
+
+    def redo(self) -> None:
+        """Discard again what undo has just brought back, else redo the last undone edit."""
+        label = self.redo_label
+        if label is None:
+            return
+        if self._to_discard_again() is not None:
+            self._tools.cancel()
+            done = True
+        else:
+            done = self._editing.redo()
+        if done:
+            self._notices.info(tr("Redone: {edit}", edit=step_words(label)))
+
+
+def step_words(label: str) -> str:
+    """The label of a step as undo and redo name it: what was added is named itself."""
+    words = label.removeprefix("Add ")
+    return words[:1].upper() + words[1:]
