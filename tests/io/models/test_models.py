@@ -106,7 +106,10 @@ def test_a_description_has_the_promised_keys_and_is_json(tmp_path: Path) -> None
         assert key in told
     assert told["bounds"] == [[1, 2, 3], [4, 6, 3]]
     assert (told["kind"], told["points"], told["faces"]) == ("mesh", 3, 1)
-    assert told["resolution_m"] == pytest.approx(4.0)
+    # An OBJ file states no unit.
+    assert told["units"] == ["unknown"] * 3
+    assert told["resolution_m"] is None
+    assert told["resolution"] == pytest.approx(4.0)
     assert len(told["warnings"]) == 1
 
 
