@@ -93,6 +93,16 @@ def test_the_legend_counts_each_set_and_words_each_mean() -> None:
     assert [text.split()[0] for text in texts[2:]] == ["Mean", "Mean"]
 
 
+def test_the_legend_stands_in_the_room_beside_the_net() -> None:
+    ax = drawn()
+    ax.figure.canvas.draw()
+    legend, net = ax.get_legend().get_window_extent(), ax.get_window_extent()
+    assert net.x1 <= legend.x0
+    assert legend.x0 - net.x1 < 0.12 * net.width
+    assert legend.x1 <= ax.figure.bbox.x1
+    assert 0 <= legend.y0 < legend.y1 <= ax.figure.bbox.y1
+
+
 @pytest.mark.parametrize("method", DENSITY_METHODS)
 def test_contours_are_those_of_the_library(method: str) -> None:
     """Joe Kington's mplstereonet counts by itself, over a grid of the same places."""
