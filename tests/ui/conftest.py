@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import pytest
 from PySide6.QtWidgets import QApplication
@@ -12,6 +13,7 @@ from tests.samples import ZIGZAG
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model
+from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.settings import read_settings
 from vomstudio.ui.shell.main_window import MainWindow
 
@@ -42,6 +44,13 @@ def add_cliff(studio, frame: Frame | None = None) -> None:
     assert studio.attempt(edits.add_model, cliff(frame))
     studio.notices = []
     studio.notice.connect(studio.notices.append)
+
+
+def add_open_cliff(studio, mesh) -> None:
+    """A model with a surface to paint and click on, and all that is said."""
+    add_cliff(studio)
+    studio.models["m1"] = SimpleNamespace(surface=surface_of(mesh), data=mesh)
+    studio.models["m1"].surface.build()
 
 
 def add_bed(studio, id_="t1", name="", dip=0.5, vertices=None, **more) -> Trace:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.geometry.test_brush import centre_of, grid
-from tests.ui.conftest import add_bed, add_cliff
+from tests.ui.conftest import add_bed, add_open_cliff
 from vomstudio.document.kinds.patch import Patch
-from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.tools.patch import PatchTool
 from vomstudio.tools.trace import TraceTool
@@ -25,9 +22,7 @@ MESH = grid(41, 4.0, rough=0.01)
 @pytest.fixture
 def painting(window, studio):
     """A model that is open, and the brush in hand."""
-    add_cliff(studio)
-    studio.models["m1"] = SimpleNamespace(surface=surface_of(MESH), data=MESH)
-    studio.models["m1"].surface.build()
+    add_open_cliff(studio, MESH)
     studio.activate("patch")
     studio.tool_of(PatchTool).set_radius(0.3)
     return studio

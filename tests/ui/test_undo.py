@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import pytest
 from PySide6.QtWidgets import QApplication
 
 from tests.geometry.test_brush import centre_of, grid
 from tests.samples import ZIGZAG
-from tests.ui.conftest import add_bed, add_cliff
+from tests.ui.conftest import add_bed, add_open_cliff
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.tools.patch import PatchTool
 
@@ -22,9 +19,7 @@ MESH = grid(41, 4.0, rough=0.01)
 @pytest.fixture
 def cliff(window, studio):
     """A model that is open, and all that is said."""
-    add_cliff(studio)
-    studio.models["m1"] = SimpleNamespace(surface=surface_of(MESH), data=MESH)
-    studio.models["m1"].surface.build()
+    add_open_cliff(studio, MESH)
     return studio
 
 

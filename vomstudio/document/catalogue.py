@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.document.figures import Figure, Form, Subject
+from vomstudio.document.figures import Figure, Subject
+from vomstudio.document.figures import figure_in_degrees as _degrees
+from vomstudio.document.figures import figure_in_metres as _metres
+from vomstudio.document.figures import figure_in_words as _text
 from vomstudio.document.measurement import Floats
 from vomstudio.document.records import OnAModel
 from vomstudio.document.slip_figures import SLIP
@@ -160,20 +163,6 @@ def _to_pick(s: Subject) -> float | None:
 
 def _measured(name: str) -> Value:
     return lambda s: getattr(s.measured, name)
-
-
-def _text(name: str, title: str, explanation: str, value: Value, **more: Any) -> Figure:
-    return Figure(name, title, explanation, value, "text", **more)
-
-
-def _degrees(
-    name: str, title: str, explanation: str, value: Value, form: Form = "error", **more: Any
-) -> Figure:
-    return Figure(name, title, explanation, value, form, "deg", **more)
-
-
-def _metres(name: str, title: str, explanation: str, value: Value, **more: Any) -> Figure:
-    return Figure(name, title, explanation, value, "length", "m", **more)
 
 
 def _shown_quality(s: Subject) -> str:

@@ -93,6 +93,29 @@ class Figure:
                 return degrees(value)
 
 
+def figure_in_words(
+    name: str, title: str, explanation: str, value: Callable[[Subject], Any], **more: Any
+) -> Figure:
+    return Figure(name, title, explanation, value, "text", **more)
+
+
+def figure_in_degrees(
+    name: str,
+    title: str,
+    explanation: str,
+    value: Callable[[Subject], Any],
+    form: Form = "error",
+    **more: Any,
+) -> Figure:
+    return Figure(name, title, explanation, value, form, "deg", **more)
+
+
+def figure_in_metres(
+    name: str, title: str, explanation: str, value: Callable[[Subject], Any], **more: Any
+) -> Figure:
+    return Figure(name, title, explanation, value, "length", "m", **more)
+
+
 def degrees(value: float | None) -> str:
     """An error: two digits that mean something."""
     if value is None:

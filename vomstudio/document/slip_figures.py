@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from vomstudio.document.figures import Figure, Subject
+from vomstudio.document.figures import Subject, figure_in_degrees, figure_in_words
 from vomstudio.document.records import Feature
 from vomstudio.geology.slip import CONFIDENCES, SENSES
 from vomstudio.words import to_translate as _
@@ -42,71 +42,64 @@ def _of_plane(name: str) -> Callable[[Subject], Any]:
     return lambda s: None if s.measured.on_plane is None else getattr(s.measured.on_plane, name)
 
 
-RAKE = Figure(
+RAKE = figure_in_degrees(
     "rake_deg",
     _("Rake"),
     _("Rake of a line in its plane: 0 to 180 from the right-hand-rule strike, 90 down the dip"),
     lambda s: s.measured.rake_deg,
     "angle",
-    "deg",
     short="rake",
     words=("rake",),
 )
-SLIP_RAKE = Figure(
+SLIP_RAKE = figure_in_degrees(
     "slip_rake_deg",
     _("Slip rake"),
     _("Rake of the hanging wall's movement: -180 to 180, positive where reverse, 0 sinistral"),
     lambda s: s.measured.slip_rake_deg,
     "angle",
-    "deg",
     short="slip_rake",
     words=("slip_rake",),
 )
-SLIP_SENSE = Figure(
+SLIP_SENSE = figure_in_words(
     "slip_sense",
     _("Slip"),
     _("Sense of slip as seen on the plane: normal, reverse, sinistral or dextral"),
     _sense,
-    "text",
     short="slip_sense",
     words=("slip",),
     shown=_sense_in_words,
 )
-SLIP_CONFIDENCE = Figure(
+SLIP_CONFIDENCE = figure_in_words(
     "slip_confidence",
     _("Slip is"),
     _("How sure the sense of slip is: certain, probable or supposed"),
     _confidence,
-    "text",
     short="slip_conf",
     words=("slip_confidence",),
     shown=_confidence_in_words,
 )
-ON_PLANE = Figure(
+ON_PLANE = figure_in_words(
     "on_plane",
     _("On plane"),
     _("Plane on which the line lies"),
     _on_plane,
-    "text",
     short="on_plane",
     words=("on_plane",),
 )
-ON_PLANE_DIP_DIRECTION = Figure(
+ON_PLANE_DIP_DIRECTION = figure_in_degrees(
     "on_plane_dip_direction_deg",
     _("Its dip dir."),
     _("Dip direction of the plane on which the line lies"),
     _of_plane("dip_direction_deg"),
     "azimuth",
-    "deg",
     short="onplane_dd",
 )
-ON_PLANE_DIP = Figure(
+ON_PLANE_DIP = figure_in_degrees(
     "on_plane_dip_deg",
     _("Its dip"),
     _("Dip of the plane on which the line lies"),
     _of_plane("dip_deg"),
     "angle",
-    "deg",
     short="onplanedip",
 )
 

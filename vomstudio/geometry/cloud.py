@@ -44,6 +44,15 @@ class PointCloud:
         """Points of the whole file."""
         return len(self.points)
 
+    def of_rows(self, rows: npt.NDArray[np.int64] | npt.NDArray[np.bool_] | slice) -> PointCloud:
+        """These points alone, with all their values; in no arrangement, which is of all."""
+        return PointCloud(
+            self.points[rows],
+            None if self.colors is None else self.colors[rows],
+            None if self.normals is None else self.normals[rows],
+            {name: values[rows] for name, values in self.fields.items()},
+        )
+
     def position(self, row: int) -> npt.NDArray[np.float64]:
         """(3,) of a point by its row in the file."""
         return np.asarray(self.points[row], np.float64)

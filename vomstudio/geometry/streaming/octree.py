@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -295,15 +295,6 @@ def parts_of(cloud: PointCloud, counts: Iterable[int]) -> list[PointCloud]:
     """A cloud in runs of so many points, which share its memory."""
     out, at = [], 0
     for count in counts:
-        rows = slice(at, at + count)
-        out.append(
-            replace(
-                cloud,
-                points=cloud.points[rows],
-                colors=None if cloud.colors is None else cloud.colors[rows],
-                normals=None if cloud.normals is None else cloud.normals[rows],
-                fields={name: values[rows] for name, values in cloud.fields.items()},
-            )
-        )
+        out.append(cloud.of_rows(slice(at, at + count)))
         at += count
     return out

@@ -84,13 +84,7 @@ def _of_copc(path: Path, count: int) -> PointCloud | None:
         cloud = file.read(file.overview(count))
     if not len(cloud.points):
         return None
-    rows = _spread(len(cloud.points), count)
-    return PointCloud(
-        cloud.points[rows],
-        None if cloud.colors is None else cloud.colors[rows],
-        None,
-        {name: values[rows] for name, values in cloud.fields.items()},
-    )
+    return cloud.of_rows(_spread(len(cloud.points), count))
 
 
 def _spread(n: int, count: int) -> Array:

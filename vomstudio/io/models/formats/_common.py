@@ -198,12 +198,7 @@ def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> Point
             n_bad,
         )
     )
-    return PointCloud(
-        cloud.points[finite],
-        None if cloud.colors is None else cloud.colors[finite],
-        None if cloud.normals is None else cloud.normals[finite],
-        {name: values[finite] for name, values in cloud.fields.items()},
-    )
+    return cloud.of_rows(finite)
 
 
 class Columns:

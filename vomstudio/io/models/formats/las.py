@@ -240,22 +240,19 @@ def _without(cloud: PointCloud, withheld: Array, path: Path, said: list[str]) ->
             tr("All points are marked as withheld. Export the file again with those to be used."),
             file=path,
         )
-    rows = stand_ins(withheld) if is_copc(path) else np.flatnonzero(np.logical_not(withheld))
+    if is_copc(path):
+        said.append(withheld_hidden())
+        rows = stand_ins(withheld)
+        assert rows is not None
+        return cloud.of_rows(rows)
     said.append(
-        withheld_hidden()
-        if is_copc(path)
-        else tr_n(
+        tr_n(
             "{count:,} point left out that the file marks as withheld.",
             "{count:,} points left out that the file marks as withheld.",
             count,
         )
     )
-    return PointCloud(
-        cloud.points[rows],
-        None if cloud.colors is None else cloud.colors[rows],
-        None,
-        {name: values[rows] for name, values in cloud.fields.items()},
-    )
+    return cloud.of_rows(np.logical_not(withheld))
 
 
 READER = Reader(to_translate("LAS/LAZ point cloud"), (".las", ".laz"), matches, read)
