@@ -91,9 +91,7 @@ def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
     return float(4.0 * np.sqrt(fit.trace * np.sqrt(l1 * l2)))
 
 
-def resolution_tilt_deg(
-    fit: PlaneFit, resolution_m: float | None, kind: Kind = "trace"
-) -> float | None:
+def resolution_tilt_deg(fit: PlaneFit, resolution_m: float | None) -> float | None:
     """By how much the model's resolution can tilt a plane, in degrees: half of the spacing of its
     points over the shorter axis of the feature. None where either is unknown."""
     if resolution_m is None or not resolution_m > 0.0 or fit.trace is None:
@@ -112,7 +110,7 @@ def total_error_deg(
     angle = confidence_that_counts_deg(fit, kind)
     if angle is None:
         return None
-    return max(angle, resolution_tilt_deg(fit, resolution_m, kind) or 0.0)
+    return max(angle, resolution_tilt_deg(fit, resolution_m) or 0.0)
 
 
 def judge(
@@ -156,9 +154,10 @@ def judge(
         elif ratio < thresholds.extent_over_resolution:
             notes.append(
                 tr(
-                    "The extent is {number} times the resolution of the model ({wanted:g} "
+                    "The extent is {number:g} times the resolution of the model ({wanted:g} "
                     "recommended).",
-                    number=_number(ratio),
+                    # Rounded down: never the recommended figure itself.
+                    number=np.floor(10.0 * ratio) / 10.0 if ratio < 10.0 else np.floor(ratio),
                     wanted=thresholds.extent_over_resolution,
                 )
             )
