@@ -78,6 +78,14 @@ def test_a_missing_file_is_named_with_the_nearest(here: Path, run: Any) -> None:
     assert "window takes files and folders" in run("cliff.obj", "--force").err
 
 
+def test_a_name_that_no_system_takes_is_a_sentence(here: Path, run: Any) -> None:
+    for name in ("a" * 5000, "a/" * 3000 + "b.obj", "a\0b.obj"):
+        assert not is_for_window([name])
+        done = run(name)
+        assert (done.code, done.out) == (2, "")
+        assert "Traceback" not in done.err
+
+
 def test_the_program_answers_so_without_a_screen(here: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "vomstudio", "stereonett"],

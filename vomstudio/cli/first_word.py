@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -18,9 +18,9 @@ COMMANDS = (
 
 def is_for_window(words: Sequence[str]) -> bool:
     """Whether the window opens: without words, or with files and folders that are there."""
-    return all(not word.startswith("-") and Path(word).exists() for word in words) and (
-        not words or words[0] not in COMMANDS
-    )
+    if words and words[0] in COMMANDS:
+        return False
+    return all(not word.startswith("-") and _is_there(word) for word in words)
 
 
 def check_first_word(words: Sequence[str]) -> None:
@@ -36,7 +36,7 @@ def check_first_word(words: Sequence[str]) -> None:
         )
     if missing != words[0] or _looks_like_a_path(missing):
         raise UsageError(_no_such_file(missing), file=missing)
-    nearest = difflib.get_close_matches(missing.casefold(), COMMANDS, 1, 0.6)
+    nearest = _nearest(missing.casefold(), COMMANDS)
     commands = ", ".join(COMMANDS)
     if nearest:
         raise UsageError(
@@ -44,7 +44,7 @@ def check_first_word(words: Sequence[str]) -> None:
                 "'{word}' is neither a command nor a file. Did you mean '{nearest}'? The commands "
                 "are: {commands}. See vomstudio --help.",
                 word=missing,
-                nearest=nearest[0],
+                nearest=nearest,
                 commands=commands,
             ),
             field="COMMAND",
@@ -61,7 +61,19 @@ def check_first_word(words: Sequence[str]) -> None:
 
 
 def _may_be_meant(word: str) -> bool:
-    return word.startswith("-") or Path(word).exists()
+    return word.startswith("-") or _is_there(word)
+
+
+def _is_there(word: str) -> bool:
+    # pathlib raises for names that are too long, and where a folder may not be entered.
+    return os.path.exists(word)
+
+
+def _nearest(word: str, names: Sequence[str]) -> str | None:
+    import difflib
+
+    found = difflib.get_close_matches(word, names, 1, 0.6)
+    return found[0] if found else None
 
 
 def _looks_like_a_path(word: str) -> bool:
@@ -74,10 +86,10 @@ def _no_such_file(word: str) -> str:
         beside = sorted(other.name for other in path.parent.iterdir())
     except OSError:
         return tr("The folder of this file does not exist. Check its name.")
-    nearest = difflib.get_close_matches(path.name, beside, 1, 0.6)
+    nearest = _nearest(path.name, beside)
     if nearest:
         return tr(
             "There is no such file or folder. Did you mean '{nearest}'?",
-            nearest=path.with_name(nearest[0]),
+            nearest=path.with_name(nearest),
         )
     return tr("There is no such file or folder. Check its name.")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
-import subprocess
 import sys
 from typing import Any
 
@@ -67,6 +65,9 @@ def _versions() -> dict[str, Any]:
 
 def _graphics() -> dict[str, str] | None:
     """Asked in a process of its own, since a broken driver ends it; None where there is none."""
+    import json
+    import subprocess
+
     command = [sys.executable, "-P", "-m", "vomstudio", "--graphics"]
     try:
         said = subprocess.run(

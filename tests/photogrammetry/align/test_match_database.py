@@ -93,6 +93,14 @@ def test_every_question_leaves_the_locks_of_an_open_database_alone(made, tmp_pat
         assert match_database.compared(database) == 2
 
 
+def test_what_fails_while_the_database_is_open_is_not_blamed_on_it(made) -> None:
+    path, _ = made
+    with pytest.raises(RuntimeError, match="no graphics"), match_database.opened(path):
+        raise RuntimeError("no graphics")
+    with pytest.raises(InputError, match="no graphics"), match_database.reading(path):
+        raise RuntimeError("no graphics")
+
+
 def test_what_is_no_database_is_named(tmp_path: Path) -> None:
     path = tmp_path / "database.db"
     with pytest.raises(InputError, match="no matches") as raised:

@@ -129,22 +129,35 @@ def _is_sound(path: Path) -> bool:
 
 
 @contextmanager
-def reading(path: Path) -> Iterator[Any]:
-    """The database, for questions to it. It may be read while COLMAP writes (write-ahead log).
-    Raises InputError without a sound database."""
+def opened(path: Path) -> Iterator[Any]:
+    """The database. It may be read while COLMAP writes (write-ahead log). Raises InputError without
+    a database; what happens while it is open is not its own."""
     if not path.exists():
         raise InputError(tr("There are no matches. Align the photos first."), file=path)
     try:
         database = colmap().Database.open(path)
+    except RuntimeError as error:
+        raise _unreadable(path, error) from error
+    try:
+        yield database
+    finally:
+        database.close()
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[Any]:
+    """The database, for questions to it alone. Raises InputError without a sound database."""
+    with opened(path) as database:
         try:
             yield database
-        finally:
-            database.close()
-    except RuntimeError as error:
-        raise InputError(
-            tr("The matches cannot be read ({error}). Align the photos again.", error=error),
-            file=path,
-        ) from error
+        except RuntimeError as error:
+            raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: RuntimeError) -> InputError:
+    return InputError(
+        tr("The matches cannot be read ({error}). Align the photos again.", error=error), file=path
+    )
 
 
 def compared(database: Any) -> int:

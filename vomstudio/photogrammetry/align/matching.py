@@ -21,6 +21,7 @@ from vomstudio.photogrammetry.align.match_database import (
     compared,
     image_name,
     is_compared,
+    opened,
     reading,
 )
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
@@ -223,7 +224,7 @@ def match_pairs(
     # One call for all: it keeps the search trees of the photos from block to block.
     with (
         tempfile.TemporaryDirectory(prefix="vom-pairs-") as folder,
-        reading(path) as watched,
+        opened(path) as watched,
     ):
         before = compared(watched)
 
