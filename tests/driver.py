@@ -82,8 +82,7 @@ def dismiss(window: MainWindow) -> None:
 
 def tool_panel(window: MainWindow, kind: type[Panel]) -> Panel:
     """The panel of a tool, by its class."""
-    widgets = (dock.widget() for dock in window.docks.values())
-    return next(widget for widget in widgets if isinstance(widget, kind))
+    return window.tool_panel.panel(kind)
 
 
 def close(window: QWidget) -> None:

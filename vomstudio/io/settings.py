@@ -28,7 +28,8 @@ class Settings:
     planes_as: "discs", "symbols" or "neither" in 3-D. hidden_columns: of the table, by title.
     window: geometry and panels as the window system keeps them, base64. limits: those of the
     verdict's thresholds that the user has changed, by their name. point_budget: how many points of
-    a streamed cloud are held at most; a COPC file with more is streamed."""
+    a streamed cloud are held at most; a COPC file with more is streamed. theme: "light", "dark" or
+    "system"."""
 
     notation: str = "dipdir/dip"
     projection: str = "area"
@@ -40,6 +41,7 @@ class Settings:
     window: dict[str, str] = field(default_factory=dict)
     limits: dict[str, float] = field(default_factory=dict)
     point_budget: int = 5_000_000
+    theme: str = "system"
 
     @property
     def thresholds(self) -> Thresholds:

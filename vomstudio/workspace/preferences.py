@@ -35,6 +35,12 @@ class Preferences:
         self.recent_changed.emit()
         self._file.write_soon(self.settings)
 
+    def keep_window(self, window: dict[str, str]) -> None:
+        """Remember place and panels of the window soon: a crash must not take them."""
+        if window != self.settings.window:
+            self.settings.window = window
+            self._file.write_soon(self.settings)
+
     def mark_open(self, folder: Path, is_open: bool) -> None:
         """Note that a project is open, so that it is offered after a crash."""
         name = str(folder.resolve())

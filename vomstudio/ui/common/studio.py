@@ -61,6 +61,7 @@ class Studio(QObject):
         self.save, self.save_as, self.discard = w.projects.save, w.projects.save_as, w.discard
         self.offer_recovery, self.close = w.offer_recovery, w.close
         self.remember, self.keep_settings = w.preferences.remember, w.preferences.keep
+        self.keep_window = w.preferences.keep_window
 
         self.apply, self.attempt = w.editing.apply, w.editing.attempt
         self.undo, self.redo = w.history.undo, w.history.redo

@@ -1,15 +1,17 @@
-"""Icons, badges and sizes that every panel shares."""
+"""The theme, icons, badges and sizes that every panel shares."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QColor,
     QFont,
     QIcon,
+    QIconEngine,
     QPainter,
     QPalette,
     QPen,
@@ -17,22 +19,133 @@ from PySide6.QtGui import (
     QPixmapCache,
     QPolygonF,
 )
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 
 from vomstudio.words import to_translate
 
 
-def icon(name: str) -> QIcon:
-    """A Material Design icon in the palette's text colour."""
+def use(name: str) -> None:
+    """Light, dark, or as the system has it. name : "light", "dark" or "system" """
+    application = QApplication.instance()
+    assert isinstance(application, QApplication)
+    schemes = {"light": Qt.ColorScheme.Light, "dark": Qt.ColorScheme.Dark}
+    scheme = schemes.get(name, Qt.ColorScheme.Unknown)
+    application.setPalette(QPalette())
+    application.styleHints().setColorScheme(scheme)
+    if name in schemes and is_dark() != (name == "dark"):
+        # Not every desktop lets a program have a scheme of its own.
+        application.setPalette(_palette(name == "dark"))
+
+
+def is_dark() -> bool:
+    """Whether texts are lighter than what they stand on."""
+    palette = QApplication.palette()
+    text, ground = QPalette.ColorRole.WindowText, QPalette.ColorRole.Window
+    return palette.color(text).lightness() > palette.color(ground).lightness()
+
+
+def _palette(dark: bool) -> QPalette:
+    """Qt works out shades, tooltips and what is disabled from these."""
+    button, window = ("#454545", "#323232") if dark else ("#efefef", "#efefef")
+    palette = QPalette(QColor(button), QColor(window))
+    role, group = QPalette.ColorRole, QPalette.ColorGroup
+    for each, color in (
+        (role.Base, "#242424" if dark else "#ffffff"),
+        (role.AlternateBase, "#2b2b2b" if dark else "#f7f7f7"),
+        (role.Highlight, "#3d7ab8" if dark else "#308cc6"),
+        (role.HighlightedText, "#ffffff"),
+        (role.Link, "#7db8ef" if dark else "#0057ae"),
+        (role.ToolTipBase, "#4a4a4a" if dark else "#ffffdc"),
+        (role.ToolTipText, "#ffffff" if dark else "#000000"),
+        (role.PlaceholderText, "#9a9a9a" if dark else "#707070"),
+    ):
+        palette.setColor(each, QColor(color))
+    for each in (role.Text, role.WindowText, role.ButtonText):
+        palette.setColor(group.Disabled, each, QColor("#8c8c8c"))
+    return palette
+
+
+def toggles_sheet() -> str:
+    """Style sheet in which what is switched on is plain to see, in light and in dark: filled and
+    framed in blue (Okabe-Ito), with texts and icons that keep their contrast."""
+    filled, framed, over = (
+        ("#1d5078", "#56b4e9", "#4a4a4a") if is_dark() else ("#bfdcf2", "#0072b2", "#dedede")
+    )
+    return (
+        "QToolBar QToolButton { border: 1px solid transparent; border-radius: 3px; padding: 3px; }"
+        f"QToolBar QToolButton:hover {{ background: {over}; }}"
+        "QToolBar QToolButton[popupMode='2'] { padding-right: 16px; }"
+        "QToolBar QToolButton::menu-indicator"
+        " { subcontrol-origin: padding; subcontrol-position: right center; right: 3px; }"
+        "QToolButton:checked, QPushButton:checked, QToolBar QToolButton:checked {"
+        f" background: {filled}; border: 1px solid {framed}; border-radius: 3px; padding: 3px; }}"
+    )
+
+
+class _Toggles(QObject):
+    """Keeps the style sheet of a window that of the theme."""
+
+    def __init__(self, window: QWidget) -> None:
+        super().__init__(window)
+        self._window, self._sheet = window, ""
+        window.installEventFilter(self)
+        self._follow()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.PaletteChange:
+            self._follow()
+        return False
+
+    def _follow(self) -> None:
+        sheet = toggles_sheet()
+        # Setting it changes the palette of the window again.
+        if sheet != self._sheet:
+            self._sheet = sheet
+            self._window.setStyleSheet(sheet)
+
+
+def show_toggles(window: QWidget) -> None:
+    """Make buttons that are switched on plain to see in a window, whatever the theme becomes."""
+    _Toggles(window)
+
+
+class _PaletteIcon(QIconEngine):
+    """A Material Design icon in the palette's colour of the moment, so that it follows the theme."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self._name = name
+
+    def paint(self, painter: QPainter, rect: QRect, mode: QIcon.Mode, state: QIcon.State) -> None:
+        palette = QApplication.palette()
+        if mode == QIcon.Mode.Disabled:
+            color = palette.color(QPalette.ColorGroup.Disabled, QPalette.ColorRole.ButtonText)
+        elif mode == QIcon.Mode.Selected:
+            color = palette.color(QPalette.ColorRole.HighlightedText)
+        else:
+            color = palette.color(QPalette.ColorRole.ButtonText)
+        _glyph(self._name, color.rgba()).paint(painter, rect)
+
+    def pixmap(self, size: QSize, mode: QIcon.Mode, state: QIcon.State) -> QPixmap:
+        made = QPixmap(size)
+        made.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(made)
+        self.paint(painter, QRect(QPoint(0, 0), size), mode, state)
+        painter.end()
+        return made
+
+
+@lru_cache(maxsize=512)
+def _glyph(name: str, rgba: int) -> QIcon:
     import qtawesome
 
-    palette = QApplication.palette()
-    made: QIcon = qtawesome.icon(
-        f"mdi6.{name}",
-        color=palette.color(QPalette.ColorRole.ButtonText),
-        color_disabled=palette.color(QPalette.ColorGroup.Disabled, QPalette.ColorRole.ButtonText),
-    )
+    made: QIcon = qtawesome.icon(f"mdi6.{name}", color=QColor.fromRgba(rgba))
     return made
+
+
+def icon(name: str) -> QIcon:
+    """A Material Design icon in the palette's text colour, whatever the theme becomes."""
+    return QIcon(_PaletteIcon(name))
 
 
 def verdict_icon(verdict: str | None) -> QIcon:

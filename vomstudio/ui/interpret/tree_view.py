@@ -12,6 +12,7 @@ from PySide6.QtCore import (
     QPoint,
     QSignalBlocker,
     Qt,
+    QTimer,
     Signal,
 )
 from PySide6.QtGui import (
@@ -22,6 +23,7 @@ from PySide6.QtGui import (
     QDragMoveEvent,
     QDropEvent,
     QPalette,
+    QResizeEvent,
 )
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QLabel, QTreeWidget, QTreeWidgetItem
 
@@ -31,6 +33,9 @@ ID = Qt.ItemDataRole.UserRole
 SORT = Qt.ItemDataRole.UserRole + 1
 NAME, ORIENTATION, SET = 0, 1, 2
 _SET_WIDTH = 80
+# Below that a set's name is a few dots.
+_LEAST_SET_WIDTH = 34
+_FIT_MS = 100
 _FEATURES_MIME = "application/x-vomstudio-features"
 # Above so many, one selection of ranges is quicker than one after the other.
 MANY = 20
@@ -68,6 +73,11 @@ class FeatureTree(QTreeWidget):
         header.setSectionResizeMode(ORIENTATION, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(SET, QHeaderView.ResizeMode.Fixed)
         header.resizeSection(SET, _SET_WIDTH)
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.setInterval(_FIT_MS)
+        self._soon.timeout.connect(self._fit_sets)
+        self.model().rowsInserted.connect(self._soon.start)
         # Of rows out of sight only so many are measured for the column's width.
         header.setResizeContentsPrecision(MANY)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
@@ -76,6 +86,18 @@ class FeatureTree(QTreeWidget):
             | QAbstractItemView.EditTrigger.SelectedClicked
         )
         self.setIndentation(14)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
+        super().resizeEvent(event)
+        # Rows are laid out later.
+        self._soon.start()
+
+    def _fit_sets(self) -> None:
+        """Names come first: sets have what names and orientations leave."""
+        header = self.header()
+        left = self.viewport().width() - header.sectionSize(ORIENTATION)
+        left -= self.sizeHintForColumn(NAME)
+        header.resizeSection(SET, 0 if left < _LEAST_SET_WIDTH else min(left, _SET_WIDTH))
 
     def edit(  # type: ignore[override]
         self,

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.fitting_texts import FittingTexts
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
@@ -30,6 +31,7 @@ from vomstudio.ui.photos.plan_view import PlanView
 from vomstudio.ui.photos.reconstruction_settings import QUALITIES
 from vomstudio.words import to_translate, tr, tr_n
 
+_LEAST_WIDTH = 360
 _THUMBNAIL = QSize(72, 48)
 _COLUMNS = (
     (to_translate("Photo"), ""),
@@ -111,7 +113,7 @@ class PhotosPanel(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
         layout.setSpacing(4)
-        layout.addLayout(self._make_header())
+        layout.addWidget(self._make_header())
         self._pages = QStackedWidget()
         self._pages.addWidget(self._make_empty())
         self._pages.addWidget(middle)
@@ -144,12 +146,16 @@ class PhotosPanel(QWidget):
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         return button
 
-    def _make_header(self) -> QHBoxLayout:
-        header = QHBoxLayout()
+    def _make_header(self) -> QWidget:
+        row = QWidget()
+        row.setMinimumWidth(_LEAST_WIDTH)
+        header = QHBoxLayout(row)
+        header.setContentsMargins(0, 0, 0, 0)
+        buttons = {}
         # Beside the list that it belongs to, one word says it.
         self._actions["open_photo"].setIconText(tr("Open"))
         for name in ("choose_photos", "open_photo", "make_settings", "make_model", "pause_model"):
-            button = self._button(name)
+            buttons[name] = button = self._button(name)
             if name == "make_settings":
                 # Its neighbours say what it belongs to.
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
@@ -165,7 +171,12 @@ class PhotosPanel(QWidget):
         header.addWidget(self._bar)
         header.addWidget(self._stage, 2)
         header.addWidget(self._verdict, 1)
-        return header
+        self._texts = FittingTexts(row, lambda: header.minimumSize().width())
+        # What is done most often keeps its words longest.
+        self._texts.drop([buttons["choose_photos"], self.results])
+        self._texts.drop([buttons["open_photo"], self._pause])
+        self._texts.drop([buttons["make_model"]])
+        return row
 
     def _make_table(self) -> QTableWidget:
         table = QTableWidget(0, len(_COLUMNS))
@@ -256,6 +267,7 @@ class PhotosPanel(QWidget):
         self._bar.setVisible(job is not None or survey.reading)
         self._stage.setVisible(job is not None)
         self._pause.setVisible(job is not None)
+        self._texts.again()
         if job is not None:
             self._bar.setRange(0, job.total or 0)
             self._bar.setValue(job.done)

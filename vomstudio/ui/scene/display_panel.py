@@ -46,6 +46,8 @@ if TYPE_CHECKING:
     from vomstudio.rendering.qt.display import Display
     from vomstudio.rendering.qt.viewport import Viewport
 
+# Of a field in the narrowest dock.
+_LEAST_WIDTH = 64
 _KIND_NAMES = {
     "diverging": to_translate("Diverging about zero"),
     "cyclic": to_translate("Cyclic"),
@@ -99,6 +101,7 @@ class DisplayPanel(QWidget):
             self.mode.addItem(tr(text), value)
         self.mode.activated.connect(self._mode_chosen)
         self.points = QDoubleSpinBox()
+        self.points.setMinimumWidth(_LEAST_WIDTH)
         self.points.setRange(0.0, 20.0)
         self.points.setDecimals(0)
         self.points.setSpecialValueText(tr("Automatic (fill gaps)"))
@@ -133,6 +136,7 @@ class DisplayPanel(QWidget):
             edit.editingFinished.connect(lambda e=edit, n=name: self._typed(e, n))
         self.first, self.last = QDoubleSpinBox(), QDoubleSpinBox()
         for spin in (self.first, self.last):
+            spin.setMinimumWidth(_LEAST_WIDTH)
             spin.setRange(0.0, 100.0)
             spin.setDecimals(1)
             spin.setSuffix(" %")
@@ -171,7 +175,7 @@ class DisplayPanel(QWidget):
             spin.setStepType(QDoubleSpinBox.StepType.DefaultStepType)
             spin.setKeyboardTracking(False)
             spin.setLocale(QLocale.c())
-            spin.setMinimumWidth(92)
+            spin.setMinimumWidth(_LEAST_WIDTH)
             spin.valueChanged.connect(lambda value, n=k: self._face_typed(n, value))
             self.faces.append(spin)
             grid.addWidget(spin, axis, 1 + side)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.outcrop_view import OutcropView
@@ -22,6 +23,11 @@ _NOTATIONS = (
     ("notation_dipdir", to_translate("Dip direction/dip (132/41)"), "dipdir/dip"),
     ("notation_strike", to_translate("Strike/dip, right-hand rule (042/41)"), "strike/dip"),
     ("notation_quadrant", to_translate("Quadrant (N42E 41SE)"), "quadrant"),
+)
+_THEMES = (
+    ("system", to_translate("As the &system has it")),
+    ("light", to_translate("&Light")),
+    ("dark", to_translate("&Dark")),
 )
 
 
@@ -80,4 +86,22 @@ def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]
         Command(name, tr(text), notation(value), checked=is_notation(value))
         for name, text, value in _NOTATIONS
     ]
-    return table
+    return table + _theme_commands(studio)
+
+
+def _theme_commands(studio: Studio) -> list[Command]:
+    def use(name: str) -> Callable[[], None]:
+        def choose() -> None:
+            studio.settings.theme = name
+            theme.use(name)
+            studio.keep_settings()
+
+        return choose
+
+    def is_used(name: str) -> Callable[[], bool]:
+        return lambda: studio.settings.theme == name
+
+    return [
+        Command(f"theme_{name}", tr(text), use(name), checked=is_used(name))
+        for name, text in _THEMES
+    ]

@@ -16,16 +16,18 @@ from PySide6.QtGui import (
     QKeySequence,
     QShortcut,
 )
-from PySide6.QtWidgets import QLabel, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QMainWindow, QWidget
 
 from vomstudio.document.records import Model
 from vomstudio.io.settings import Settings
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
-from vomstudio.ui.shell import thread_switching, window_state
+from vomstudio.ui.shell import thread_switching
 from vomstudio.ui.shell.background_imports import BackgroundImports
-from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.drag_and_drop import dragged_files
+from vomstudio.ui.workspaces.arrangements import Workspaces, geometry_of
+from vomstudio.ui.workspaces.docks import WindowDocks
+from vomstudio.ui.workspaces.screens import restore_geometry
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -59,8 +61,7 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(tr("VOM Studio"))
         self.setAcceptDrops(True)
         self.setDockNestingEnabled(True)
-        self.resize(1400, 900)
-        window_state.restore_geometry(self, settings.window)
+        restore_geometry(self, geometry_of(settings.window))
         starting = QLabel(tr("VOM Studio is starting…"))
         starting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.setCentralWidget(starting)
@@ -78,7 +79,7 @@ class MainWindow(QMainWindow):
         self._fill_docks()
         self._make_bars()
         self._connect()
-        self.docks.begin(window_state.docks_of(self._settings.window))
+        self.workspaces.begin()
         self._filled = True
         self.studio.project_opened.emit()
         self.actions_table.refresh()
@@ -103,6 +104,7 @@ class MainWindow(QMainWindow):
         self.cameras = CameraView(self.studio, self.photo_links)
         self.view = OutcropView(self.studio, self.cameras)
         self.docks = WindowDocks(self)
+        self.workspaces = Workspaces(self, self.docks, self._settings.window)
         self._dialogs = OpenDialogs()
         self.photo_opening = PhotoOpening(self, self.survey, self._dialogs)
 
@@ -122,13 +124,15 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.interpret import tool_commands
         from vomstudio.ui.scene import view_commands
         from vomstudio.ui.shell import edit_commands, file_commands, model_commands
+        from vomstudio.ui.workspaces import strip
 
         studio, table = self.studio, self.actions_table
         find = partial(edit_commands.find_command, self, table)
         return [
             *file_commands.commands(studio, self.files, self.close),
             *edit_commands.commands(studio, find, self),
-            *view_commands.commands(studio, self.view, self.docks.show_only_outcrop),
+            *view_commands.commands(studio, self.view, self.workspaces.show_only_outcrop),
+            *strip.commands(self.workspaces),
             *model_commands.commands(studio, self.files, self.photo_links, self),
             *tool_commands.commands(studio, self.view_panel, self.docks),
         ]
@@ -174,20 +178,24 @@ class MainWindow(QMainWindow):
     def _make_centre(self) -> None:
         from vomstudio.ui.common.messages_panel import MessageBar
         from vomstudio.ui.shell.start_page import StartPage
+        from vomstudio.ui.workspaces.following import WorkspaceFollowing
+        from vomstudio.ui.workspaces.outcrop_place import OutcropPlace
 
         self.start_page = StartPage(self.studio, self.actions_table.all, self.open_path)
-        centre = QWidget()
-        self._centre = QVBoxLayout(centre)
-        self._centre.setContentsMargins(0, 0, 0, 0)
-        self._centre.setSpacing(0)
-        self._centre.addWidget(self.start_page, 1)
-        self.message_bar = MessageBar(centre)
-        self.setCentralWidget(centre)
+        self._place = OutcropPlace(self.start_page)
+        self.message_bar = MessageBar(self._place)
+        self._place.set_bar(self.message_bar)
+        self.setCentralWidget(self._place)
+        self._following = WorkspaceFollowing(
+            self.studio, self.survey, self.docks, self.workspaces, self._place
+        )
+        self.files.opened.connect(self._following.path_opened)
 
     def _make_panels(self) -> None:
         from vomstudio.ui.common.command_targets import current_model
         from vomstudio.ui.common.messages_panel import MessagesPanel
         from vomstudio.ui.interpret import tool_panels
+        from vomstudio.ui.interpret.active_tool_panel import ActiveToolPanel
         from vomstudio.ui.interpret.project_tree import ProjectTree
         from vomstudio.ui.interpret.properties_panel import PropertiesPanel
         from vomstudio.ui.interpret.table_panel import TablePanel
@@ -200,7 +208,9 @@ class MainWindow(QMainWindow):
         self.tree = ProjectTree(
             studio, partial(record_actions, self.actions_table), self._open_types
         )
-        self._tool_panels = tool_panels.make_panels(studio, actions)
+        self.tool_panel = ActiveToolPanel(
+            studio, tool_panels.make_panels(studio, actions), actions
+        )
         self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
         self.display_panel.on_clip_toggled(actions["clipping_box"].trigger)
         self.properties = PropertiesPanel(
@@ -219,41 +229,36 @@ class MainWindow(QMainWindow):
             key.activated.connect(actions["delete"].trigger)
 
     def _fill_docks(self) -> None:
-        from vomstudio.tools.registry import TOOLS
         from vomstudio.ui.shell.jobs_panel import JobsPanel
 
         # The net needs matplotlib: its place is kept until the window is on the screen.
         self._net_place = QWidget()
-        area = Qt.DockWidgetArea
-        left = partial(self.docks.add, area.LeftDockWidgetArea)
-        right = partial(self.docks.add, area.RightDockWidgetArea)
-        bottom = partial(self.docks.add, area.BottomDockWidgetArea)
-        left("project", tr("Project"), self.tree)
-        front = None
-        for entry in TOOLS:
-            if entry.name in self._tool_panels:
-                panel = self._tool_panels[entry.name]
-                left(entry.name, entry.title, panel, behind=front)
-                front = front or entry.name
-        right("stereonet", tr("Stereonet"), self._net_place)
-        right("view", tr("View direction"), self.view_panel)
-        right("display", tr("Display"), self.display_panel)
-        right("properties", tr("Properties"), self.properties)
-        bottom("table", tr("Orientations"), self.table)
-        bottom("photos", tr("Photos"), self.photos_panel)
-        bottom("in_photos", tr("In the photos"), self.in_photos)
-        bottom("jobs", tr("Jobs"), JobsPanel(self.studio.jobs))
-        bottom("messages", tr("Messages"), self.messages)
+        add = self.docks.add
+        add("project", tr("Project"), self.tree)
+        add("tool", tr("Tool"), self.tool_panel, scrolls=True)
+        add("stereonet", tr("Stereonet"), self._net_place)
+        add("view", tr("View direction"), self.view_panel, scrolls=True)
+        add("display", tr("Display"), self.display_panel, scrolls=True)
+        add("properties", tr("Properties"), self.properties)
+        add("table", tr("Orientations"), self.table)
+        add("photos", tr("Photos"), self.photos_panel)
+        add("in_photos", tr("In the photos"), self.in_photos)
+        add("jobs", tr("Jobs"), JobsPanel(self.studio.jobs))
+        add("messages", tr("Messages"), self.messages)
+        self.tool_panel.tell_title(self.docks["tool"].setWindowTitle)
 
     def _make_bars(self) -> None:
         from vomstudio.tools.registry import TOOLS
+        from vomstudio.ui.common import theme
         from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell.menus import fill_menu_bar, make_toolbar
         from vomstudio.ui.shell.notices import Notices
         from vomstudio.ui.shell.status_line import StatusLine
+        from vomstudio.ui.workspaces.strip import command_names, make_strip
 
         actions = self.actions_table.all
         groups = {
+            "workspaces": command_names(),
             "tools": [entry.name for entry in TOOLS],
             "of_tools": [n for some in self._of_tools for n in (*(c.name for c in some), "|")],
         }
@@ -267,7 +272,10 @@ class MainWindow(QMainWindow):
             },
             groups=groups,
         )
-        self.addToolBar(make_toolbar(self, actions, groups))
+        self.addToolBar(make_toolbar(actions, groups))
+        self.addToolBarBreak()
+        self.addToolBar(make_strip(actions))
+        theme.show_toggles(self)
         self.status_line = StatusLine(self.studio, actions["declare_frame"])
         self.setStatusBar(self.status_line)
         self._notices = Notices(self.messages, self.message_bar, self.status_line, actions)
@@ -291,6 +299,7 @@ class MainWindow(QMainWindow):
         self.survey.changed.connect(self.actions_table.refresh)
         self.cameras.found.connect(self.actions_table.refresh)
         self.photos_panel.chosen.connect(self.cameras.choose)
+        self.workspaces.changed.connect(self.actions_table.refresh)
 
     def _offer_recovery(self, folders: list[Path]) -> None:
         self._notices.offer_recovery(folders, self.files.open_path)
@@ -305,7 +314,7 @@ class MainWindow(QMainWindow):
         self.viewport = viewport = Viewport(self)
         viewport.setMinimumSize(200, 150)
         self.actions_table.give_keys_to(viewport)
-        self._centre.replaceWidget(self.start_page, viewport)
+        self._place.set_outcrop(viewport)
         self.start_page.setParent(viewport)
         self.start_page.place_over(viewport)
         self.view.join(viewport)
@@ -377,6 +386,7 @@ class MainWindow(QMainWindow):
     def _open_photos(self, folder: Path) -> None:
         from vomstudio.ui.survey.survey_commands import open_photos
 
+        self._following.photos_opened()
         open_photos(self.survey, self.docks, folder)
         if self.viewport is not None:
             self._keyboard.to_outcrop()
@@ -399,8 +409,8 @@ class MainWindow(QMainWindow):
 
     # --- state -------------------------------------------------------------------------------
     def _tool_changed(self, name: str) -> None:
-        if name in self.docks:
-            self.docks.bring_forward(name)
+        if name in self.tool_panel.panels:
+            self._following.tool_chosen()
         self.view.take_up(name)
         self._refresh()
 
@@ -428,7 +438,8 @@ class MainWindow(QMainWindow):
         if not self.photo_opening.may_close() or not self.files.ask_to_keep():
             event.ignore()
             return
-        self.studio.settings.window = window_state.to_keep(self, self.docks.state())
+        self.workspaces.stop()
+        self.studio.settings.window = self.workspaces.to_keep()
         self.studio.keep_settings()
         self.view.keep_camera()
         self._import_timer.stop()

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMainWindow, QMenu, QSizePolicy, QToolBar, QToolButton, QWidget
 
 from vomstudio.ui.common import theme
+from vomstudio.ui.workspaces.strip import FittingBar, buttons_of
 from vomstudio.words import to_translate, tr
 
 # "|" is a line between commands, "*" stands before the name of a menu inside the menu, and "+"
@@ -25,7 +25,8 @@ MENUS = (
         "view_top", "view_north", "view_east", "view_south", "view_west", "view_bottom", "|",
         "*display", "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
         "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
-        "previous_photo", "next_photo", "fit_photo", "|", "only_outcrop", "*docks")),
+        "previous_photo", "next_photo", "fit_photo", "|", "*workspaces", "*docks", "only_outcrop",
+        "reset_panels", "*theme")),
     (to_translate("&Photos"), (
         "plan_survey", "video_frames", "choose_photos", "open_photo", "take_in_photos", "|",
         "make_settings", "make_model", "pause_model", "|", "show_alignment", "show_tie_points",
@@ -49,8 +50,12 @@ _VIEWS = ("top", "north", "east", "south", "west", "bottom")
 # What everybody knows by its icon: so the bar has room at 1400 pixels.
 _ICON_ONLY = ("save", "undo", "redo", "home", "frame_selection")
 
-_PLANES = ("planes_discs", "planes_symbols", "planes_neither")
-_NOTATIONS = ("notation_dipdir", "notation_strike", "notation_quadrant")
+# Menus inside a menu that are lists of commands.
+_INNER = {
+    "planes": ("planes_discs", "planes_symbols", "planes_neither"),
+    "notation": ("notation_dipdir", "notation_strike", "notation_quadrant"),
+    "theme": ("theme_system", "theme_light", "theme_dark"),
+}
 
 FillMenu = Callable[[QMenu], None]
 Groups = Mapping[str, Sequence[str]]
@@ -73,7 +78,7 @@ def fill_menu_bar(
             if name == "|":
                 menu.addSeparator()
             elif name.startswith("*"):
-                _add_menu(menu, name[1:], actions, fresh, once)
+                _add_menu(menu, name[1:], actions, fresh, once, groups)
             else:
                 menu.addAction(actions[name])
 
@@ -89,6 +94,7 @@ def _add_menu(
     actions: Mapping[str, QAction],
     fresh: Mapping[str, FillMenu],
     once: Mapping[str, FillMenu],
+    groups: Groups,
 ) -> None:
     titles = {
         "recent": tr("Open &recent"),
@@ -97,6 +103,8 @@ def _add_menu(
         "planes": tr("&Planes as"),
         "notation": tr("&Notation"),
         "docks": tr("&Panels"),
+        "workspaces": tr("&Workspaces"),
+        "theme": tr("Th&eme"),
     }
     inner = menu.addMenu(titles[name])
     if name in fresh:
@@ -104,37 +112,36 @@ def _add_menu(
         inner.aboutToShow.connect(lambda: fill(inner))
     elif name in once:
         once[name](inner)
-    elif name == "planes":
-        inner.setToolTipsVisible(True)
-        inner.addActions([actions[each] for each in _PLANES])
     else:
-        inner.addActions([actions[each] for each in _NOTATIONS])
+        inner.setToolTipsVisible(True)
+        inner.addActions([actions[each] for each in groups.get(name, _INNER.get(name, ()))])
 
 
-def make_toolbar(window: QMainWindow, actions: Mapping[str, QAction], groups: Groups) -> QToolBar:
+def make_toolbar(actions: Mapping[str, QAction], groups: Groups) -> QToolBar:
     """The toolbar with its commands, the menu of views and the search for commands."""
-    bar = QToolBar(tr("Tools"))
-    bar.setObjectName("toolbar")
-    bar.setMovable(False)
+    bar = FittingBar(tr("Tools"), "toolbar")
     for name in _with_groups(_TOOLBAR, groups):
         if name == "|":
             bar.addSeparator()
         elif name == "*views":
-            bar.addWidget(_views_button(tr("Views"), actions))
+            views = _views_button(tr("Views"), actions)
+            bar.addWidget(views)
         else:
             bar.addAction(actions[name])
-            widget = bar.widgetForAction(actions[name])
-            if isinstance(widget, QToolButton) and name not in _ICON_ONLY:
-                widget.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
     space = QWidget()
     space.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
     bar.addWidget(space)
     find = QToolButton()
     find.setIcon(theme.icon("magnify"))
     find.setText(tr("Find command  Ctrl+K"))
-    find.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    find.setToolTip(tr("Find a command by its words (Ctrl+K)."))
     find.clicked.connect(actions["find_command"].trigger)
     bar.addWidget(find)
+    # Texts that are missed least go first; those of the tools stay longest.
+    bar.drop_texts([find])
+    for names in (("orthographic",), ("open", "save"), groups["tools"], ("navigate",)):
+        own = [actions[name] for name in names if name not in _ICON_ONLY]
+        bar.drop_texts([*([views] if "orthographic" in names else []), *buttons_of(bar, own)])
     return bar
 
 
@@ -142,7 +149,7 @@ def _views_button(text: str, actions: Mapping[str, QAction]) -> QToolButton:
     button = QToolButton()
     button.setText(text)
     button.setIcon(theme.icon("compass-outline"))
-    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    button.setToolTip(tr("Views from the compass directions, from above and from below."))
     button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
     menu = QMenu(button)
     menu.addActions([actions[f"view_{each}"] for each in _VIEWS])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt
+from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox, QWidget
 
 from vomstudio.document import edits
@@ -34,6 +34,9 @@ _EXPORTS = {
 class Files(QObject):
     """Dialogs belong to `parent`; the studio does what they decide."""
 
+    opened = Signal()
+    """The user has had a model or a project opened."""
+
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
         self._parent, self._studio, self._survey = parent, studio, survey
@@ -48,6 +51,7 @@ class Files(QObject):
         if is_project(path) and not self.ask_to_keep():
             return
         self._studio.open_path(path)
+        self.opened.emit()
 
     def choose_model(self) -> None:
         """Ask for files of models and open them."""

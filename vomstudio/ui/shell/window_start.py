@@ -53,6 +53,7 @@ def run_window(paths: Sequence[str]) -> int:
 
     theme.at_least_nine_points(application)
     settings, problems = read_settings()
+    theme.use(settings.theme)
     qt_messages.install()
     window = MainWindow(settings)
     notices = FailureNotices(window, window)

@@ -1,0 +1,198 @@
+"""The workspace that is shown, and the arrangement of the docks that each remembers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, QTimer, Signal
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QMainWindow
+
+from vomstudio.ui.workspaces import screens
+from vomstudio.ui.workspaces.docks import WindowDocks
+from vomstudio.ui.workspaces.table import (
+    FIRST,
+    WORKSPACES,
+    Workspace,
+    is_small,
+    places_in,
+    sizes_in,
+    workspace_of,
+)
+
+_GEOMETRY, _SHOWN, _DOCKS, _SMALL = "geometry", "workspace", "docks", "small"
+# Long enough for a drag to end, short enough for a crash to take little.
+_SETTLED_MS = 300
+
+
+class Workspaces(QObject):
+    """changed : another workspace is shown. settled : place, size or docks of the window have
+    changed and are at rest, so that `to_keep` is worth keeping. moved : at once, whenever a dock
+    comes, goes or moves.
+
+    A workspace remembers one arrangement for windows with room and one for small windows, in which
+    docks fold together; what was left last at each of the two sizes comes back with it."""
+
+    changed = Signal(str)
+    settled = Signal()
+    moved = Signal()
+
+    def __init__(self, window: QMainWindow, docks: WindowDocks, kept: Mapping[str, str]) -> None:
+        """kept : of `to_keep`, from the settings"""
+        super().__init__(window)
+        self._window, self._docks = window, docks
+        self._states: dict[str, QByteArray] = {}
+        for workspace in WORKSPACES:
+            for small in (False, True):
+                key = _key(workspace, small)
+                if (data := screens.from_text(kept.get(key, ""))) is not None and data:
+                    self._states[key] = data
+        self._shown = workspace_of(kept.get(_SHOWN, FIRST))
+        self._small = False
+        self._put_away: QByteArray | None = None
+        self._begun = False
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(_SETTLED_MS)
+        self._timer.timeout.connect(self._settle)
+
+    @property
+    def shown(self) -> Workspace:
+        return self._shown
+
+    @property
+    def only_outcrop(self) -> bool:
+        """Whether all docks are put away."""
+        return self._put_away is not None
+
+    # --- showing -----------------------------------------------------------------------------
+    def begin(self) -> None:
+        """Arrange the docks as they were left, or as they are at first."""
+        self._small = self._is_small()
+        self._show()
+        # Sizes hold only once the viewport stands in the centre and has its place.
+        QTimer.singleShot(0, self._begin_watching)
+
+    def _begin_watching(self) -> None:
+        self._show()
+        self._begun = True
+        self._window.installEventFilter(self)
+        self._docks.watch(self._change)
+        application = QGuiApplication.instance()
+        assert isinstance(application, QGuiApplication)
+        application.screenRemoved.connect(lambda _: QTimer.singleShot(0, self._come_on_screen))
+
+    def switch(self, name: str) -> None:
+        """Show a workspace with its docks as it was left."""
+        wanted = workspace_of(name)
+        if wanted is self._shown and self._put_away is None:
+            return
+        self._remember()
+        self._put_away = None
+        self._shown = wanted
+        self._small = self._is_small()
+        self._show()
+        self.changed.emit(name)
+
+    def reset(self) -> None:
+        """Arrange the docks of the workspace that is shown as they are at first."""
+        self._put_away = None
+        for small in (False, True):
+            self._states.pop(_key(self._shown, small), None)
+        self._show()
+        self.changed.emit(self._shown.name)
+
+    def show_only_outcrop(self) -> None:
+        """Hide every panel, or bring back those that were there."""
+        if self._put_away is not None:
+            # Shown one by one they would share the room anew.
+            self._docks.restore(self._put_away)
+            self._put_away = None
+        else:
+            self._put_away = self._docks.state()
+            self._docks.hide_all()
+        self.changed.emit(self._shown.name)
+
+    def _show(self) -> None:
+        self._window.setUpdatesEnabled(False)
+        try:
+            kept = self._states.get(_key(self._shown, self._small))
+            if kept is None or not self._docks.restore(kept):
+                self._docks.arrange(places_in(self._shown, *self._size()))
+                self.give_sizes()
+                # Docks that have never been shown get their sizes only once they are laid out.
+                QTimer.singleShot(0, lambda shown=self._shown: self._size_again(shown))
+        finally:
+            self._window.setUpdatesEnabled(True)
+
+    def _size_again(self, shown: Workspace) -> None:
+        if shown is self._shown and self._put_away is None:
+            self.give_sizes()
+
+    def give_sizes(self) -> None:
+        """Give the docks the sizes that they have at first in a window of this size."""
+        shown, size = self._shown, self._size()
+        self._docks.give_sizes(places_in(shown, *size), sizes_in(shown, *size), shown.first_share)
+
+    def _size(self) -> tuple[int, int]:
+        size: QSize = self._window.size()
+        return size.width(), size.height()
+
+    def _is_small(self) -> bool:
+        return is_small(*self._size())
+
+    # --- remembering -------------------------------------------------------------------------
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() in (QEvent.Type.Resize, QEvent.Type.Move):
+            self._change()
+        return False
+
+    def _change(self) -> None:
+        if self._begun:
+            self._timer.start()
+            self.moved.emit()
+
+    def _settle(self) -> None:
+        if not self._window.isVisible() or self._window.isMinimized():
+            return
+        if self._put_away is None and self._small != self._is_small():
+            # What the other size squeezed is not what the user arranged.
+            self._small = self._is_small()
+            self._show()
+        else:
+            self._remember()
+        self.settled.emit()
+
+    def _remember(self) -> None:
+        if self._begun and self._small == self._is_small():
+            # What is put away comes back: it is still the arrangement.
+            state = self._put_away or self._docks.state()
+            self._states[_key(self._shown, self._small)] = state
+
+    def _come_on_screen(self) -> None:
+        screens.bring_on_screen(self._window)
+        self._docks.bring_on_screen()
+
+    def stop(self) -> None:
+        """The window is closing: what moves now is not the user's doing."""
+        self._remember()
+        self._begun = False
+        self._timer.stop()
+
+    def to_keep(self) -> dict[str, str]:
+        """Place and size of the window, the workspace shown and all arrangements, for the
+        settings."""
+        return {
+            _GEOMETRY: screens.to_text(self._window.saveGeometry()),
+            _SHOWN: self._shown.name,
+            **{key: screens.to_text(state) for key, state in self._states.items()},
+        }
+
+
+def geometry_of(kept: Mapping[str, str]) -> str | None:
+    """What `to_keep` said of the window's place and size."""
+    return kept.get(_GEOMETRY)
+
+
+def _key(workspace: Workspace, small: bool) -> str:
+    return " ".join((_DOCKS, workspace.name, *((_SMALL,) if small else ())))

@@ -1,0 +1,168 @@
+"""The docks around the outcrop: how they come, go, and are laid out by a table of places."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt
+from PySide6.QtWidgets import QDockWidget, QFrame, QMainWindow, QMenu, QScrollArea, QWidget
+
+from vomstudio.ui.workspaces.screens import bring_on_screen
+from vomstudio.ui.workspaces.table import HOMES, Area, Places
+
+_LAYOUT_VERSION = 5
+_LEAST_HEIGHT = 100
+_AREAS: dict[Area, Qt.DockWidgetArea] = {
+    "left": Qt.DockWidgetArea.LeftDockWidgetArea,
+    "right": Qt.DockWidgetArea.RightDockWidgetArea,
+    "bottom": Qt.DockWidgetArea.BottomDockWidgetArea,
+}
+
+
+class WindowDocks(Mapping[str, QDockWidget]):
+    """The docks of a window by their object names."""
+
+    def __init__(self, window: QMainWindow) -> None:
+        self._window = window
+        self._docks: dict[str, QDockWidget] = {}
+        left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
+        window.setCorner(Qt.Corner.BottomLeftCorner, left)
+        window.setCorner(Qt.Corner.BottomRightCorner, right)
+
+    def __getitem__(self, name: str) -> QDockWidget:
+        return self._docks[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._docks)
+
+    def __len__(self) -> int:
+        return len(self._docks)
+
+    def add(self, name: str, title: str, widget: QWidget, *, scrolls: bool = False) -> None:
+        """scrolls : a long panel may be higher than the place that it is given"""
+        dock = QDockWidget(title, self._window)
+        dock.setObjectName(name)
+        dock.setWidget(_Scrolling(widget) if scrolls else widget)
+        self._window.addDockWidget(_AREAS[HOMES[name]], dock)
+        dock.hide()
+        self._docks[name] = dock
+
+    def fill_menu(self, menu: QMenu) -> None:
+        """Each panel with a tick where it is shown."""
+        for dock in self._docks.values():
+            menu.addAction(dock.toggleViewAction())
+
+    def watch(self, changed: Callable[[], None]) -> None:
+        """Call `changed` whenever a dock comes, goes, moves or gets another size."""
+        self._watcher = _Watcher(changed)
+        for dock in self._docks.values():
+            dock.installEventFilter(self._watcher)
+            dock.dockLocationChanged.connect(lambda _: changed())
+            dock.topLevelChanged.connect(lambda _: changed())
+            dock.visibilityChanged.connect(lambda _: changed())
+
+    # --- arrangement -------------------------------------------------------------------------
+    def state(self) -> QByteArray:
+        """What `restore` takes."""
+        return self._window.saveState(_LAYOUT_VERSION)
+
+    def restore(self, state: QByteArray) -> bool:
+        """Put the docks where they were; False where the state is not one of these docks."""
+        done = self._window.restoreState(state, _LAYOUT_VERSION)
+        self.bring_on_screen()
+        return done
+
+    def bring_on_screen(self) -> None:
+        """Move floating docks that no screen shows to one."""
+        for dock in self._docks.values():
+            if dock.isFloating() and not dock.isHidden():
+                bring_on_screen(dock)
+
+    def arrange(self, places: Places) -> None:
+        """Show the docks of a table of places and hide the others, each where it belongs."""
+        for dock in self._docks.values():
+            dock.setFloating(False)
+            self._window.removeDockWidget(dock)
+        listed = {name for stacks in places.values() for stack in stacks for name in stack}
+        for area, side in _AREAS.items():
+            stacks = [list(stack) for stack in places.get(area, ())] or [[]]
+            # A dock that is hidden comes as a tab where its neighbours stand.
+            stacks[-1] += [n for n in self._docks if HOMES[n] == area and n not in listed]
+            for stack in stacks:
+                for name in stack:
+                    self._window.addDockWidget(side, self[name])
+                    if name != stack[0]:
+                        self._window.tabifyDockWidget(self[stack[0]], self[name])
+                    self[name].setVisible(name in listed)
+            for stack in stacks:
+                if stack and stack[0] in listed:
+                    self[stack[0]].raise_()
+
+    def give_sizes(self, places: Places, sizes: Mapping[Area, int], first_share: float) -> None:
+        """sizes : width of the sides, height of the bottom, in pixels. first_share : of the upper
+        stack of a side in its height"""
+        wide, high = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
+        fronts = {area: [self[stack[0]] for stack in stacks] for area, stacks in places.items()}
+        for area, first in fronts.items():
+            if not first:
+                continue
+            if area == "bottom":
+                self._window.resizeDocks(first[:1], [sizes[area]], high)
+            else:
+                self._window.resizeDocks(first[:1], [sizes[area]], wide)
+                below = (1.0 - first_share) / max(1, len(first) - 1)
+                heights = [first_share, *[below] * (len(first) - 1)]
+                self._window.resizeDocks(first, [round(1000 * each) for each in heights], high)
+
+    # --- coming and going --------------------------------------------------------------------
+    def bring_forward(self, name: str) -> None:
+        """Show a panel, in front of those that share its place."""
+        self[name].show()
+        self[name].raise_()
+
+    def make_room(self, name: str, height: int) -> None:
+        """Let a panel that is docked in the window be at least so high, in pixels."""
+        dock = self[name]
+        if dock.height() < height and dock.isVisible() and not dock.isFloating():
+            self._window.resizeDocks([dock], [height], Qt.Orientation.Vertical)
+
+    def hide_all(self) -> None:
+        for dock in self._docks.values():
+            dock.hide()
+
+
+class _Watcher(QObject):
+    """Hears of the sizes that the user gives to docks by dragging what is between them."""
+
+    def __init__(self, changed: Callable[[], None]) -> None:
+        super().__init__()
+        self._changed = changed
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() in (QEvent.Type.Resize, QEvent.Type.Move):
+            self._changed()
+        return False
+
+
+class _Scrolling(QScrollArea):
+    """Shows a panel that may be higher than the place, and never wider."""
+
+    def __init__(self, panel: QWidget) -> None:
+        super().__init__()
+        self.setWidget(panel)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.LayoutRequest:
+            # Qt leaves the dock as narrow as the panel was before.
+            self.updateGeometry()
+        return super().eventFilter(watched, event)
+
+    def minimumSizeHint(self) -> QSize:  # noqa: N802
+        bar = self.verticalScrollBar().sizeHint().width()
+        return QSize(self.widget().minimumSizeHint().width() + bar, _LEAST_HEIGHT)
+
+    def sizeHint(self) -> QSize:  # noqa: N802
+        return self.widget().sizeHint().expandedTo(self.minimumSizeHint())

@@ -1,0 +1,74 @@
+"""Which workspace comes by itself, and what stands in the middle of the window."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject
+
+from vomstudio.document.records import Model
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
+from vomstudio.ui.workspaces.arrangements import Workspaces
+from vomstudio.ui.workspaces.docks import WindowDocks
+from vomstudio.ui.workspaces.outcrop_place import OutcropPlace
+from vomstudio.words import tr
+
+_PHOTOS, _OUTCROP, _TOOL = "photos", "interpret", "tool"
+
+
+class WorkspaceFollowing(QObject):
+    """What is opened is shown in the workspace that fits; a workspace that has nothing to show yet
+    says in one line what it is for."""
+
+    def __init__(
+        self,
+        studio: Studio,
+        survey: PhotoSurvey,
+        docks: WindowDocks,
+        workspaces: Workspaces,
+        place: OutcropPlace,
+    ) -> None:
+        super().__init__(place)
+        self._studio, self._survey = studio, survey
+        self._docks, self._workspaces, self._place = docks, workspaces, place
+        for signal in (
+            survey.changed,
+            workspaces.moved,
+            workspaces.changed,
+            studio.edited,
+            studio.project_opened,
+            studio.model_loaded,
+        ):
+            signal.connect(self.refresh)
+        workspaces.settled.connect(lambda: studio.keep_window(workspaces.to_keep()))
+
+    def photos_opened(self) -> None:
+        """The user has had a folder of photos opened."""
+        self._workspaces.switch(_PHOTOS)
+
+    def path_opened(self) -> None:
+        """The user has had a model or a project opened."""
+        # Elsewhere the outcrop is in sight, and the user chose that workspace.
+        if self._workspaces.shown.middle:
+            self._workspaces.switch(_OUTCROP)
+
+    def tool_chosen(self) -> None:
+        """The user has chosen a tool, which works on the outcrop."""
+        if not self._place.shows_outcrop:
+            self._workspaces.switch(_OUTCROP)
+        self._docks.bring_forward(_TOOL)
+
+    def refresh(self, *_: object) -> None:
+        """Show the outcrop, or photos in its place, and the line of an empty workspace."""
+        session, shown = self._studio.session, self._workspaces.shown
+        model = bool(session.of(Model))
+        instead = self._docks.get(shown.middle)
+        self._place.show_outcrop(
+            model or instead is None or instead.isHidden() or instead.isFloating()
+        )
+        if shown.needs == "model":
+            empty = not model
+        elif shown.needs == "photos":
+            empty = self._survey.folder is None
+        else:
+            empty = not session.features()
+        self._place.say_purpose(tr(shown.purpose) if empty else "")

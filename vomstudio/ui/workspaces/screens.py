@@ -1,0 +1,59 @@
+"""Windows on screens: the size of the first start, and what was left on a screen that is gone."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+
+from PySide6.QtCore import QByteArray, QRect, QSize
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QMainWindow, QWidget
+
+_FIRST = QSize(1400, 900)
+_LEAST = QSize(960, 480)
+# The bar with the title, by which a window is taken hold of.
+_TITLE_HEIGHT = 32
+_LEAST_SEEN = QSize(120, 16)
+
+
+def fit_first(window: QMainWindow) -> None:
+    """Give a window the size of a first start, which its screen has room for."""
+    room = window.screen().availableSize() - QSize(0, _TITLE_HEIGHT)
+    window.setMinimumSize(_LEAST.boundedTo(room))
+    window.resize(_FIRST.boundedTo(room))
+
+
+def restore_geometry(window: QMainWindow, kept: str | None) -> None:
+    """Give a window the place and size that were kept, where a screen shows that place."""
+    fit_first(window)
+    if kept is not None and (data := from_text(kept)) is not None:
+        window.restoreGeometry(data)
+        bring_on_screen(window)
+
+
+def bring_on_screen(widget: QWidget) -> None:
+    """Move a window whose title no screen shows to the main screen, as large as there is room."""
+    frame = widget.frameGeometry()
+    title = QRect(frame.topLeft(), QSize(frame.width(), _TITLE_HEIGHT))
+    for screen in QGuiApplication.screens():
+        seen = screen.availableGeometry().intersected(title).size()
+        if seen.boundedTo(_LEAST_SEEN) == _LEAST_SEEN:
+            return
+    area = QGuiApplication.primaryScreen().availableGeometry()
+    widget.resize(widget.size().boundedTo(area.size() - QSize(0, _TITLE_HEIGHT)))
+    place = QRect(area.topLeft(), widget.size())
+    place.moveCenter(area.center())
+    widget.move(place.topLeft())
+
+
+def to_text(data: QByteArray) -> str:
+    """What Qt keeps as bytes, for the settings."""
+    return base64.b64encode(data.data()).decode("ascii")
+
+
+def from_text(text: str) -> QByteArray | None:
+    """The bytes of `to_text`; None where the text has been damaged."""
+    try:
+        return QByteArray(base64.b64decode(text, validate=True))
+    except (binascii.Error, ValueError):
+        return None
