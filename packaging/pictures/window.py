@@ -47,9 +47,8 @@ class Pictures(Journey):
             middle = viewport.mapToGlobal(viewport.rect().center())
             self.wheel(middle.x(), middle.y(), notches)
 
-    def without_panels_of_tools(self) -> None:
-        for name in ("trace", "patch", "line", "measure"):
-            self.dock(name).hide()
+    def without_panel_of_tools(self) -> None:
+        self.dock("tool").hide()
 
     def hide_joints(self) -> None:
         """Their zigzags over the facets tell little in a small picture."""
@@ -70,13 +69,8 @@ class Pictures(Journey):
     def photos(self) -> None:
         verdict = self.named("survey_verdict")
         self.wait(lambda: verdict.text() and "…" not in verdict.text(), "the survey check")
-        for name in ("trace", "patch", "line", "measure", "project", "stereonet", "view",
-                     "display", "properties"):  # fmt: skip
-            self.dock(name).hide()
-        self.show_dock("photos")
-        photos = self.dock("photos")
-        self.window.resizeDocks([photos], [430], Qt.Orientation.Vertical)
-        self.take("photos", photos, MESSAGE_S)
+        self.run("workspace_photos")
+        self.take("photos", self.dock("photos"), MESSAGE_S)
 
     def pick(self, name: str, count: int) -> None:
         """Click some of the sample's own points of a trace, one after the other."""
@@ -89,7 +83,7 @@ class Pictures(Journey):
     # --- the acts --------------------------------------------------------------------------------
     def measured(self) -> None:
         self.until_drawn(MIDDLE)
-        self.without_panels_of_tools()
+        self.without_panel_of_tools()
         self.hide_joints()
         self.look(40, 16, 2)
         self.row(self.named("orientation_table"), 8)

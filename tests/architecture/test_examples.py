@@ -168,7 +168,8 @@ def test_the_panel_and_the_command_of_the_window_are_in_the_window(program: Path
         "from vomstudio.ui.shell.main_window import MainWindow\n"
         "window = MainWindow(read_settings()[0])\n"
         "window._fill()\n"
-        "print('remark' in window.docks, window.docks['remark'].widget().count.text())\n"
+        "panels = window.tool_panel.panels\n"
+        "print('remark' in panels, panels['remark'].count.text())\n"
         "print('select_none' in window.actions_table.all)\n"
         "import os, sys; sys.stdout.flush(); os._exit(0)\n",
     )

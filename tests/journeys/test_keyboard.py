@@ -165,10 +165,10 @@ def test_enter_in_a_combo_box_finishes_and_is_not_swallowed(opened):
 
 def test_letters_in_a_combo_box_act_on_the_outcrop_and_change_no_type(opened):
     panel = driver.tool_panel(opened, TracePanel)
-    opened.docks.bring_forward("trace")
+    opened.studio.activate("trace")
     before = panel.type_box.currentText()
     for letter, tool in (("l", "line"), ("p", "patch"), ("t", "trace"), ("n", "navigate")):
-        opened.docks.bring_forward("trace")
+        opened.studio.activate("trace")
         panel.type_box.setFocus()
         assert panel.type_box.hasFocus()
         QTest.keyClicks(panel.type_box, letter)
@@ -181,7 +181,7 @@ def test_letters_in_a_combo_box_act_on_the_outcrop_and_change_no_type(opened):
 
 def test_arrows_open_a_combo_box_instead_of_changing_it_unseen(opened):
     panel = driver.tool_panel(opened, TracePanel)
-    opened.docks.bring_forward("trace")
+    opened.studio.activate("trace")
     before = panel.type_box.currentText()
     panel.type_box.setFocus()
     QTest.keyClick(panel.type_box, Qt.Key.Key_Down)

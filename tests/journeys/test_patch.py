@@ -60,7 +60,7 @@ def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     window = driver.make_window()
     studio, viewport, tool = window.studio, window.viewport, window.studio.tool_of(PatchTool)
     at = ready(window, outcrop, picks)
-    assert window.docks["patch"].isVisible()
+    assert driver.tool_panel(window, PatchPanel).isVisible()
     move(viewport, at)
     assert viewport.preview.brush is not None
     driver.tool_panel(window, PatchPanel).radius.setValue(0.25)

@@ -43,7 +43,13 @@ def test_every_command_is_in_a_menu_or_says_its_key(window):
     menus = [action.menu() for action in window.menuBar().actions()]
     in_menus = {action.objectName() for menu in menus for action in menu.actions()}
     for command in window.actions_table.commands():
-        in_submenu = command.name.partition("_")[0] in ("notation", "display", "planes", "open")
+        in_submenu = command.name.partition("_")[0] in (
+            "notation",
+            "display",
+            "planes",
+            "open",
+            "theme",
+        )
         assert command.name in in_menus or command.shortcut or in_submenu, command.name
 
 
@@ -301,7 +307,7 @@ def test_only_the_outcrop_and_back_again(window):
 def test_the_outcrop_has_more_than_half_of_the_width(window):
     window.resize(1400, 900)
     QApplication.processEvents()
-    window.docks.default_sizes()
+    window.workspaces.reset()
     QApplication.processEvents()
     assert window.centralWidget().width() >= 0.55 * window.width()
 

@@ -43,8 +43,8 @@ def patches(studio) -> list[Patch]:
 
 
 def test_the_dock_comes_forward_with_its_tool_and_the_left_button_paints(window, painting):
-    assert window.docks["patch"].isVisible()
-    assert not window.docks["patch"].visibleRegion().isEmpty()
+    assert window.docks["tool"].windowTitle() == "Patch"
+    assert not driver.tool_panel(window, PatchPanel).visibleRegion().isEmpty()
     assert window.actions_table.all["patch"].isChecked()
 
 

@@ -156,7 +156,7 @@ def test_legend_and_net_do_not_meet_at_any_size_of_the_dock(net, window):
 
 
 def test_a_hidden_net_is_not_drawn_until_it_comes_forward(net, window, studio):
-    window.docks["view"].raise_()
+    window.docks.bring_forward("view")
     driver.wait(lambda: net.canvas.visibleRegion().isEmpty(), "the other tab")
     artists = net.artists
     add_bed(studio, "b1")

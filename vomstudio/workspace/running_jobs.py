@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 from vomstudio.errors import WorkerError
 from vomstudio.failures.error_collector import ERRORS
@@ -19,7 +19,9 @@ from vomstudio.workspace.owner_thread import Post
 
 @dataclass
 class RunningJob:
-    """A running job as it is shown. title, stage : translated; total, done : steps of the stage."""
+    """A running job as it is shown. title, stage : translated; total, done : steps of the stage.
+    resumable : what it has done is kept when it is stopped, which is then a pause. outcome : empty
+    while it runs."""
 
     number: int
     title: str
@@ -27,6 +29,8 @@ class RunningJob:
     on_done: Callable[[Any], None]
     on_failed: Callable[[Failed], None]
     quiet: bool = False
+    resumable: bool = False
+    outcome: Literal["", "done", "stopped", "failed"] = ""
     stage: str = ""
     total: int | None = None
     done: int = 0
@@ -66,9 +70,11 @@ class Jobs:
         on_done: Callable[[Result], None],
         on_failed: Callable[[Failed], None],
         quiet: bool = False,
+        resumable: bool = False,
     ) -> RunningJob:
         """Start a job; on_done or on_failed is called in the owner's thread when it ends. After
-        `close` nothing is started and nothing called. quiet : it is not shown."""
+        `close` nothing is started and nothing called. quiet : it is not shown. resumable : the next
+        one like it goes on where this one is stopped."""
         lane = job.lane
         worker = self.workers[lane]
         try:
@@ -81,7 +87,7 @@ class Jobs:
             number = self._refused
             failed = Failed(number, error.as_dict(), error.exit_code)
             self._post(lambda: self._deliver(lane, failed))
-        begun = RunningJob(number, title, worker, on_done, on_failed, quiet)
+        begun = RunningJob(number, title, worker, on_done, on_failed, quiet, resumable)
         if not self._closed:
             self.jobs[lane, number] = begun
             self.changed.emit()
@@ -117,8 +123,10 @@ class Jobs:
         else:
             del self.jobs[lane, event.job]
             if isinstance(event, Done):
+                job.outcome = "done"
                 job.on_done(event.result)
             else:
+                job.outcome = "stopped" if event.cancelled else "failed"
                 job.on_failed(event)
             for fault in job.faults:
                 _report(job.title, fault)

@@ -9,6 +9,8 @@ from typing import TypeVar
 from PySide6.QtWidgets import QWidget
 from shiboken6 import isValid
 
+from vomstudio.ui.common.long_boxes import fit_to_screen
+
 D = TypeVar("D", bound=QWidget)
 
 
@@ -34,6 +36,7 @@ class OpenDialogs:
             hidden.deleteLater()
         made = make()
         self._made[kind, about] = weakref.ref(made)
+        fit_to_screen(made)
         made.show()
         return made
 

@@ -110,7 +110,7 @@ def show_toggles(window: QWidget) -> None:
 
 
 class _PaletteIcon(QIconEngine):
-    """A Material Design icon in the palette's colour of the moment, so that it follows the theme."""
+    """A Material Design icon in the colour of the palette, so that it follows the theme."""
 
     def __init__(self, name: str) -> None:
         super().__init__()

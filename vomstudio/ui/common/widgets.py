@@ -4,22 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QFormLayout,
+    QFrame,
     QGridLayout,
     QHBoxLayout,
     QLabel,
     QLineEdit,
     QPushButton,
+    QScrollArea,
     QSizePolicy,
     QSplitter,
     QToolButton,
     QVBoxLayout,
     QWidget,
 )
+
+# Of what scrolls: some rows, and the arrows of the bar.
+_LEAST_HEIGHT = 100
 
 
 class ComboBox(QComboBox):
@@ -34,6 +39,12 @@ class ComboBox(QComboBox):
         policy = QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
         self.setSizeAdjustPolicy(policy)
         self.setMinimumContentsLength(10)
+
+    def show_text(self, text: str) -> None:
+        """Show a text in place of a choice, until something is chosen."""
+        self.setPlaceholderText(text)
+        with QSignalBlocker(self):
+            self.setCurrentIndex(-1)
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802
         event.ignore()
@@ -71,6 +82,31 @@ class ElidedLabel(QLabel):
             painter, room, int(self.alignment().value), self.palette(), self.isEnabled(), text,
             self.foregroundRole(),
         )  # fmt: skip
+
+
+class Scrolling(QScrollArea):
+    """Shows a panel that may be higher than its place, and has the width that the panel needs."""
+
+    def __init__(self, panel: QWidget) -> None:
+        super().__init__()
+        self._panel = panel
+        self.setWidget(panel)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.LayoutRequest:
+            # Qt leaves the place as narrow as the panel was before.
+            self.updateGeometry()
+        return super().eventFilter(watched, event)
+
+    def minimumSizeHint(self) -> QSize:  # noqa: N802
+        bar = self.verticalScrollBar().sizeHint().width()
+        return QSize(self._panel.minimumSizeHint().width() + bar, _LEAST_HEIGHT)
+
+    def sizeHint(self) -> QSize:  # noqa: N802
+        return self._panel.sizeHint().expandedTo(self.minimumSizeHint())
 
 
 def column_of() -> tuple[QWidget, QVBoxLayout]:

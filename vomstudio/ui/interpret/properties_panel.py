@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QPushButton,
-    QScrollArea,
     QStackedLayout,
     QVBoxLayout,
     QWidget,
@@ -30,7 +29,7 @@ from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Scrolling
 from vomstudio.ui.interpret import plane_relations
 from vomstudio.words import tr, tr_n
 
@@ -48,8 +47,8 @@ class PropertiesPanel(QWidget):
         self._nothing.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._nothing)
-        self._stack.addWidget(_scrolled(self._make_feature(keep)))
-        self._stack.addWidget(_scrolled(self._make_model(declare)))
+        self._stack.addWidget(Scrolling(self._make_feature(keep)))
+        self._stack.addWidget(Scrolling(self._make_model(declare)))
         studio.selection_changed.connect(self.refresh)
         studio.edited.connect(self.refresh)
         studio.project_opened.connect(self.refresh)
@@ -58,6 +57,9 @@ class PropertiesPanel(QWidget):
 
     def _make_feature(self, keep: QAction) -> QWidget:
         page = QWidget()
+        self._several = QLabel()
+        self._several.setObjectName("several_selected")
+        self._several.setWordWrap(True)
         self._fit = FitView()
         self._about = QLabel()
         self._about.setWordWrap(True)
@@ -77,6 +79,7 @@ class PropertiesPanel(QWidget):
             form.addRow(tr(each.title), self.fields[each.field])
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 4, 6, 4)
+        layout.addWidget(self._several)
         layout.addWidget(self._relation)
         layout.addWidget(self._keep)
         layout.addWidget(self._fit)
@@ -194,6 +197,7 @@ class PropertiesPanel(QWidget):
             measured, self._studio.settings.notation, local=not self._studio.north_known()
         )
         kind = kind_of(feature)
+        self._show_count(feature)
         own = {attribute.field: attribute for attribute in kind.attributes}
         for name, widget in self.fields.items():
             attribute = own.get(name)
@@ -201,11 +205,38 @@ class PropertiesPanel(QWidget):
             label = self._form.labelForField(widget)
             if attribute is not None and isinstance(label, QLabel):
                 label.setText(tr(attribute.title))
-            if hasattr(feature, name):
+            if not hasattr(feature, name):
+                continue
+            if self._differ(name):
+                _show_several(widget)
+            else:
                 _show(widget, getattr(feature, name))
         lines = kind.about(self._studio.subject(feature, measured))
         self._about.setVisible(bool(lines))
         self._about.setText("\n".join(lines))
+
+    def _show_count(self, current: Feature) -> None:
+        count = len(self._shown)
+        self._several.setVisible(count > 1)
+        self._several.setText(
+            tr(
+                "{count} features are selected: a change here changes all of them. The figures are "
+                "those of {name}.",
+                count=count,
+                name=current.name,
+            )
+        )
+        name = self.fields["name"]
+        name.setEnabled(count == 1)
+        name.setToolTip(tr("Not now: A name belongs to one feature.") if count > 1 else "")
+
+    def _differ(self, name: str) -> bool:
+        """Whether the selected features that have an attribute have different values of it."""
+        records = self._studio.records
+        found = (getattr(records.get(id_), name, None) for id_ in self._shown)
+        values = (value for value in found if value is not None)
+        first = next(values, None)
+        return any(value != first for value in values)
 
     def _show_model(self, model: Model) -> None:
         lines = [f"<b>{model.name}</b>", model.path]
@@ -239,6 +270,19 @@ class PropertiesPanel(QWidget):
         self._model.setText("<br>".join(lines))
 
 
+def _show_several(widget: QWidget) -> None:
+    """That the selected features have different values."""
+    several = tr("(several)")
+    if isinstance(widget, QCheckBox):
+        widget.setTristate(True)
+        widget.setCheckState(Qt.CheckState.PartiallyChecked)
+    elif isinstance(widget, ComboBox):
+        widget.show_text(several)
+    elif isinstance(widget, QLineEdit):
+        widget.setPlaceholderText(several)
+        widget.clear()
+
+
 def _show(widget: QWidget, value: Any) -> None:
     """The value of an attribute in its widget."""
     if isinstance(widget, TypeBox):
@@ -248,15 +292,8 @@ def _show(widget: QWidget, value: Any) -> None:
     elif isinstance(widget, ComboBox):
         widget.setCurrentIndex(widget.findData(value))
     elif isinstance(widget, QCheckBox):
+        widget.setTristate(False)
         widget.setChecked(value)
     elif isinstance(widget, QLineEdit):
+        widget.setPlaceholderText("")
         widget.setText(value)
-
-
-def _scrolled(page: QWidget) -> QScrollArea:
-    area = QScrollArea()
-    area.setWidget(page)
-    area.setWidgetResizable(True)
-    area.setFrameShape(QScrollArea.Shape.NoFrame)
-    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-    return area

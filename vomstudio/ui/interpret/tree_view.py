@@ -24,6 +24,7 @@ from PySide6.QtGui import (
     QDropEvent,
     QPalette,
     QResizeEvent,
+    QShowEvent,
 )
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QLabel, QTreeWidget, QTreeWidgetItem
 
@@ -92,12 +93,17 @@ class FeatureTree(QTreeWidget):
         # Rows are laid out later.
         self._soon.start()
 
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        super().showEvent(event)
+        self._soon.start()
+
     def _fit_sets(self) -> None:
         """Names come first: sets have what names and orientations leave."""
         header = self.header()
         left = self.viewport().width() - header.sectionSize(ORIENTATION)
         left -= self.sizeHintForColumn(NAME)
-        header.resizeSection(SET, 0 if left < _LEAST_SET_WIDTH else min(left, _SET_WIDTH))
+        header.setSectionHidden(SET, left < _LEAST_SET_WIDTH)
+        header.resizeSection(SET, max(_LEAST_SET_WIDTH, min(left, _SET_WIDTH)))
 
     def edit(  # type: ignore[override]
         self,

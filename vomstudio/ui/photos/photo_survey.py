@@ -400,6 +400,7 @@ class PhotoSurvey(QObject):
             title=tr("Reconstructing {name}", name=name),
             on_done=done,
             on_failed=failed,
+            resumable=True,
         )
         self.changed.emit()
 

@@ -126,7 +126,7 @@ class PhotoWindow(QWidget):
         column.addWidget(self.mask_box)
         column.addWidget(self.points, 1)
         split = QSplitter(Qt.Orientation.Horizontal)
-        for widget in (self.list, self._middle, side):
+        for widget in (self.list, self._middle, Scrolling(side)):
             split.addWidget(widget)
         split.setStretchFactor(1, 1)
         split.setSizes([250, 830, 310])

@@ -295,11 +295,10 @@ class PhotosPanel(QWidget):
             return tr("Reading the photos…")
         warnings = sum(finding.severity != "info" for finding in survey.findings)
         photos = tr_n("{count} photo", "{count} photos", len(survey.rows))
-        return tr(
-            "{photos}, {warnings}",
-            photos=photos,
-            warnings=tr_n("{count} warning", "{count} warnings", warnings),
-        )
+        said = tr_n("{count} warning", "{count} warnings", warnings)
+        if survey.begun and survey.making is None:
+            return tr("{photos}, {warnings}, reconstruction paused", photos=photos, warnings=said)
+        return tr("{photos}, {warnings}", photos=photos, warnings=said)
 
     # --- choosing ----------------------------------------------------------------------------
     def _chosen_names(self) -> set[str]:

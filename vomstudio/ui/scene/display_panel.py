@@ -12,14 +12,12 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QDoubleSpinBox,
     QFormLayout,
-    QFrame,
     QGridLayout,
     QGroupBox,
     QHBoxLayout,
     QLabel,
     QLineEdit,
     QPushButton,
-    QScrollArea,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -38,7 +36,7 @@ from vomstudio.rendering.view.scalars import (
 )
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, Scrolling, narrow_form
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace import display
 
@@ -71,14 +69,9 @@ class DisplayPanel(QWidget):
         layout.addWidget(self._make_field())
         layout.addWidget(self._make_clip(actions["clipping_reset"]))
         layout.addStretch()
-        area = QScrollArea()
-        area.setWidget(page)
-        area.setWidgetResizable(True)
-        area.setFrameShape(QFrame.Shape.NoFrame)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(area)
+        whole.addWidget(Scrolling(page))
         for signal in (
             self._display.changed,
             studio.model_loaded,

@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 
 from vomstudio.paths import documentation
 from vomstudio.ui.common.actions import Actions, Command
+from vomstudio.ui.common.long_boxes import show_long_text
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.shell.failure_notices import Host, save_report
 from vomstudio.version import __version__
@@ -54,4 +55,4 @@ def _shortcuts(parent: QWidget, actions: Actions) -> None:
             if command.in_viewport:
                 text = tr("{command} (in the viewport)", command=text)
             rows.append(f"<tr><td><b>{keys}</b>&nbsp;&nbsp;</td><td>{text}</td></tr>")
-    QMessageBox.information(parent, tr("Shortcuts"), f"<table>{''.join(rows)}</table>{tr(_MOUSE)}")
+    show_long_text(parent, tr("Shortcuts"), f"<table>{''.join(rows)}</table>{tr(_MOUSE)}")

@@ -61,7 +61,7 @@ class JobsPanel(QTableWidget):
             if key not in running:
                 took = time.monotonic() - self._begun.pop(key)
                 if took >= _WORTH_S:
-                    status = tr("Ended at {time:%H:%M}", time=datetime.now())
+                    status = _ended(job)
                     self._ended.insert(0, (job.title, status, _duration(took)))
         del self._ended[_KEPT:]
         if list(running) != list(self._shown):
@@ -86,8 +86,8 @@ class JobsPanel(QTableWidget):
             bar.setFixedWidth(160)
             self.setCellWidget(row, 2, bar)
             stop = QToolButton()
-            stop.setText(tr("Stop"))
-            stop.setIcon(theme.icon("stop"))
+            stop.setText(tr("Pause") if job.resumable else tr("Stop"))
+            stop.setIcon(theme.icon("pause" if job.resumable else "stop"))
             stop.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             stop.clicked.connect(lambda _=False, j=job: self._jobs.cancel(j))
             self.setCellWidget(row, 4, stop)
@@ -108,6 +108,18 @@ class JobsPanel(QTableWidget):
             item = self.item(row, 3)
             if item is not None:
                 item.setText(_duration(time.monotonic() - self._begun[key]))
+
+
+def _ended(job: RunningJob) -> str:
+    """How and when a job has ended, in words."""
+    now = datetime.now()
+    if job.outcome == "stopped" and job.resumable:
+        return tr("Paused at {time:%H:%M}", time=now)
+    if job.outcome == "stopped":
+        return tr("Stopped at {time:%H:%M}", time=now)
+    if job.outcome == "failed":
+        return tr("Failed at {time:%H:%M}", time=now)
+    return tr("Ended at {time:%H:%M}", time=now)
 
 
 def _duration(seconds: float) -> str:

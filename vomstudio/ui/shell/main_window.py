@@ -33,6 +33,7 @@ from vomstudio.words import tr
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport
     from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
+    from vomstudio.ui.common.studio import Studio
 
 # A viewport that cannot draw must not keep the net away.
 _LONGEST_WAIT_MS = 5000
@@ -208,9 +209,7 @@ class MainWindow(QMainWindow):
         self.tree = ProjectTree(
             studio, partial(record_actions, self.actions_table), self._open_types
         )
-        self.tool_panel = ActiveToolPanel(
-            studio, tool_panels.make_panels(studio, actions), actions
-        )
+        self.tool_panel = ActiveToolPanel(studio, tool_panels.make_panels(studio, actions), actions)
         self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
         self.display_panel.on_clip_toggled(actions["clipping_box"].trigger)
         self.properties = PropertiesPanel(
@@ -238,7 +237,7 @@ class MainWindow(QMainWindow):
         add("tool", tr("Tool"), self.tool_panel, scrolls=True)
         add("stereonet", tr("Stereonet"), self._net_place)
         add("view", tr("View direction"), self.view_panel, scrolls=True)
-        add("display", tr("Display"), self.display_panel, scrolls=True)
+        add("display", tr("Display"), self.display_panel)
         add("properties", tr("Properties"), self.properties)
         add("table", tr("Orientations"), self.table)
         add("photos", tr("Photos"), self.photos_panel)
@@ -350,23 +349,12 @@ class MainWindow(QMainWindow):
     def _add_stereonet(self) -> None:
         if not self._filled or not self.isVisible():
             return
-        from vomstudio.jobs.job import Nothing
-        from vomstudio.jobs.model_tasks import COMPILE_KERNELS, IMPORT_LIBRARIES
         from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
         self.net = StereonetPanel(self.studio, self.actions_table.all["export_net"])
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
-        # Each lane's worker gets ready for what it will be asked; photos come last.
-        for job in (IMPORT_LIBRARIES, COMPILE_KERNELS):
-            self.studio.jobs.submit(
-                job,
-                Nothing(),
-                title=tr("Warming up"),
-                on_done=lambda _: None,
-                on_failed=lambda _: None,
-                quiet=True,
-            )
+        _warm_up(self.studio)
 
     def _imports_done(self) -> None:
         # An open model is not kept until the program ends, so it must not be frozen.
@@ -447,3 +435,19 @@ class MainWindow(QMainWindow):
         self._photo_shown.close()
         self.studio.close()
         event.accept()
+
+
+def _warm_up(studio: Studio) -> None:
+    """Each lane's worker gets ready for what it will be asked; photos come last."""
+    from vomstudio.jobs.job import Nothing
+    from vomstudio.jobs.model_tasks import COMPILE_KERNELS, IMPORT_LIBRARIES
+
+    for job in (IMPORT_LIBRARIES, COMPILE_KERNELS):
+        studio.jobs.submit(
+            job,
+            Nothing(),
+            title=tr("Warming up"),
+            on_done=lambda _: None,
+            on_failed=lambda _: None,
+            quiet=True,
+        )

@@ -18,6 +18,7 @@ from vomstudio.io.project.folder import SUFFIX, is_project, untitled_projects
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
 from vomstudio.ui.common.command_targets import current_model, start_folder
+from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog
@@ -210,6 +211,7 @@ class Files(QObject):
         dialog = FrameDialog(self._parent, model, self._studio.models.get(model.id))
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self._declare(model, dialog.frame))
+        fit_to_screen(dialog)
         dialog.open()
 
     def _declare(self, model: Model, frame: Frame) -> None:

@@ -122,6 +122,7 @@ class StatusLine(QStatusBar):
         if jobs:
             # The newest: what was asked for last is what is waited for.
             self._job.setText(jobs[-1].text())
+            self._stop.setText(tr("Pause") if jobs[-1].resumable else tr("Stop"))
             self._bar.setRange(0, jobs[-1].total or 0)
             self._bar.setValue(jobs[-1].done)
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 
-from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt
-from PySide6.QtWidgets import QDockWidget, QFrame, QMainWindow, QMenu, QScrollArea, QWidget
+from PySide6.QtCore import QByteArray, QEvent, QObject, Qt
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu, QWidget
 
+from vomstudio.ui.common.widgets import Scrolling
 from vomstudio.ui.workspaces.screens import bring_on_screen
 from vomstudio.ui.workspaces.table import HOMES, Area, Places
 
 _LAYOUT_VERSION = 5
-_LEAST_HEIGHT = 100
 _AREAS: dict[Area, Qt.DockWidgetArea] = {
     "left": Qt.DockWidgetArea.LeftDockWidgetArea,
     "right": Qt.DockWidgetArea.RightDockWidgetArea,
@@ -42,7 +42,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         """scrolls : a long panel may be higher than the place that it is given"""
         dock = QDockWidget(title, self._window)
         dock.setObjectName(name)
-        dock.setWidget(_Scrolling(widget) if scrolls else widget)
+        dock.setWidget(Scrolling(widget) if scrolls else widget)
         self._window.addDockWidget(_AREAS[HOMES[name]], dock)
         dock.hide()
         self._docks[name] = dock
@@ -87,7 +87,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         for area, side in _AREAS.items():
             stacks = [list(stack) for stack in places.get(area, ())] or [[]]
             # A dock that is hidden comes as a tab where its neighbours stand.
-            stacks[-1] += [n for n in self._docks if HOMES[n] == area and n not in listed]
+            stacks[0] += [n for n in self._docks if HOMES[n] == area and n not in listed]
             for stack in stacks:
                 for name in stack:
                     self._window.addDockWidget(side, self[name])
@@ -142,27 +142,3 @@ class _Watcher(QObject):
         if event.type() in (QEvent.Type.Resize, QEvent.Type.Move):
             self._changed()
         return False
-
-
-class _Scrolling(QScrollArea):
-    """Shows a panel that may be higher than the place, and never wider."""
-
-    def __init__(self, panel: QWidget) -> None:
-        super().__init__()
-        self.setWidget(panel)
-        self.setWidgetResizable(True)
-        self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
-        if event.type() == QEvent.Type.LayoutRequest:
-            # Qt leaves the dock as narrow as the panel was before.
-            self.updateGeometry()
-        return super().eventFilter(watched, event)
-
-    def minimumSizeHint(self) -> QSize:  # noqa: N802
-        bar = self.verticalScrollBar().sizeHint().width()
-        return QSize(self.widget().minimumSizeHint().width() + bar, _LEAST_HEIGHT)
-
-    def sizeHint(self) -> QSize:  # noqa: N802
-        return self.widget().sizeHint().expandedTo(self.minimumSizeHint())

@@ -14,6 +14,7 @@ from vomstudio.ui.workspaces.arrangements import Workspaces
 from vomstudio.ui.workspaces.table import WORKSPACES
 from vomstudio.words import tr
 
+_ARROW = 16
 _TEXT = Qt.ToolButtonStyle.ToolButtonTextOnly
 
 
@@ -59,8 +60,10 @@ class FittingBar(QToolBar):
 
     def _needed(self) -> int:
         layout = self.layout()
+        assert layout is not None
         layout.invalidate()
-        return layout.sizeHint().width()
+        # Qt keeps some of it for the arrow at the end.
+        return layout.sizeHint().width() + _ARROW
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802
         # It must not hold the window wide: what does not fit is behind the arrow at its end.

@@ -33,10 +33,9 @@ of panels; a dock that is missing here would stand nowhere."""
 @dataclass(frozen=True)
 class Workspace:
     """title, purpose : noted for translation; purpose : one line that is shown while there is
-    nothing of what it needs. needs : "photos", "model" or "features". shares : of the left, right
-    and bottom docks in the width and height of the window; first_share : of the upper stack of a side
-    in its height. middle : the dock that takes the place
-    of the outcrop while no model is open"""
+    nothing of what it needs. shares : of the left, right and bottom docks in the width and height
+    of the window; first_share : of the upper stack of a side in its height. middle : the dock that
+    takes the place of the outcrop while no model is open"""
 
     name: str
     title: str
