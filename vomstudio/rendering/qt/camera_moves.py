@@ -61,6 +61,10 @@ class CameraMoves(QObject):
         if self._fitted is not None:
             self.frame(self._fitted)
 
+    def stay(self) -> None:
+        """From now on the camera keeps its place when the widget is resized."""
+        self._fitted = None
+
     def set_pivot(self, point_world: npt.NDArray[np.float64]) -> None:
         """Orbit about this World point from now on; the view stays as it is."""
         self.camera.set_pivot(np.asarray(point_world, float))

@@ -339,6 +339,7 @@ class MainWindow(QMainWindow):
     def _join_panels(self, viewport: Viewport) -> None:
         self.cameras.chosen.connect(self.photos_panel.choose)
         self.photos_panel.opened.connect(self.photo_opening.open)
+        self.workspaces.leaving.connect(viewport.moves.stay)
         self.display_panel.watch(viewport)
         self.in_photos.watch(viewport)
         self.in_photos.listed.connect(self.actions_table.refresh)

@@ -26,13 +26,14 @@ _SETTLED_MS = 300
 
 
 class Workspaces(QObject):
-    """changed : another workspace is shown. settled : place, size or docks of the window have
-    changed and are at rest, so that `to_keep` is worth keeping. moved : at once, whenever a dock
-    comes, goes or moves.
+    """leaving : another workspace is about to be shown; changed : it is shown. settled : place,
+    size or docks of the window have changed and are at rest, so that `to_keep` is worth keeping.
+    moved : at once, whenever a dock comes, goes or moves.
 
     A workspace remembers one arrangement for windows with room and one for small windows, in which
     docks fold together; what was left last at each of the two sizes comes back with it."""
 
+    leaving = Signal()
     changed = Signal(str)
     settled = Signal()
     moved = Signal()
@@ -88,6 +89,7 @@ class Workspaces(QObject):
         if wanted is self._shown and self._put_away is None:
             return
         self._remember()
+        self.leaving.emit()
         self._put_away = None
         self._shown = wanted
         self._small = self._is_small()

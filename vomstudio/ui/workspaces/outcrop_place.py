@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject
+from PySide6.QtCore import QEvent, QObject, QTimer
 from PySide6.QtWidgets import QFrame, QLabel, QVBoxLayout, QWidget
 
 # Of Qt, which does not export it.
@@ -50,6 +50,15 @@ class OutcropPlace(QWidget):
             self._shows = shows
             self._outcrop.setVisible(shows)
             self._fit()
+            # The window keeps the room of a dock that has just gone until it lays out anew.
+            QTimer.singleShot(0, self._lay_out_window)
+
+    def _lay_out_window(self) -> None:
+        above = self.parentWidget()
+        layout = None if above is None else above.layout()
+        if layout is not None:
+            layout.invalidate()
+            layout.activate()
 
     def say_purpose(self, text: str) -> None:
         """One line above the outcrop; none where the text is empty."""

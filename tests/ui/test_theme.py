@@ -1,0 +1,129 @@
+"""Light and dark: what is switched on is plain to see, and icons follow."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import pytest
+from PySide6.QtGui import QImage, QPalette
+from PySide6.QtWidgets import QApplication, QToolBar, QToolButton
+
+from tests import driver
+from tests.ui.conftest import add_cliff
+from vomstudio.io.settings import read_settings
+from vomstudio.ui.common import theme
+
+THEMES = ["light", "dark"]
+
+
+@pytest.fixture(params=THEMES)
+def shown(request, window, studio):
+    """The window in a theme, with a model, so that tools can be chosen."""
+    add_cliff(studio)
+    window.actions_table.run(f"theme_{request.param}")
+    driver.pause(50)
+    yield request.param
+    theme.use("system")
+
+
+def luminance(color: tuple[int, int, int]) -> float:
+    """Relative luminance of sRGB, of WCAG 2.1."""
+    parts = [c / 255 for c in color]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return sum(w * c for w, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+
+def contrast(a: tuple[int, int, int], b: tuple[int, int, int]) -> float:
+    """From 1 to 21, of WCAG 2.1."""
+    light, dark = sorted((luminance(a), luminance(b)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+def colors(button: QToolButton) -> list[list[tuple[int, int, int]]]:
+    """The rows of its pixels."""
+    image = button.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+    return [
+        [image.pixelColor(x, y).getRgb()[:3] for x in range(image.width())]
+        for y in range(image.height())
+    ]
+
+
+def most(pixels: list[tuple[int, int, int]]) -> tuple[int, int, int]:
+    return Counter(pixels).most_common(1)[0][0]
+
+
+def most_of(rows: list[list[tuple[int, int, int]]]) -> tuple[int, int, int]:
+    return most([pixel for row in rows for pixel in row])
+
+
+def buttons(window, *names: str) -> list[QToolButton]:
+    bars = [bar for bar in window.findChildren(QToolBar) if bar.parent() is window]
+    actions = [window.actions_table.all[name] for name in names]
+    found = [bar.widgetForAction(action) for action in actions for bar in bars]
+    return [button for button in found if isinstance(button, QToolButton)]
+
+
+def test_what_is_switched_on_is_plain_and_its_words_are_read(window, studio, shown):
+    on = buttons(window, "navigate", "workspace_interpret")
+    off = buttons(window, "open", "workspace_photos")
+    assert len(on) == len(off) == 2
+    for pressed, plain in zip(on, off, strict=True):
+        lit, unlit = colors(pressed), colors(plain)
+        ground, around = most_of(lit), most_of(unlit)
+        assert math.dist(ground, around) > 30, "the button is filled"
+        frame = lit[0][len(lit[0]) // 2]
+        # 3 is wanted of parts of controls, 4.5 of words (WCAG 2.1, 1.4.11 and 1.4.3).
+        assert contrast(frame, around) >= 3.0
+        for pixels, back in ((lit, ground), (unlit, around)):
+            assert max(contrast(p, back) for row in pixels for p in row) >= 4.5
+
+
+def test_words_and_icons_can_be_read_on_every_ground(window, shown):
+    palette = QApplication.palette()
+    role = QPalette.ColorRole
+    for words, ground in (
+        (role.WindowText, role.Window),
+        (role.Text, role.Base),
+        (role.Text, role.AlternateBase),
+        (role.ButtonText, role.Button),
+        (role.ToolTipText, role.ToolTipBase),
+        (role.Link, role.Base),
+    ):
+        found = [palette.color(each).getRgb()[:3] for each in (words, ground)]
+        assert contrast(*found) >= 4.5, (words, ground)
+    pixels = theme.icon("undo").pixmap(24, 24).toImage()
+    drawn = [
+        pixels.pixelColor(x, y).getRgb()[:3]
+        for x in range(24)
+        for y in range(24)
+        if pixels.pixelColor(x, y).alpha() == 255
+    ]
+    assert drawn
+    assert contrast(most(drawn), palette.color(role.Window).getRgb()[:3]) >= 4.5
+
+
+def test_the_theme_is_kept_and_marked_in_its_menu(window, studio, shown):
+    assert theme.is_dark() == (shown == "dark")
+    assert read_settings()[0].theme == shown
+    ticked = [n for n in ("system", *THEMES) if window.actions_table.all[f"theme_{n}"].isChecked()]
+    assert ticked == [shown]
+
+
+def test_icons_of_a_window_follow_a_theme_that_is_chosen_later(window, studio):
+    add_cliff(studio)
+    (button,) = buttons(window, "open")
+    seen = []
+    try:
+        for name in THEMES:
+            window.actions_table.run(f"theme_{name}")
+            driver.pause(50)
+            rows = colors(button)
+            ground = most_of(rows)
+            seen.append(ground)
+            strongest = max((p for row in rows for p in row), key=lambda p: contrast(p, ground))
+            assert contrast(strongest, ground) >= 3.0
+            assert (luminance(strongest) > luminance(ground)) == (name == "dark")
+    finally:
+        theme.use("system")
+    assert seen[0] != seen[1]
