@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QToolBar
+from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMainWindow, QTabBar, QToolBar
 
 from tests import driver
 from tests.tools.fakes import event
@@ -43,6 +43,17 @@ def in_front(window) -> dict[str, QRect]:
         for name, dock in window.docks.items()
         if not dock.isHidden() and not dock.isFloating() and not dock.visibleRegion().isEmpty()
     }
+
+
+def bars_of_tabs(window) -> int:
+    return sum(bar.isVisible() for bar in window.findChildren(QTabBar) if bar.parent() is window)
+
+
+def stacks(window) -> set[frozenset[QDockWidget]]:
+    """The docks that share a place as tabs."""
+    docked = [d for d in window.docks.values() if not d.isHidden() and not d.isFloating()]
+    found = {frozenset({d, *window.tabifiedDockWidgets(d)}) for d in docked}
+    return {stack for stack in found if len(stack) > 1}
 
 
 def resize(window, width: int, height: int) -> None:
@@ -232,6 +243,7 @@ def test_every_dock_can_be_shown_in_every_workspace(window):
             window.docks.bring_forward(name)
             driver.pause(30)
             assert name in in_front(window), (NAMES[number - 1], name)
+        assert bars_of_tabs(window) == len(stacks(window))
         window.actions_table.run("reset_panels")
 
 
@@ -313,6 +325,7 @@ def test_nothing_is_cut_off_and_the_outcrop_has_room_in_any_window(window, studi
         needed = window.minimumSizeHint()
         assert needed.width() <= 960, workspace.name
         assert needed.height() <= height, workspace.name
+        assert bars_of_tabs(window) == len(stacks(window)), workspace.name
         inside = QRect(QPoint(0, 0), window.size())
         places = in_front(window)
         assert places

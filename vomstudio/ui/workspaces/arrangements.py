@@ -116,6 +116,7 @@ class Workspaces(QObject):
         self.changed.emit(self._shown.name)
 
     def _show(self) -> None:
+        self._docks.own = self._shown.docks
         self._window.setUpdatesEnabled(False)
         try:
             kept = self._states.get(_key(self._shown, self._small))

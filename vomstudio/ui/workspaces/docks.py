@@ -25,6 +25,9 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def __init__(self, window: QMainWindow) -> None:
         self._window = window
         self._docks: dict[str, QDockWidget] = {}
+        self.own: frozenset[str] = frozenset()
+        """Names of the docks that have a place of their own in the workspace that is shown; the
+        others come as tabs."""
         left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
         window.setCorner(Qt.Corner.BottomLeftCorner, left)
         window.setCorner(Qt.Corner.BottomRightCorner, right)
@@ -46,6 +49,8 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self._window.addDockWidget(_AREAS[HOMES[name]], dock)
         dock.hide()
         self._docks[name] = dock
+        # Qt has shown it by then, where it has room.
+        dock.toggleViewAction().triggered.connect(lambda on: self._join(name) if on else None)
 
     def fill_menu(self, menu: QMenu) -> None:
         """Each panel with a tick where it is shown."""
@@ -85,18 +90,19 @@ class WindowDocks(Mapping[str, QDockWidget]):
             self._window.removeDockWidget(dock)
         listed = {name for stacks in places.values() for stack in stacks for name in stack}
         for area, side in _AREAS.items():
-            stacks = [list(stack) for stack in places.get(area, ())] or [[]]
-            # A dock that is hidden comes as a tab where its neighbours stand.
-            stacks[0] += [n for n in self._docks if HOMES[n] == area and n not in listed]
+            stacks = places.get(area, ())
             for stack in stacks:
                 for name in stack:
                     self._window.addDockWidget(side, self[name])
                     if name != stack[0]:
                         self._window.tabifyDockWidget(self[stack[0]], self[name])
-                    self[name].setVisible(name in listed)
+                    self[name].show()
             for stack in stacks:
-                if stack and stack[0] in listed:
-                    self[stack[0]].raise_()
+                self[stack[0]].raise_()
+        # Hidden docks among tabs would leave a stray bar of tabs behind.
+        for name in self._docks.keys() - listed:
+            self._window.addDockWidget(_AREAS[HOMES[name]], self[name])
+            self[name].hide()
 
     def give_sizes(self, places: Places, sizes: Mapping[Area, int], first_share: float) -> None:
         """sizes : width of the sides, height of the bottom, in pixels. first_share : of the upper
@@ -117,8 +123,23 @@ class WindowDocks(Mapping[str, QDockWidget]):
     # --- coming and going --------------------------------------------------------------------
     def bring_forward(self, name: str) -> None:
         """Show a panel, in front of those that share its place."""
-        self[name].show()
+        if self[name].isHidden():
+            self[name].show()
+            self._join(name)
         self[name].raise_()
+
+    def _join(self, name: str) -> None:
+        """Make a dock that has just come from elsewhere a tab of those that are there."""
+        dock = self[name]
+        if name in self.own or dock.isFloating() or self._window.tabifiedDockWidgets(dock):
+            return
+        area = self._window.dockWidgetArea(dock)
+        for other in self._docks.values():
+            there = not other.isHidden() and not other.isFloating() and other is not dock
+            if there and self._window.dockWidgetArea(other) == area:
+                self._window.tabifyDockWidget(other, dock)
+                dock.raise_()
+                return
 
     def make_room(self, name: str, height: int) -> None:
         """Let a panel that is docked in the window be at least so high, in pixels."""
