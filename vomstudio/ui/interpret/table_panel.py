@@ -77,6 +77,7 @@ class TablePanel(QWidget):
             tr("No planes yet. Choose Trace (T) and click along a bed on the outcrop.")
         )
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._empty.setWordWrap(True)
         self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         top = QHBoxLayout()
         top.setContentsMargins(4, 2, 4, 0)

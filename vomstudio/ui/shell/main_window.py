@@ -321,7 +321,7 @@ class MainWindow(QMainWindow):
         self.view.turned.connect(self.view_panel.show_direction)
         self.view.turned.connect(self.actions_table.refresh)
         self.view.follow_camera()
-        opened = (self.studio.project_opened, self.studio.model_loaded)
+        opened = (self.studio.project_opened, self.studio.model_loaded, self.files.opened)
         self._keyboard = KeyboardFocus(self, viewport, *opened)
         viewport.setFocus()
         # A window that is closed before the process ends must be freed: only the first is frozen.
@@ -377,7 +377,9 @@ class MainWindow(QMainWindow):
 
         self._following.photos_opened()
         open_photos(self.survey, self.docks, folder)
-        if self.viewport is not None:
+        if not self._place.shows_outcrop:
+            self.photos_panel.table.setFocus()
+        elif self.viewport is not None:
             self._keyboard.to_outcrop()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802

@@ -10,6 +10,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
 
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Scrolling
 from vomstudio.words import tr
 
 
@@ -29,7 +30,8 @@ class StartPage(QFrame):
         font = title.font()
         font.setPointSizeF(font.pointSizeF() * 1.8)
         title.setFont(font)
-        layout = QVBoxLayout(self)
+        page = QWidget()
+        layout = QVBoxLayout(page)
         layout.setContentsMargins(28, 22, 28, 22)
         layout.setSpacing(8)
         layout.addWidget(title)
@@ -45,6 +47,9 @@ class StartPage(QFrame):
         layout.addSpacing(6)
         layout.addLayout(self._recent)
         layout.addWidget(QLabel(tr("or drop a file or a folder of photos onto the window")))
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.addWidget(Scrolling(page))
         studio.recent_changed.connect(self._fill)
         self._fill()
 
@@ -76,6 +81,8 @@ class StartPage(QFrame):
 
     def _centre(self, viewport: QWidget) -> None:
         self.adjustSize()
+        # In a small window it scrolls.
+        self.resize(self.size().boundedTo(viewport.size()))
         self.move(
             max(0, (viewport.width() - self.width()) // 2),
             max(0, (viewport.height() - self.height()) // 2),
