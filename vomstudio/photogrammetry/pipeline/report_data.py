@@ -10,6 +10,7 @@ import numpy as np
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.version import __version__
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -218,3 +219,13 @@ def drawing(scene: SparseScene) -> dict[str, Any]:
         "at": np.round(scene.centres, 3).tolist(),
         "looks": [np.round(view.direction, 4).tolist() for view in scene.views],
     }
+
+
+def versions(*packages: str) -> dict[str, str]:
+    """Of this program and of what its results rest on."""
+    import importlib
+
+    found = {"vomstudio": __version__}
+    for name in packages:
+        found[name] = str(importlib.import_module(name).__version__)
+    return found

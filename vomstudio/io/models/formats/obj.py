@@ -449,8 +449,8 @@ class _Reading:
 
 def _not_understood(count: int) -> str:
     return tr_n(
-        "{count:,} line that is not understood left out.",
-        "{count:,} lines that are not understood left out.",
+        "{count:,} line was not understood and was left out.",
+        "{count:,} lines were not understood and were left out.",
         count,
     )
 
