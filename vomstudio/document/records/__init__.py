@@ -10,6 +10,7 @@ from __future__ import annotations
 from vomstudio.document.records.basics import IDENTITY, Matrix, Point
 from vomstudio.document.records.feature_types import DEFAULT_TYPES, FeatureType
 from vomstudio.document.records.features import (
+    SURROUNDINGS_RULE,
     Feature,
     Group,
     OnAModel,
@@ -29,15 +30,18 @@ from vomstudio.document.records.photos import (
     PhotoSet,
     Reconstruction,
 )
+from vomstudio.document.records.profiles import PROFILE_ID, VerdictProfile, limits_of
 from vomstudio.document.records.registrations import Registration
 
 Resting = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
 """What models rest on."""
-Record = Model | FeatureType | Resting | Feature
+Record = Model | FeatureType | VerdictProfile | Resting | Feature
 
 __all__ = [
     "DEFAULT_TYPES",
     "IDENTITY",
+    "PROFILE_ID",
+    "SURROUNDINGS_RULE",
     "UNDECLARED",
     "Asset",
     "Feature",
@@ -61,6 +65,8 @@ __all__ = [
     "Resting",
     "Typed",
     "UpAxis",
+    "VerdictProfile",
     "get",
     "get_feature",
+    "limits_of",
 ]

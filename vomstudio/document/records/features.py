@@ -15,6 +15,10 @@ from vomstudio.document.records.basics import Point
 
 R = TypeVar("R")
 
+SURROUNDINGS_RULE = 1
+"""By which rule the program measures the resolution and the outcrop's face around a pick
+(`tools/local_surface.py`). Features keep the number of theirs; 0 stands for every rule before."""
+
 
 class Feature:
     """Anything measured."""
