@@ -13,7 +13,6 @@ from typing import Any, Literal
 
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.kind import kind_of
-from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import measure_one
@@ -29,6 +28,7 @@ from vomstudio.document.records import (
     Point,
     Record,
     Registration,
+    Surrounded,
     Typed,
     VerdictProfile,
 )
@@ -170,9 +170,9 @@ def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, An
     after: dict[str, Record | None] = {}
     for id_, values in measured.items():
         feature = records.get(id_)
-        if not isinstance(feature, Trace | Patch):
+        if not isinstance(feature, Surrounded):
             raise DocumentError(tr("The project has no trace or patch {id!r}.", id=id_))
-        after[id_] = replace(feature, **values, rule=SURROUNDINGS_RULE)
+        after[id_] = feature.but(**values, rule=SURROUNDINGS_RULE)
     if not after:
         raise DocumentError(tr("No feature was measured by an earlier rule."))
     return change(records, f"Update the surroundings of {len(after)} features", after)
@@ -283,7 +283,7 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
                     )
                 )
         # Chosen today, a regression is made along the axis nearest the normal.
-        also = {"axis": "auto"} if "method" in values and isinstance(feature, Trace) else {}
+        also = {"axis": "auto"} if "method" in values else {}
         after[id_] = replace(feature, **values, **also)
     if not after:
         raise DocumentError(tr("Nothing is selected. Select a feature first."))

@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import SURROUNDINGS_RULE, Point, Record
+from vomstudio.document.records import (
+    SURROUNDINGS_RULE,
+    Painted,
+    Picked,
+    Point,
+    Record,
+    Surrounded,
+)
 from vomstudio.geometry.surface import Surface
-
-Surrounded = Trace | Patch
-"""What is measured on the surface around it."""
 
 
 def around(surface: Surface, vertices: Sequence[Point]) -> tuple[float | None, Point | None]:
@@ -26,7 +28,7 @@ def around(surface: Surface, vertices: Sequence[Point]) -> tuple[float | None, P
 
 
 def of_earlier_rules(records: Mapping[str, Record]) -> list[Surrounded]:
-    """Traces and patches whose surroundings were measured by a rule before today's."""
+    """Features whose surroundings were measured by a rule before today's."""
     return [
         record
         for record in records.values()
@@ -36,8 +38,9 @@ def of_earlier_rules(records: Mapping[str, Record]) -> list[Surrounded]:
 
 def measured_anew(surface: Surface, feature: Surrounded) -> dict[str, Any]:
     """The fields of a feature that are measured on the surface around it."""
-    if isinstance(feature, Trace):
-        resolution, normal = around(surface, feature.vertices)
-        return {"resolution": resolution, "outcrop_normal": normal, "axis": "auto"}
-    ring = feature.outline or (feature.mean,)
-    return {"resolution": surface.resolution_near(np.asarray(ring, dtype=np.float64))}
+    if isinstance(feature, Painted):
+        ring = feature.outline or (feature.mean,)
+        return {"resolution": surface.resolution_near(np.asarray(ring, dtype=np.float64))}
+    assert isinstance(feature, Picked)
+    resolution, normal = around(surface, feature.vertices)
+    return {"resolution": resolution, "outcrop_normal": normal, "axis": "auto"}

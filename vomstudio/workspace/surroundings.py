@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from vomstudio.document import edits
-from vomstudio.document.records import Model, get
+from vomstudio.document.records import Model, Surrounded, get
 from vomstudio.errors import VomError
 from vomstudio.failures import exception_hooks
 from vomstudio.geometry.surface import Surface
-from vomstudio.tools.local_surface import Surrounded, measured_anew, of_earlier_rules
+from vomstudio.tools.local_surface import measured_anew, of_earlier_rules
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.models import Models

@@ -32,7 +32,7 @@ from vomstudio.document.measurement import (
     told_of_rule,
     world_points,
 )
-from vomstudio.document.records import Picked, Point, Typed
+from vomstudio.document.records import Picked, Point, Surrounded, Typed
 from vomstudio.geology.quality import judge
 from vomstudio.geometry import transform
 from vomstudio.geometry.plane_figures import Method
@@ -47,7 +47,7 @@ METHODS = (
 
 
 @dataclass(frozen=True)
-class Trace(Picked, Typed):
+class Trace(Picked, Surrounded, Typed):
     """vertices: in order, model file frame. resolution: mean spacing of the model's vertices or
     points around the pick, in file units, None where unknown. outcrop_normal: unit normal of the
     outcrop face around the trace, file frame, None where unknown. rule: by which these two were

@@ -48,6 +48,17 @@ class OnAModel(Feature):
     model_hash: str
 
 
+class Surrounded(OnAModel):
+    """A feature with a plane that is judged by the surface around it.
+
+    resolution: of the model there, file units, None where unknown. rule: by which it was measured,
+    0 for an earlier one.
+    """
+
+    resolution: float | None
+    rule: int
+
+
 class Picked(OnAModel):
     """A feature made of clicks. vertices: in order, model file frame."""
 
