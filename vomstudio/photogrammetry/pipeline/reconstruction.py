@@ -9,11 +9,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-
 from vomstudio.errors import GeometryError, InputError, TargetError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.photogrammetry.align.scene_check import check_scene, photo_pixel_sizes
+from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.photogrammetry.base.checkpoints import Checkpoints, Stage, write_whole
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
@@ -464,10 +462,7 @@ class _Run:
             "faces": len(textured.faces),
             "frame": scene.crs or "local",
             "scaled": scene.scaled,
-            "unit": "m" if scene.scaled else "unknown",
-            "unseen_share": float(dressed.facts["report"]["unseen_share"]),
-            "texel": float(dressed.facts["report"]["texel_m"]),
-            "photo_pixel": float(np.nanmedian(photo_pixel_sizes(scene))),
+            **report_data.sizes(scene, dressed.facts["report"]),
             "device": self.device,
             "seconds": {
                 s.name: round(s.seconds, 2) for s in self.checkpoints.stages if s.name != _SIZE

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.photogrammetry.align.scene_check import photo_pixel_sizes
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.version import __version__
 from vomstudio.words import tr
@@ -208,6 +209,16 @@ def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str
         "texture_pages": ", ".join(f"{w} x {h}" for w, h in texture["pages"]),
         "texel": texture["texel_m"],
         "share_of_the_surface_that_no_photo_sees": texture["unseen_share"],
+    }
+
+
+def sizes(scene: SparseScene, texture: Mapping[str, Any]) -> dict[str, Any]:
+    """Sizes on the rock, medians, in the unit of the model, and the share that no photo sees."""
+    return {
+        "unit": "m" if scene.scaled else "unknown",
+        "unseen_share": float(texture["unseen_share"]),
+        "texel": float(texture["texel_m"]),
+        "photo_pixel": float(np.nanmedian(photo_pixel_sizes(scene))),
     }
 
 
