@@ -93,7 +93,7 @@ class Workspace:
     def _begin(self) -> None:
         session = self.projects.session
         self.visibility.load()
-        self.tools.keep_next_type()
+        self.tools.begin()
         self.display.load(self.projects.view("display"))
         self.selection.set(())
         self.photos.forget_all()
