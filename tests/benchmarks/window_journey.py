@@ -293,7 +293,8 @@ class Journey:
         return self.window.findChild(QDockWidget, name)
 
     def show_dock(self, name: str) -> None:
-        self.dock(name).show()
+        if self.dock(name).isHidden():
+            self.dock(name).toggleViewAction().trigger()
         self.dock(name).raise_()
 
     def action(self, name: str, owner: Any = None) -> Any:
@@ -583,8 +584,9 @@ class Journey:
         """Where the trace's panel takes the name of a set."""
         from PySide6.QtWidgets import QLineEdit
 
-        fields = self.dock("trace").findChildren(QLineEdit)
-        return next(f for f in fields if f.placeholderText() == "none")
+        dock = self.dock("tool") or self.dock("trace")
+        fields = dock.findChildren(QLineEdit)
+        return next(f for f in fields if f.placeholderText() == "none" and f.isVisible())
 
 
 if __name__ == "__main__":

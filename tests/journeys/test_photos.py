@@ -90,6 +90,10 @@ def test_a_model_is_made_paused_and_continued(window, photos) -> None:
     driver.wait(lambda: list((out / "work").glob("frame-*[!t]")), "the alignment", 180.0)
     press(window, "pause_model")
     driver.wait(lambda: window.survey.making is None, "the pause", 10.0)
+    assert window.photos_panel._verdict.text().endswith(", reconstruction paused")
+    jobs = window.docks["jobs"].widget()
+    (row,) = [i for i in range(jobs.rowCount()) if "Reconstructing" in jobs.item(i, 0).text()]
+    assert jobs.item(row, 1).text().startswith("Paused at ")
     work = out / "work"
     finished = {p.name for p in work.iterdir() if p.is_dir() and p.suffix != ".part"}
     assert any(name.startswith("alignment") for name in finished)

@@ -447,3 +447,14 @@ def test_a_tool_that_is_chosen_among_photos_goes_to_the_outcrop(window, studio):
     driver.pause(50)
     assert window.workspaces.shown.name == "interpret"
     assert QApplication.activeWindow() is window
+
+
+def test_keys_of_workspaces_work_in_a_floating_panel(window):
+    dock = window.docks["table"]
+    dock.setFloating(True)
+    dock.activateWindow()
+    driver.wait(lambda: QApplication.activeWindow() is dock, "the floating panel", 5.0)
+    window.table._filter.setFocus()
+    QTest.keyClick(window.table._filter, Qt.Key.Key_6, driver.CTRL)
+    driver.pause(50)
+    assert window.workspaces.shown.name == "views"
