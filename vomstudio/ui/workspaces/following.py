@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject
 
-from vomstudio.document.records import Model
+from vomstudio.document.records import Feature, Model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.workspaces.arrangements import Workspaces
@@ -30,15 +30,11 @@ class WorkspaceFollowing(QObject):
         super().__init__(place)
         self._studio, self._survey = studio, survey
         self._docks, self._workspaces, self._place = docks, workspaces, place
-        for signal in (
-            survey.changed,
-            workspaces.moved,
-            workspaces.changed,
-            studio.edited,
-            studio.project_opened,
-            studio.model_loaded,
-        ):
+        self._model = self._feature = False
+        for signal in (survey.changed, workspaces.moved, workspaces.changed):
             signal.connect(self.refresh)
+        for signal in (studio.edited, studio.project_opened, studio.model_loaded):
+            signal.connect(self._data_changed)
         workspaces.settled.connect(lambda: studio.keep_window(workspaces.to_keep()))
 
     def photos_opened(self) -> None:
@@ -57,10 +53,16 @@ class WorkspaceFollowing(QObject):
             self._workspaces.switch(_OUTCROP)
         self._docks.bring_forward(_TOOL)
 
+    def _data_changed(self, *_: object) -> None:
+        # There may be thousands: the first of each will do.
+        records = self._studio.records.values()
+        self._model = any(isinstance(record, Model) for record in records)
+        self._feature = any(isinstance(record, Feature) for record in records)
+        self.refresh()
+
     def refresh(self, *_: object) -> None:
         """Show the outcrop, or photos in its place, and the line of an empty workspace."""
-        session, shown = self._studio.session, self._workspaces.shown
-        model = bool(session.of(Model))
+        shown, model = self._workspaces.shown, self._model
         instead = self._docks.get(shown.middle)
         self._place.show_outcrop(
             model or instead is None or instead.isHidden() or instead.isFloating()
@@ -70,5 +72,5 @@ class WorkspaceFollowing(QObject):
         elif shown.needs == "photos":
             empty = self._survey.folder is None
         else:
-            empty = not session.features()
+            empty = not self._feature
         self._place.say_purpose(tr(shown.purpose) if empty else "")
