@@ -177,6 +177,7 @@ class StereonetPanel(QWidget):
         button.setToolTip(tip)
         button.setAccessibleName(tip)
         button.setCheckable(True)
+        theme.show_toggles(button)
         button.setChecked(on)
         button.toggled.connect(lambda _: self.redraw())
         return button

@@ -83,12 +83,12 @@ def toggles_sheet() -> str:
 
 
 class _Toggles(QObject):
-    """Keeps the style sheet of a window that of the theme."""
+    """Keeps the style sheet of a widget that of the theme."""
 
-    def __init__(self, window: QWidget) -> None:
-        super().__init__(window)
-        self._window, self._sheet = window, ""
-        window.installEventFilter(self)
+    def __init__(self, widget: QWidget) -> None:
+        super().__init__(widget)
+        self._widget, self._sheet = widget, ""
+        widget.installEventFilter(self)
         self._follow()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
@@ -98,15 +98,16 @@ class _Toggles(QObject):
 
     def _follow(self) -> None:
         sheet = toggles_sheet()
-        # Setting it changes the palette of the window again.
+        # Setting it changes the palette of the widget again.
         if sheet != self._sheet:
             self._sheet = sheet
-            self._window.setStyleSheet(sheet)
+            self._widget.setStyleSheet(sheet)
 
 
-def show_toggles(window: QWidget) -> None:
-    """Make buttons that are switched on plain to see in a window, whatever the theme becomes."""
-    _Toggles(window)
+def show_toggles(widget: QWidget) -> None:
+    """Make a button, or those of a bar, plain to see where they are switched on, whatever the theme
+    becomes. (A style sheet of the whole window would cost time with every panel.)"""
+    _Toggles(widget)
 
 
 class _PaletteIcon(QIconEngine):

@@ -86,6 +86,7 @@ class ProjectTree(QWidget):
         )
         self.empty_types.setAccessibleName(tr("Show empty feature types"))
         self.empty_types.setCheckable(True)
+        theme.show_toggles(self.empty_types)
         self.empty_types.toggled.connect(lambda _: self._finish())
         self._empty = QLabel(
             tr("Open an outcrop model\n(Ctrl+O), or drop a file\nonto the window.")

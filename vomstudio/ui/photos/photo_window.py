@@ -20,6 +20,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.errors import VomError
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.place.mark_prediction import PlacedPhotos
+from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Actions
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.messages_panel import MessageBar
@@ -98,6 +99,7 @@ class PhotoWindow(QWidget):
 
     def _arrange(self) -> None:
         bar = QToolBar()
+        theme.show_toggles(bar)
         bar.setMovable(False)
         actions = self.actions_table.all
         self._title = QLabel()

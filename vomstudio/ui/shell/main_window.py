@@ -249,7 +249,6 @@ class MainWindow(QMainWindow):
 
     def _make_bars(self) -> None:
         from vomstudio.tools.registry import TOOLS
-        from vomstudio.ui.common import theme
         from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell.menus import fill_menu_bar, make_toolbar
         from vomstudio.ui.shell.notices import Notices
@@ -275,7 +274,6 @@ class MainWindow(QMainWindow):
         self.addToolBar(make_toolbar(actions, groups))
         self.addToolBarBreak()
         self.addToolBar(make_strip(actions))
-        theme.show_toggles(self)
         self.status_line = StatusLine(self.studio, actions["declare_frame"])
         self.setStatusBar(self.status_line)
         self._notices = Notices(self.messages, self.message_bar, self.status_line, actions)

@@ -69,12 +69,11 @@ class Workspaces(QObject):
     # --- showing -----------------------------------------------------------------------------
     def begin(self) -> None:
         """Arrange the docks as they were left, or as they are at first."""
-        self._small = self._is_small()
-        self._show()
         # Sizes hold only once the viewport stands in the centre and has its place.
-        QTimer.singleShot(0, self._begin_watching)
+        QTimer.singleShot(0, self._begin)
 
-    def _begin_watching(self) -> None:
+    def _begin(self) -> None:
+        self._small = self._is_small()
         self._show()
         self._begun = True
         self._window.installEventFilter(self)

@@ -8,6 +8,7 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QToolBar, QToolButton, QWidget
 
+from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.fitting_texts import FittingTexts
 from vomstudio.ui.workspaces.arrangements import Workspaces
@@ -55,6 +56,7 @@ class FittingBar(QToolBar):
         self.setMovable(False)
         self.toggleViewAction().setVisible(False)
         self.setIconSize(QSize(18, 18))
+        theme.show_toggles(self)
         self._texts = FittingTexts(self, self._needed)
         self.drop_texts = self._texts.drop
 
