@@ -45,4 +45,8 @@ def matching(text: str, most: int = 50) -> list[NamedCrs]:
             all_of_it = f"{name} {each.area.casefold()}"
             if all(word in all_of_it for word in words):
                 by_area.append(each)
-    return (sorted(by_name, key=lambda each: len(each.name)) + by_area)[:most]
+    return (sorted(by_name, key=_length) + sorted(by_area, key=_length))[:most]
+
+
+def _length(system: NamedCrs) -> int:
+    return len(system.name)
