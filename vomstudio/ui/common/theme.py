@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
+from weakref import WeakSet
 
-from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QObject, QPoint, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QColor,
     QFont,
@@ -20,6 +21,7 @@ from PySide6.QtGui import (
     QPolygonF,
 )
 from PySide6.QtWidgets import QApplication, QWidget
+from shiboken6 import isValid
 
 from vomstudio.words import to_translate
 
@@ -35,6 +37,9 @@ def use(name: str) -> None:
     if name in schemes and is_dark() != (name == "dark"):
         # Not every desktop lets a program have a scheme of its own.
         application.setPalette(_palette(name == "dark"))
+    for toggles in list(_TOGGLES):
+        if isValid(toggles):
+            toggles.follow()
 
 
 def is_dark() -> bool:
@@ -82,23 +87,22 @@ def toggles_sheet() -> str:
     )
 
 
+_TOGGLES: WeakSet[_Toggles] = WeakSet()
+
+
 class _Toggles(QObject):
     """Keeps the style sheet of a widget that of the theme."""
 
     def __init__(self, widget: QWidget) -> None:
         super().__init__(widget)
         self._widget, self._sheet = widget, ""
-        widget.installEventFilter(self)
-        self._follow()
+        # A widget with a style sheet of its own is not told of the program's palette.
+        QApplication.styleHints().colorSchemeChanged.connect(self.follow)
+        _TOGGLES.add(self)
+        self.follow()
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
-        if event.type() == QEvent.Type.PaletteChange:
-            self._follow()
-        return False
-
-    def _follow(self) -> None:
+    def follow(self, *_: object) -> None:
         sheet = toggles_sheet()
-        # Setting it changes the palette of the widget again.
         if sheet != self._sheet:
             self._sheet = sheet
             self._widget.setStyleSheet(sheet)
