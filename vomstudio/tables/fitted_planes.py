@@ -61,7 +61,7 @@ def _fits(
 ) -> list[PlaneFit]:
     if method != "regression" or axis != "auto":
         fits = fit_planes(points, offsets, method=method, axis="z" if axis == "auto" else axis)
-        return [fits[i] for i in range(len(fits))]
+        return fits.rows()
     upright = fit_planes(points, offsets)
     steepest = np.abs(np.nan_to_num(upright.normal)).argmax(axis=1)
     by_axis = [fit_planes(points, offsets, method=method, axis=each) for each in _AXES]

@@ -7,6 +7,7 @@ which the window's table, `fit`, and every export take theirs.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -137,17 +138,28 @@ def plain(value: Any) -> Any:
 
 
 def _csv_cell(value: Any) -> str:
+    # By class first: of a table nearly all cells are one of these three.
+    if value is None:
+        return ""
+    if type(value) is float:
+        return f"{value:.12g}" if math.isfinite(value) else ""
+    if type(value) is str:
+        return _csv_text(value)
     match value:
-        case None:
-            return ""
         case bool() | np.bool_():
             return "true" if value else "false"
         case float() | np.floating():
             return f"{value:.12g}" if math.isfinite(value) else ""
         case int() | np.integer():
             return str(value)
-    text = str(value)
+    return _csv_text(str(value))
+
+
+_QUOTED = re.compile(r'[,"\n\r]')
+
+
+def _csv_text(text: str) -> str:
     # A leading # would make the row a comment for whoever reads it.
-    if text[:1] == "#" or any(mark in text for mark in ',"\n\r') or text != text.strip():
+    if text[:1] == "#" or _QUOTED.search(text) or text != text.strip():
         return '"' + text.replace('"', '""') + '"'
     return text

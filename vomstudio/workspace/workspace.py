@@ -150,7 +150,7 @@ class Workspace:
             if isinstance(record, Model) and id_ not in self.models.open:
                 self.models.load(record)
         self.tools.keep_next_type()
-        self.derived.refresh()
+        self.derived.refresh(edit)
         self.selection.keep(self.projects.records)
         self.edited.emit(edit)
         self.photos.edited(edit)
