@@ -232,9 +232,7 @@ def in_window(path: Path, profiles: Path | None) -> None:
     )
     model = next(iter(studio.models))
     record = studio.records[model]
-    gestures.time(
-        "add", lambda k: studio.attempt(edits.add_trace, trace(1_000_000 + k, record))
-    )
+    gestures.time("add", lambda k: studio.attempt(edits.add_trace, trace(1_000_000 + k, record)))
     words = ("dip>30", "type:joint", "J2", "quality:good", "95<4", "", "extent>3", "-bedding", "")
     gestures.time("filter", lambda k: window.table._filter.setText(words[k]))
     gestures.time("tree", lambda k: window.tree.filter.setText(words[k]))

@@ -85,11 +85,12 @@ class Measurements:
             if id_ not in records:
                 self._kept.pop(id_, None)
         known, revision = self._sure_of
-        if isinstance(records, RecordMap) and known is records:
-            if revision == records.revision - 1:
-                for id_ in ids:
-                    self._sure.pop(id_, None)
-                self._sure_of = (records, records.revision)
+        if not isinstance(records, RecordMap) or known is not records:
+            return
+        if revision == records.revision - 1:
+            for id_ in ids:
+                self._sure.pop(id_, None)
+            self._sure_of = (records, records.revision)
 
 
 def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:

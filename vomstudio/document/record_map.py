@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import ItemsView, Iterator, KeysView, Mapping, ValuesView
+from collections.abc import Callable, ItemsView, Iterator, KeysView, Mapping, ValuesView
 from typing import Any, TypeVar, overload
 
 from vomstudio.document.records import Feature, Record
@@ -26,11 +26,13 @@ class RecordMap(Mapping[str, Record]):
         self._records = dict(records)
         self._of: dict[type[Any], dict[str, Any]] = {}
         self._numbers: dict[str, Counter[int]] = {}
+        self._once: dict[Callable[[RecordMap], Any], Any] = {}
         self.revision = 0
 
     def take(self, after: Mapping[str, Record | None]) -> None:
         """For the session: put these records in, take those out that are None."""
         self.revision += 1
+        self._once = {}
         for id_, new in after.items():
             old = self._records.get(id_)
             if new is None:
@@ -73,6 +75,13 @@ class RecordMap(Mapping[str, Record]):
             )
             self._numbers[prefix] = numbers
         return max(numbers, default=0)
+
+    def once(self, work_out: Callable[[RecordMap], T]) -> T:
+        """What a function of the records gives, worked out once until they change."""
+        if work_out not in self._once:
+            self._once[work_out] = work_out(self)
+        found: T = self._once[work_out]
+        return found
 
     # --- a mapping; those of Mapping itself are slower ----------------------------------------
     def __getitem__(self, id_: str) -> Record:

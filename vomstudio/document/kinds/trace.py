@@ -29,7 +29,7 @@ from vomstudio.document.measurement import (
     of_fit,
     world_lines,
 )
-from vomstudio.document.records import Model, Picked, Point, Typed
+from vomstudio.document.records import Picked, Point, Typed
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.planes import PlaneFit, fit_planes
