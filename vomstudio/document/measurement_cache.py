@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from operator import is_not
 
+from vomstudio.document.collector import no_collection
 from vomstudio.document.kind import Kind
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement import Measurement, Measuring, Records
@@ -76,7 +77,8 @@ class Measurements:
         # An intersection of sets may rest on thousands of planes, of which one has changed.
         below = [each.id for f in features for each in kind_of(f).below(records, f)]
         known = self.of(records, dict.fromkeys(below)) if below else {}
-        return measure_all(records, features, self._thresholds, known)
+        with no_collection():
+            return measure_all(records, features, self._thresholds, known)
 
     def edited(self, records: Records, ids: Collection[str]) -> None:
         """Nothing has changed since these measurements were asked for last but what one edit did,

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,7 @@ Row = dict[str, Any]
 """One value per column of `COLUMNS`: str, float, int, bool, or None where not applicable."""
 
 COLUMNS: tuple[str, ...] = tuple(figure.name for figure in catalogue.ORIENTATION)
+_NAMES = frozenset(COLUMNS)
 
 NOTATION = (
     "angles in degrees: azimuths clockwise from north, dip and plunge downward; strike by the "
@@ -43,10 +45,14 @@ UNITS = (
 def row_of(subject: Subject, figures: Iterable[Figure]) -> Row:
     """Those of a subject's figures that have a column; the other columns are empty."""
     row: Row = dict.fromkeys(COLUMNS)
-    for figure in figures:
-        if figure.name in row:
-            row[figure.name] = plain(figure.value(subject))
+    for name, value in _with_column(tuple(figures)):
+        row[name] = plain(value(subject))
     return row
+
+
+@lru_cache(maxsize=64)
+def _with_column(figures: tuple[Figure, ...]) -> list[tuple[str, Callable[[Subject], Any]]]:
+    return [(figure.name, figure.value) for figure in figures if figure.name in _NAMES]
 
 
 def plane_row(
@@ -132,6 +138,8 @@ def _with_metadata(row: Row, metadata: Mapping[str, Any]) -> Row:
 
 def plain(value: Any) -> Any:
     """None for what is undefined or infinite, as CSV and JSON want it."""
+    if type(value) is float:
+        return value if math.isfinite(value) else None
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else None
     return int(value) if isinstance(value, np.integer) else value

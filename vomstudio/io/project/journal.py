@@ -378,6 +378,7 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
     try:
         query = f"SELECT {COLUMNS}, {'checksum' if summed else 'NULL'} FROM journal ORDER BY seq"
         seq, total = 0, ""
+        told_settings: tuple[Any, Any] = (None, None)
         for *values, stored in db.execute(query):
             number, kind, of_seq, label, before, after, time, version, settings = values
             notice = problem = ""
@@ -386,6 +387,9 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
             elif summed and stored != checksum(total, values):
                 problem = tr("The checksum differs from what was written.")
             seq, total = number, str(stored)
+            # They hardly ever change from row to row.
+            if settings != told_settings[0]:
+                told_settings = (settings, _load(settings))
             yield Row(
                 number,
                 kind,
@@ -395,7 +399,7 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
                 _load(after),
                 time,
                 version,
-                _load(settings),
+                told_settings[1],
                 problem,
                 notice,
             )

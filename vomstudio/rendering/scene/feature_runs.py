@@ -29,7 +29,8 @@ class Runs:
         """Runs (k, 3) in World, each in one colour."""
         sizes = np.array([len(run) for run in runs], np.int64)
         points = np.concatenate([np.zeros((0, 3)), *runs]) - origin
-        rgb = np.array([vtk_data.rgb(color) for color in colors], np.uint8).reshape(-1, 3)
+        known = {color: vtk_data.rgb(color) for color in set(colors)}
+        rgb = np.array([known[color] for color in colors], np.uint8).reshape(-1, 3)
         return cls(points.astype(np.float32), sizes, np.repeat(rgb, sizes, axis=0))
 
     @classmethod

@@ -431,7 +431,8 @@ def _put_in_order(parent: QTreeWidgetItem, moved: list[QTreeWidgetItem]) -> None
         low, high = 0, parent.childCount()
         while low < high:
             middle = (low + high) // 2
-            if item < parent.child(middle):
+            other = parent.child(middle)
+            if other is not None and item < other:
                 high = middle
             else:
                 low = middle + 1

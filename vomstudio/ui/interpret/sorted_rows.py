@@ -7,7 +7,7 @@ from typing import Any
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
 
 from vomstudio.ui.interpret.feature_filter import Test
-from vomstudio.ui.interpret.table_model import COLUMNS, OrientationModel
+from vomstudio.ui.interpret.table_model import COLUMNS, OrientationModel, flags_of
 
 _Index = QModelIndex | QPersistentModelIndex
 # When more rows than this come or go, the view begins anew.
@@ -169,7 +169,7 @@ class SortedRows(QAbstractTableModel):
         return self._source.cell(self._shown[index.row()], index.column(), role)
 
     def flags(self, index: _Index) -> Qt.ItemFlag:
-        return self._source.flags(self.mapToSource(index))
+        return flags_of(index)
 
     def setData(  # noqa: N802
         self, index: _Index, value: Any, role: int = Qt.ItemDataRole.EditRole

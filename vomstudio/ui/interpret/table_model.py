@@ -78,6 +78,23 @@ COLUMNS: tuple[Column, ...] = (
 _TO_PICK = COLUMNS.index(TO_PICK)
 
 
+_LOOKED_AT = (
+    Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemNeverHasChildren
+)
+_FLAGS = [
+    _LOOKED_AT
+    | (Qt.ItemFlag.ItemIsEditable if column.field else Qt.ItemFlag.NoItemFlags)
+    | (Qt.ItemFlag.ItemIsUserCheckable if column is OVERTURNED else Qt.ItemFlag.NoItemFlags)
+    for column in COLUMNS
+]
+
+
+def flags_of(index: _Index) -> Qt.ItemFlag:
+    """What can be done with a cell: all of a column are alike, and Qt asks for each of them when
+    thousands of rows are selected."""
+    return _FLAGS[index.column()] if index.isValid() else Qt.ItemFlag.NoItemFlags
+
+
 def _listed(feature: Feature) -> bool:
     """The table is one of planes and lines."""
     return bool(kind_of(feature).orientations)
@@ -195,12 +212,7 @@ class OrientationModel(QAbstractTableModel):
         return None
 
     def flags(self, index: _Index) -> Qt.ItemFlag:
-        flags = super().flags(index)
-        if COLUMNS[index.column()].field:
-            flags |= Qt.ItemFlag.ItemIsEditable
-        if COLUMNS[index.column()] is OVERTURNED:
-            flags |= Qt.ItemFlag.ItemIsUserCheckable
-        return flags
+        return flags_of(index)
 
     def setData(  # noqa: N802
         self, index: _Index, value: Any, role: int = Qt.ItemDataRole.EditRole
