@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -166,10 +167,9 @@ def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> l
 
 @dataclass(frozen=True, eq=False)
 class ToWorld:
-    """From the file frame of a model to World. turn : (3, 3), a direction as a row times it is the
-    direction in World; scale : lengths grow by it"""
+    """From the file frame of a model to World. rows : (4, 4); scale : lengths grow by it"""
 
-    turn: Floats
+    rows: Floats
     scale: float
     metric: bool
 
@@ -177,8 +177,13 @@ class ToWorld:
     def of(cls, model: Model | None) -> ToWorld:
         """That of a model; nothing changes where the model is gone."""
         rows = rows_of(model)
-        scale = transform.scale_of(rows)
-        return cls((rows[:3, :3] / scale).T, scale, is_metric(model))
+        return cls(rows, transform.scale_of(rows), is_metric(model))
+
+    @cached_property
+    def turn(self) -> Floats:
+        """(3, 3); a direction as a row times it is the direction in World."""
+        turned: Floats = (self.rows[:3, :3] / self.scale).T
+        return turned
 
 
 def rows_of(model: Model | None) -> Floats:
