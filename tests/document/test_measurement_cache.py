@@ -37,7 +37,7 @@ from vomstudio.document.records import DEFAULT_TYPES, Frame, Group
 from vomstudio.errors import GeometryError
 from vomstudio.geology.intersections import stray95
 from vomstudio.geology.orientation import Plane, line_from_rake
-from vomstudio.geology.quality import Thresholds
+from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry.planes import fit_plane, fit_planes
 
 COLLINEAR = tuple((float(i), 2.0 * i, 3.0 * i) for i in range(5))

@@ -15,7 +15,7 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import Measurements, rests_on
 from vomstudio.document.records import DEFAULT_TYPES, PROFILE_ID, Model, Record
 from vomstudio.errors import DocumentError
-from vomstudio.geology.quality import DEFAULTS, TEXTBOOK
+from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK
 from vomstudio.io.project.folder import Project
 
 OWN = replace(TEXTBOOK, profile="strict", least_coplanarity=1e6)

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vomstudio.geology.quality import DEFAULTS, PROFILES, TEXTBOOK, Thresholds, judge
+from vomstudio.geology.profiles import DEFAULTS, PROFILES, TEXTBOOK, Thresholds
+from vomstudio.geology.quality import judge
 from vomstudio.geometry.planes import fit_plane
 
 

@@ -486,6 +486,8 @@ def test_the_layers_say_what_is_saved_when_the_window_is_closed_right_after_an_e
 def test_no_place_for_a_new_project_is_said_and_the_open_one_stays(window, monkeypatch, tmp_path):
     (tmp_path / "taken").write_text("a file")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "taken"))
+    # Nor is there room among the temporary files.
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "taken"))
     before = window.studio.project
     window.actions_table.run("new")
     assert window.studio.project is before

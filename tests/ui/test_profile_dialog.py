@@ -13,7 +13,7 @@ from PySide6.QtTest import QTest
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import PROFILE_ID, Model
-from vomstudio.geology.quality import TEXTBOOK
+from vomstudio.geology.profiles import TEXTBOOK
 from vomstudio.ui.analyse.profile_dialog import ProfileDialog
 
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from vomstudio.api.checking import coordinate_names, numbers, one_of, points, positive, warn
 from vomstudio.api.tables import frame
 from vomstudio.errors import GeometryError, InputError, UsageError
-from vomstudio.geology.quality import PROFILES
+from vomstudio.geology.profiles import PROFILES
 from vomstudio.reprs import html_table
 from vomstudio.tables.fitted_planes import FittedPlanes, fitted_planes
 from vomstudio.words import tr, tr_n

@@ -38,7 +38,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises GeometryError where no plane at all can be fitted."""
     from vomstudio.files.atomic import check_target
-    from vomstudio.geology.quality import PROFILES
+    from vomstudio.geology.profiles import PROFILES
     from vomstudio.io.text.tables import read_points
     from vomstudio.tables.fitted_planes import fitted_planes
     from vomstudio.tables.orientation_table import write_orientation_csv

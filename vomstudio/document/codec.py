@@ -28,7 +28,7 @@ from vomstudio.document.records import (
     VerdictProfile,
 )
 from vomstudio.errors import DocumentError
-from vomstudio.geology.quality import Thresholds
+from vomstudio.geology.profiles import Thresholds
 from vomstudio.words import tr
 
 _KINDS: dict[str, type] = {

@@ -34,7 +34,7 @@ from vomstudio.document.records import (
     VerdictProfile,
 )
 from vomstudio.errors import DocumentError
-from vomstudio.geology.quality import PROFILES, Thresholds
+from vomstudio.geology.profiles import PROFILES, Thresholds
 from vomstudio.words import tr, tr_n
 
 Records = Mapping[str, Record]

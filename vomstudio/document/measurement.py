@@ -14,8 +14,9 @@ from vomstudio.document.records import SURROUNDINGS_RULE, Model, Picked, Record,
 from vomstudio.geology import orientation
 from vomstudio.geology.intersections import UncertainPlane, uncertain_plane
 from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geology.profiles import Thresholds
 from vomstudio.geology.quality import Kind as JudgedAs
-from vomstudio.geology.quality import Thresholds, Verdict, wider_of
+from vomstudio.geology.quality import Verdict, wider_of
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.planes import PlaneFit

@@ -21,7 +21,7 @@ from vomstudio.document.records import (
     limits_of,
 )
 from vomstudio.errors import GeometryError
-from vomstudio.geology.quality import Thresholds
+from vomstudio.geology.profiles import Thresholds
 
 __all__ = [
     "Measurement",

@@ -34,7 +34,11 @@ def _usable(wanted: Path) -> Path:
     mine = Path(tempfile.gettempdir()) / f"vomstudio-{user}"
     if _is_mine(mine):
         return mine
-    return Path(tempfile.mkdtemp(prefix="vomstudio-"))
+    try:
+        return Path(tempfile.mkdtemp(prefix="vomstudio-"))
+    except OSError:
+        # Whoever writes there says why that is not possible.
+        return wanted
 
 
 def _can_be_written(folder: Path) -> bool:

@@ -16,7 +16,7 @@ from vomstudio.files.atomic import atomic_write
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.geology.quality import Thresholds
+    from vomstudio.geology.profiles import Thresholds
 
 _RECENT = 10
 
@@ -45,7 +45,7 @@ class Settings:
 
     @property
     def thresholds(self) -> Thresholds:
-        from vomstudio.geology.quality import Thresholds
+        from vomstudio.geology.profiles import Thresholds
 
         limits: dict[str, Any] = dict(self.limits)
         return Thresholds(**limits, profile="own limits" if limits else "error")
@@ -93,7 +93,7 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
                 value = {key: float(v) for key, v in value.items()}
                 Settings(limits=value).thresholds  # noqa: B018  unknown names are refused here
             elif known.name == "profiles":
-                from vomstudio.geology.quality import Thresholds
+                from vomstudio.geology.profiles import Thresholds
 
                 for limits in value.values():
                     Thresholds(**limits)

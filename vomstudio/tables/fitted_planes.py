@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy.typing as npt
 
-from vomstudio.geology.quality import DEFAULTS, Thresholds, judge
+from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.quality import judge
 from vomstudio.geometry.plane_figures import Method
 from vomstudio.geometry.planes import Axis, fit_planes
 from vomstudio.tables.orientation_table import Row, plane_row

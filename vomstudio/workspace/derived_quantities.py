@@ -14,7 +14,7 @@ from vomstudio.document.measurement_cache import Measurements, rests_on
 from vomstudio.document.reading_comparison import NearestPick, nearest_picks
 from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import Feature, Model
-from vomstudio.geology.quality import Thresholds
+from vomstudio.geology.profiles import Thresholds
 from vomstudio.workspace.projects import Projects
 
 

@@ -20,7 +20,7 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point, Record, get
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError, InputError, UsageError, VomError
-from vomstudio.geology.quality import PROFILES
+from vomstudio.geology.profiles import PROFILES
 from vomstudio.geometry import transform
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.geometry.surface import Surface

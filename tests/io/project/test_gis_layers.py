@@ -20,7 +20,7 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Frame
 from vomstudio.errors import InputError, TargetError, UsageError
-from vomstudio.geology.quality import Thresholds
+from vomstudio.geology.profiles import Thresholds
 from vomstudio.io.gis import dxf
 from vomstudio.io.project.export import export_project, export_records, thresholds_of
 from vomstudio.io.project.folder import Project

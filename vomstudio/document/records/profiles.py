@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from vomstudio.geology.quality import Thresholds
+from vomstudio.geology.profiles import Thresholds
 
 PROFILE_ID = "verdict-profile"
 """A project has one at most; without it, the limits of the program or user hold."""

@@ -12,7 +12,7 @@ from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import check_target
-from vomstudio.geology.quality import Thresholds
+from vomstudio.geology.profiles import Thresholds
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.tables.orientation_table import write_orientation_csv
 from vomstudio.tables.project_table import ProjectTable, project_table

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from vomstudio.document import edits
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import PROFILE_ID, Feature, limits_of
-from vomstudio.geology.quality import PROFILES, Thresholds
+from vomstudio.geology.profiles import PROFILES, Thresholds
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio

@@ -1,0 +1,59 @@
+"""The limits by which planes and lines are judged, under the names of their profiles.
+
+Apart from the judging, which needs numpy: a project names its profile before anything is measured.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """What counts as good. The textbook (section 4.1) gives no limits but the two of 4.1.3.
+
+    good_confidence95_deg, poor_confidence95_deg : ours: 5 degrees is about what two geologists
+        differ by with a compass on the same bed, beyond 15 a plane says little about a structure
+    good_M, good_K : M = ln(l1 / l3) above, K = ln(l1 / l2) / ln(l2 / l3) below; so quoted in later
+        work and in published plane-fitting programs after O. Fernandez (2005), Obtaining a best
+        fitting plane through 3D georeferenced data, J. Struct. Geol. 27, 855-858. The paper
+        itself was not at hand
+    extent_over_resolution : two orders of magnitude between a feature and the spacing of the
+        model (textbook 4.1.3); least_extent_over_resolution : below it no error can be believed
+    surface_effect_deg : ours: a trace's plane this close to the outcrop face may measure the face
+    profile : the name under which these limits are printed beside every verdict
+    by : what decides, "error": how far the plane may be off; "shape": the textbook's figures as
+        hard limits: coplanarity, collinearity (eqs. 20 and 21) and extent over resolution
+    least_coplanarity, most_collinearity : ours, since the textbook gives none: the plane whose M is
+        4 and whose K is 0.8 has them
+    """
+
+    good_confidence95_deg: float = 5.0
+    poor_confidence95_deg: float = 15.0
+    good_M: float = 4.0  # noqa: N815 - the name the literature uses
+    good_K: float = 0.8  # noqa: N815
+    extent_over_resolution: float = 100.0
+    least_extent_over_resolution: float = 10.0
+    surface_effect_deg: float = 10.0
+    profile: str = "error"
+    by: Literal["error", "shape"] = "error"
+    least_coplanarity: float = 65.0
+    most_collinearity: float = 6.0
+
+    def __post_init__(self) -> None:
+        """Raises TypeError for limits that are no numbers."""
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.type == "float" and (
+                isinstance(value, bool) or not isinstance(value, int | float)
+            ):
+                raise TypeError(f"{field.name} is no number")
+        if self.by not in ("error", "shape") or not isinstance(self.profile, str):
+            raise TypeError("by or profile is unknown")
+
+
+DEFAULTS = Thresholds()
+TEXTBOOK = Thresholds(profile="textbook", by="shape")
+PROFILES = {each.profile: each for each in (DEFAULTS, TEXTBOOK)}
+"""The profiles that every project has, by name."""
