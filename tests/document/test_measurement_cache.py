@@ -83,7 +83,7 @@ def test_only_features_are_measured_and_each_under_its_own_id():
 def test_what_is_gone_is_forgotten_and_measured_anew_when_it_comes_back():
     keep = Measurements()
     first = keep.of(RECORDS_OF_ALL, ["t1", "p1"])
-    keep.forget_all_but({"p1": RECORDS_OF_ALL["p1"]})
+    keep.edited({"p1": RECORDS_OF_ALL["p1"]}, ["t1"])
     again = keep.of(RECORDS_OF_ALL, ["t1", "p1"])
     assert again["p1"] is first["p1"]
     assert again["t1"] is not first["t1"]

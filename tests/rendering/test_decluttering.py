@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
+import pytest
 
 from vomstudio.rendering.view.decluttering import CELL, LabelGrid, by_importance, place_labels
 
@@ -89,3 +90,37 @@ def test_a_grid_of_bits_takes_what_a_grid_of_cells_takes() -> None:
         assert grid.take(x, y, w, h) == free
         if free:
             cells[...] = True
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_labels_placed_in_bulk_stand_where_placing_one_after_the_other_puts_them(moving):
+    rng = np.random.default_rng(11)
+    n, gap, image = 2000, 7.0, (640.0, 401.0)
+    anchors = rng.uniform((-40.0, -40.0), (700.0, 460.0), (n, 2))
+    anchors[::97] = np.nan
+    sizes = rng.uniform((30.0, 14.0), (130.0, 18.0), (n, 2))
+    order = rng.permutation(n).astype(np.int64)
+    corners = rng.integers(0, 6, n)
+    clear = rng.choice([0.0, 10.0], n) if moving else None
+    grid, other = LabelGrid(*image), LabelGrid(*image)
+    for each in (grid, other):
+        each.block(500.0, 300.0, 200.0, 200.0)
+    wanted: dict[int, tuple[float, float]] = {}
+    for i in order.tolist():
+        (x, y), (w, h) = anchors[i].tolist(), sizes[i].tolist()
+        if np.isnan(x):
+            continue
+        right, left, middle = min(x + gap, image[0] - w), max(x - gap - w, 0.0), x - w / 2.0
+        rows = (y - gap - h, y + gap)
+        places = [(a, b) for a in (right, left, middle) for b in rows]
+        first = int(corners[i])
+        free = 0.0 if clear is None else clear[i]
+        a, b = places[first]
+        if free and not other.is_free(a - free, b - free, w + 2 * free, h + 2 * free):
+            continue
+        for k in (first, *(k for k in range(6) if k != first)):
+            if other.take(*places[k], w, h):
+                wanted[i] = places[k]
+                break
+    assert len(wanted) > 30
+    assert place_labels(grid, anchors, sizes, order, gap, corners, clear) == wanted

@@ -207,7 +207,18 @@ def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:
         ) from error
 
 
+def _is_point(value: Any) -> bool:
+    """Of three numbers, as the vertices of features are."""
+    if type(value) is not list or len(value) != 3:
+        return False
+    x, y, z = value
+    return type(x) is float and type(y) is float and type(z) is float
+
+
 def _tuples(value: Any) -> Any:
     if isinstance(value, list | tuple):
-        return tuple(_tuples(item) for item in value)
+        if value and type(value[0]) is list and all(map(_is_point, value)):
+            return tuple(map(tuple, value))
+        # Most of a journal are coordinates: numbers are not asked one by one.
+        return tuple([_tuples(v) if isinstance(v, list | tuple) else v for v in value])
     return value

@@ -36,19 +36,23 @@ class Edit:
         """Both as one, under the later label."""
         return Edit(later.label, {**later.before, **self.before}, {**self.after, **later.after})
 
+    def check(self, records: Mapping[str, Record]) -> None:
+        """Raises DocumentError where the records are not what `before` says."""
+        for id_, record in self.before.items():
+            if records.get(id_) != record:
+                raise DocumentError(
+                    tr(
+                        "{label}: the record {record} has changed in the meantime. Try again.",
+                        label=self.label,
+                        record=id_,
+                    )
+                )
+
     def swap(self, records: MutableMapping[str, Record], *, strict: bool = True) -> None:
         """Bring `records` from `before` to `after`. Strict: raises DocumentError, with nothing
         changed, where the records are not what `before` says."""
         if strict:
-            for id_, record in self.before.items():
-                if records.get(id_) != record:
-                    raise DocumentError(
-                        tr(
-                            "{label}: the record {record} has changed in the meantime. Try again.",
-                            label=self.label,
-                            record=id_,
-                        )
-                    )
+            self.check(records)
         for id_, record in self.after.items():
             if record is None:
                 records.pop(id_, None)

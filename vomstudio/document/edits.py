@@ -16,6 +16,7 @@ from vomstudio.document.kind import kind_of
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import measure_one
+from vomstudio.document.record_map import highest_number
 from vomstudio.document.records import (
     PROFILE_ID,
     SURROUNDINGS_RULE,
@@ -37,6 +38,7 @@ from vomstudio.geology.profiles import PROFILES, Thresholds
 from vomstudio.words import tr, tr_n
 
 Records = Mapping[str, Record]
+_NONE: Records = {}
 
 
 def new_id(prefix: str) -> str:
@@ -182,6 +184,7 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
     """Add patches, lineations, readings, dimensions, intersections; those without a name get one.
     A trace comes by `add_trace`, which insists on a plane."""
     after: dict[str, Record | None] = {}
+    added: dict[str, Record] = {}
     for feature in features:
         if feature.id in records or feature.id in after:
             raise DocumentError(tr("{feature} is already in the project.", feature=feature.name))
@@ -193,9 +196,8 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
         else:
             kind = kind_of(feature).prefix(feature)
         if not feature.name:
-            others = [r for r in after.values() if r is not None]
-            name = next_name({**records, **{r.id: r for r in others}}, kind)
-            feature = feature.but(name=name)
+            feature = feature.but(name=next_name(records, kind, added))
+        added[feature.id] = feature
         after[feature.id] = feature
     if not after:
         raise DocumentError(tr("There is nothing to add."))
@@ -402,15 +404,12 @@ def judge_by(records: Records, limits: Thresholds) -> Edit:
     return change(records, f"Judge by the profile {name}", {PROFILE_ID: record})
 
 
-def next_name(records: Records, kind: FeatureType | str) -> str:
-    """B01, B02 ... for Bedding: the first letter and the next free number."""
+def next_name(records: Records, kind: FeatureType | str, others: Records = _NONE) -> str:
+    """B01, B02 ... for Bedding: the first letter and the next number; `others` are features that
+    come with it."""
     prefix = (kind if isinstance(kind, str) else kind.name)[:1].upper()
-    used = {
-        int(match[1])
-        for r in records.values()
-        if isinstance(r, Feature) and (match := re.fullmatch(rf"{re.escape(prefix)}(\d+)", r.name))
-    }
-    return f"{prefix}{max(used, default=0) + 1:02d}"
+    highest = max(highest_number(records, prefix), highest_number(others, prefix))
+    return f"{prefix}{highest + 1:02d}"
 
 
 def _get(records: Records, id_: str, cls: type[Any]) -> Any:

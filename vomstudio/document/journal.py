@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
 from vomstudio.document.codec import Plain, decode_edit
+from vomstudio.document.collector import no_collection
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Record
 from vomstudio.errors import DocumentError
@@ -97,6 +98,11 @@ class Replay:
 
 def replay(rows: Iterable[Row]) -> Replay:
     """Play a journal from its first row. A damaged row is named and left out."""
+    with no_collection():
+        return _replay(rows)
+
+
+def _replay(rows: Iterable[Row]) -> Replay:
     result = Replay()
     for row in rows:
         if row.notice:

@@ -176,6 +176,11 @@ class Kind:
         """Its features have one of the project's feature types."""
         return issubclass(self.record, Typed)
 
+    @property
+    def rests_on_features(self) -> bool:
+        """Its features may look different after an edit of another feature."""
+        return self.regroups or self.names is not _nothing
+
     def called(self, feature: Any) -> str:
         """What one of its features is, in a word."""
         return self.name if self.class_name is None else self.class_name(feature)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from vomstudio.words import tr
 
 Records = Mapping[str, Record]
 Floats = npt.NDArray[np.float64]
+_NO_POINTS: Floats = np.zeros((0, 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,12 +117,13 @@ def nothing_measured(
     return Measurement(points, resolution_m, None, None, None, problem, kind=kind, metric=metric)
 
 
-def of_fit(fit: PlaneFit | None) -> dict[str, Any]:
-    """The fields of a measurement that a fitted plane gives."""
+def of_fit(fit: PlaneFit | None, plane: Plane | None = None) -> dict[str, Any]:
+    """The fields of a measurement that a fitted plane gives; `plane` is its attitude where that is
+    known already."""
     if fit is None:
         return {}
     return {
-        "plane": Plane.from_normal(fit.normal),
+        "plane": plane or Plane.from_normal(fit.normal),
         "max_confidence95_deg": fit.max_confidence95_deg,
         "min_confidence95_deg": fit.min_confidence95_deg,
     }
@@ -143,7 +146,45 @@ def as_uncertain(measured: Measurement) -> UncertainPlane | None:
 # --- from the file frame to World ------------------------------------------------------------
 def world_points(feature: Picked, model: Model | None) -> Floats:
     """(n, 3) vertices in World; in the file frame where the model is gone."""
-    return transform.apply(rows_of(model), np.asarray(feature.vertices, dtype=np.float64))
+    return world_lines([feature], [model])[0]
+
+
+def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> list[Floats]:
+    """`world_points` of many features, those of one model together."""
+    rows: dict[int, list[int]] = {}
+    for i, model in enumerate(models):
+        rows.setdefault(id(model), []).append(i)
+    result: list[Floats] = [_NO_POINTS] * len(features)
+    for own in rows.values():
+        chosen = [features[i].vertices for i in own]
+        flat = np.array([c for line in chosen for point in line for c in point], np.float64)
+        turned = transform.apply(rows_of(models[own[0]]), flat.reshape(-1, 3))
+        start = 0
+        for i, line in zip(own, chosen, strict=True):
+            result[i] = turned[start : start + len(line)]
+            start += len(line)
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class ToWorld:
+    """From the file frame of a model to World. rows : (4, 4); scale : lengths grow by it"""
+
+    rows: Floats
+    scale: float
+    metric: bool
+
+    @classmethod
+    def of(cls, model: Model | None) -> ToWorld:
+        """That of a model; nothing changes where the model is gone."""
+        rows = rows_of(model)
+        return cls(rows, transform.scale_of(rows), is_metric(model))
+
+    @cached_property
+    def turn(self) -> Floats:
+        """(3, 3); a direction as a row times it is the direction in World."""
+        turned: Floats = (self.rows[:3, :3] / self.scale).T
+        return turned
 
 
 def rows_of(model: Model | None) -> Floats:

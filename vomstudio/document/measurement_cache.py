@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from operator import is_not
 
+from vomstudio.document.collector import no_collection
 from vomstudio.document.kind import Kind
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement import Measurement, Measuring, Records
+from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import (
     PROFILE_ID,
     Feature,
@@ -37,6 +39,8 @@ class Measurements:
     def __init__(self, thresholds: Thresholds | None = None) -> None:
         self._otherwise = self._judged_by = thresholds or Thresholds()
         self._kept: dict[str, tuple[tuple[Record | None, ...], Measurement]] = {}
+        self._sure: dict[str, Measurement] = {}
+        self._sure_of: tuple[RecordMap | None, int] = (None, 0)
 
     @property
     def otherwise(self) -> Thresholds:
@@ -45,10 +49,23 @@ class Measurements:
 
     def of(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
         """The measurements of those `ids` that are features; new ones are fitted in one batch."""
+        if not isinstance(records, RecordMap):
+            return self._looked_up(records, ids)
+        # The window asks for all of thousands again and again: what rests on records that are the
+        # same as then is not looked at once more.
+        known, revision = self._sure_of
+        if known is not records or revision != records.revision:
+            self._sure, self._sure_of = {}, (records, records.revision)
+        wanted = list(ids)
+        if new := [id_ for id_ in wanted if id_ not in self._sure]:
+            self._sure |= self._looked_up(records, new)
+        return {id_: m for id_ in wanted if (m := self._sure.get(id_)) is not None}
+
+    def _looked_up(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
         limits = limits_of(records, self._otherwise)
         if limits != self._judged_by:
             self._judged_by, self._kept = limits, {}
-        # The window asks for all of thousands at every edit: one pass, no generators.
+        # One pass, no generators.
         features, new, sources = [], [], {}
         for id_ in ids:
             feature = records.get(id_)
@@ -72,11 +89,22 @@ class Measurements:
         # An intersection of sets may rest on thousands of planes, of which one has changed.
         below = [each.id for f in features for each in kind_of(f).below(records, f)]
         known = self.of(records, dict.fromkeys(below)) if below else {}
-        return measure_all(records, features, self._otherwise, known)
+        with no_collection():
+            return measure_all(records, features, self._otherwise, known)
 
-    def forget_all_but(self, records: Records) -> None:
-        for id_ in [i for i in self._kept if i not in records]:
-            del self._kept[id_]
+    def edited(self, records: Records, ids: Collection[str]) -> None:
+        """Nothing has changed since these measurements were asked for last but what one edit did,
+        after which the features `ids` may look different; some of them may be gone."""
+        for id_ in ids:
+            if id_ not in records:
+                self._kept.pop(id_, None)
+        known, revision = self._sure_of
+        if not isinstance(records, RecordMap) or known is not records:
+            return
+        if revision == records.revision - 1:
+            for id_ in ids:
+                self._sure.pop(id_, None)
+            self._sure_of = (records, records.revision)
 
 
 def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:

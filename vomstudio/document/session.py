@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from vomstudio.document.codec import encode_edit
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.journal import Draft, Journal, RowKind, replay
+from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import DEFAULT_TYPES, Feature, FeatureType, Record
 from vomstudio.signals import Signal
 
@@ -28,7 +29,7 @@ class Session:
         self._journal = journal
         self._settings = settings
         played = replay(journal.rows())
-        self._records = played.records
+        self._records = RecordMap(played.records)
         self._done = played.done
         self._undone = played.undone
         self._saved = played.saved
@@ -50,16 +51,17 @@ class Session:
         self._saved, self._saved_top = dict(self._records), self.top
 
     @property
-    def records(self) -> Mapping[str, Record]:
-        return MappingProxyType(self._records)
+    def records(self) -> RecordMap:
+        """The records of now, also after further edits: who keeps those of a moment copies them."""
+        return self._records
 
     def features(self) -> list[Feature]:
         """Everything measured, in the order in which it came."""
-        return [record for record in self._records.values() if isinstance(record, Feature)]
+        return self._records.of(Feature)
 
     def of(self, cls: type[T]) -> list[T]:
         """The records of one class, in the order in which they came."""
-        return [record for record in self._records.values() if isinstance(record, cls)]
+        return self._records.of(cls)
 
     def ever_held(self, *classes: type[Any]) -> bool:
         """A record of these classes is or was in the project, as far as the history reaches."""
@@ -93,8 +95,7 @@ class Session:
             self.save()
 
     def _write(self, edit: Edit, kind: RowKind, *, finishes_draft: bool = False) -> None:
-        trial = dict(self._records)
-        edit.swap(trial)
+        edit.check(self._records)
         before, after = encode_edit(edit)
         of_seq = self.draft.seq if finishes_draft and self.draft else None
         seq = self._journal.append(
@@ -107,7 +108,7 @@ class Session:
         )
         if finishes_draft:
             self.draft = None
-        self._records = trial
+        self._records.take(edit.after)
         if kind == "amend":
             edit = self._done.pop()[1].followed_by(edit)
         self._done.append((seq, edit))
@@ -150,7 +151,8 @@ class Session:
         self._done.pop()
         self._undone.append((seq, edit))
         inverse = edit.inverse()
-        inverse.swap(self._records)
+        inverse.check(self._records)
+        self._records.take(inverse.after)
         self._tell(inverse)
 
     def redo(self) -> None:
@@ -160,7 +162,8 @@ class Session:
         self._journal.append("redo", of_seq=seq, label=edit.label)
         self._undone.pop()
         self._done.append((seq, edit))
-        edit.swap(self._records)
+        edit.check(self._records)
+        self._records.take(edit.after)
         self._tell(edit)
 
     # --- saving ------------------------------------------------------------------------------

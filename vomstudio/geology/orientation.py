@@ -250,6 +250,15 @@ class Plane:
         azimuth, dip, _ = normals_to_planes(_vector3(normal, "normal"))
         return cls(float(azimuth[0]), float(dip[0]))
 
+    @classmethod
+    def from_normals(cls, normals: npt.ArrayLike) -> list[Plane]:
+        """The planes with these normals (n, 3): `from_normal` of all at once."""
+        rows = np.asarray(normals, dtype=np.float64).reshape(-1, 3)
+        if not (np.isfinite(rows).all() and rows.any(axis=1).all()):
+            return [cls.from_normal(row) for row in rows]
+        azimuth, dip, _ = normals_to_planes(rows)
+        return [cls(*pair) for pair in zip(azimuth.tolist(), dip.tolist(), strict=True)]
+
     def normal(self) -> Array:
         """Upward unit normal (3,), World."""
         return planes_to_normals(self.dip_direction_deg, self.dip_deg)

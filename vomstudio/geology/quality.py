@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -414,11 +415,14 @@ def judge_line(
 
 def _axial_angle_deg(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> float | None:
     """Angle between two axes, 0 to 90; None where one has no direction."""
-    lengths = float(np.linalg.norm(a) * np.linalg.norm(b))
-    if not np.isfinite(lengths) or lengths == 0.0:
+    # By hand: of vectors as small as these NumPy's norm and cross product take most of the time.
+    lengths = math.sqrt(a.dot(a)) * math.sqrt(b.dot(b))
+    if not math.isfinite(lengths) or lengths == 0.0:
         return None
+    (x, y, z), (u, v, w) = a.tolist(), b.tolist()
+    across = np.array([y * w - z * v, z * u - x * w, x * v - y * u])
     # Both parts, since the arc cosine alone is blind near 0.
-    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), abs(float(a @ b)))))
+    return float(np.degrees(np.arctan2(math.sqrt(across.dot(across)), abs(float(a.dot(b))))))
 
 
 def _deg(x: float) -> str:

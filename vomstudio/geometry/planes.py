@@ -10,6 +10,7 @@ in plane_errors.py, their coverage in docs/plane_errors.md.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from math import isfinite
 from typing import Any, Literal
 
 import numpy as np
@@ -129,19 +130,29 @@ class PlaneFits:
         return len(self.n)
 
     def __getitem__(self, i: int) -> PlaneFit:
-        values: dict[str, Any] = {
-            f.name: value if isinstance(value, str | bool) else _scalar(value[i])
-            for f in fields(self)
-            for value in [getattr(self, f.name)]
-        }
-        return PlaneFit(**values)
+        return self.rows(range(i, i + 1))[0] if i >= 0 else self[i + len(self)]
+
+    def rows(self, chosen: range | None = None) -> list[PlaneFit]:
+        """One after the other, all or some: together they take a tenth of the time."""
+        within = range(len(self)) if chosen is None else chosen
+        if len(within) and not 0 <= min(within) <= max(within) < len(self):
+            raise IndexError(within)
+        part = slice(within.start, within.stop, within.step)
+        columns = [_plain(getattr(self, f.name), part, len(within)) for f in fields(self)]
+        return [PlaneFit(*values) for values in zip(*columns, strict=True)]
 
 
-def _scalar(value: Any) -> Any:
-    """A plain Python value; None for NaN and infinity."""
-    if isinstance(value, np.floating):
-        return float(value) if np.isfinite(value) else None
-    return value.item() if isinstance(value, np.generic) else value
+def _plain(column: Any, part: slice, count: int) -> list[Any]:
+    """Plain Python values of one figure; None for NaN and infinity. Vectors stay arrays."""
+    if isinstance(column, str | bool):
+        return [column] * count
+    own = column[part]
+    if isinstance(own, tuple) or own.ndim > 1:
+        return list(own)
+    values: list[Any] = own.tolist()
+    if own.dtype.kind == "f" and not np.isfinite(own).all():
+        return [value if isfinite(value) else None for value in values]
+    return values
 
 
 def fit_plane(

@@ -20,10 +20,13 @@ def wrap360(angle_deg: float) -> float: ...
 def wrap360(angle_deg: Floats) -> Floats: ...
 def wrap360(angle_deg: float | Floats) -> float | Floats:
     """The same azimuth in [0, 360), never -0.0, never 360.0."""
-    wrapped = np.mod(angle_deg, 360.0)
     # mod(-1e-20, 360) is 360.0 itself; adding 0.0 turns -0.0 into 0.0.
-    wrapped = np.where(wrapped >= 360.0, 0.0, wrapped) + 0.0
-    return float(wrapped) if np.ndim(angle_deg) == 0 else wrapped
+    if np.ndim(angle_deg) == 0:
+        # Python's remainder is NumPy's, in a twentieth of the time.
+        one = float(angle_deg) % 360.0
+        return 0.0 if one >= 360.0 else one + 0.0
+    wrapped = np.mod(angle_deg, 360.0)
+    return np.where(wrapped >= 360.0, 0.0, wrapped) + 0.0
 
 
 def upward(normals: Floats) -> Floats:

@@ -46,7 +46,7 @@ def fitted_planes(
     thresholds : of the profile by which the planes are judged
     """
     batch = fit_planes(points, offsets, method=method, axis=axis)
-    fits = [batch[i] for i in range(len(batch))]
+    fits = batch.rows()
     rows: list[Row] = []
     skipped: list[dict[str, str]] = []
     for name, fit in zip(ids, fits, strict=True):

@@ -7,7 +7,9 @@ which the window's table, `fit`, and every export take theirs.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +30,7 @@ Row = dict[str, Any]
 """One value per column of `COLUMNS`: str, float, int, bool, or None where not applicable."""
 
 COLUMNS: tuple[str, ...] = tuple(figure.name for figure in catalogue.ORIENTATION)
+_NAMES = frozenset(COLUMNS)
 
 NOTATION = (
     "angles in degrees: azimuths clockwise from north, dip and plunge downward; strike by the "
@@ -42,10 +45,14 @@ UNITS = (
 def row_of(subject: Subject, figures: Iterable[Figure]) -> Row:
     """Those of a subject's figures that have a column; the other columns are empty."""
     row: Row = dict.fromkeys(COLUMNS)
-    for figure in figures:
-        if figure.name in row:
-            row[figure.name] = plain(figure.value(subject))
+    for name, value in _with_column(tuple(figures)):
+        row[name] = plain(value(subject))
     return row
+
+
+@lru_cache(maxsize=64)
+def _with_column(figures: tuple[Figure, ...]) -> list[tuple[str, Callable[[Subject], Any]]]:
+    return [(figure.name, figure.value) for figure in figures if figure.name in _NAMES]
 
 
 def plane_row(
@@ -131,23 +138,36 @@ def _with_metadata(row: Row, metadata: Mapping[str, Any]) -> Row:
 
 def plain(value: Any) -> Any:
     """None for what is undefined or infinite, as CSV and JSON want it."""
+    if type(value) is float:
+        return value if math.isfinite(value) else None
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else None
     return int(value) if isinstance(value, np.integer) else value
 
 
 def _csv_cell(value: Any) -> str:
+    # By class first: of a table nearly all cells are one of these three.
+    if value is None:
+        return ""
+    if type(value) is float:
+        return f"{value:.12g}" if math.isfinite(value) else ""
+    if type(value) is str:
+        return _csv_text(value)
     match value:
-        case None:
-            return ""
         case bool() | np.bool_():
             return "true" if value else "false"
         case float() | np.floating():
             return f"{value:.12g}" if math.isfinite(value) else ""
         case int() | np.integer():
             return str(value)
-    text = str(value)
+    return _csv_text(str(value))
+
+
+_QUOTED = re.compile(r'[,"\n\r]')
+
+
+def _csv_text(text: str) -> str:
     # A leading # would make the row a comment for whoever reads it.
-    if text[:1] == "#" or any(mark in text for mark in ',"\n\r') or text != text.strip():
+    if text[:1] == "#" or _QUOTED.search(text) or text != text.strip():
         return '"' + text.replace('"', '""') + '"'
     return text

@@ -7,10 +7,12 @@ from functools import partial
 
 from vomstudio.document.edit import Edit
 from vomstudio.document.figures import Subject
+from vomstudio.document.kinds import KINDS
 from vomstudio.document.kinds.reading import compared
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import Measurements, rests_on
 from vomstudio.document.reading_comparison import NearestPick, nearest_picks
+from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import Feature, Model
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.workspace.projects import Projects
@@ -23,16 +25,19 @@ class DerivedQuantities:
         self._projects, self._thresholds = projects, thresholds
         self.measurements = Measurements(thresholds())
         self._nearest: dict[str, NearestPick] | None = None
+        self._affected: tuple[Edit, list[str]] | None = None
 
     def forget_all(self) -> None:
         """Another project is opened."""
         self.measurements = Measurements(self._thresholds())
         self._nearest = None
+        self._affected = None
 
-    def refresh(self) -> None:
+    def refresh(self, edit: Edit) -> None:
         """Forget what an edit has changed."""
         self._nearest = None
-        self.measurements.forget_all_but(self._projects.records)
+        self._affected = None
+        self.measurements.edited(self._projects.records, self.affected(edit))
 
     # --- figures -----------------------------------------------------------------------------
     def measured(self, ids: Iterable[str]) -> dict[str, Measurement]:
@@ -77,7 +82,23 @@ class DerivedQuantities:
     def affected(self, edit: Edit) -> list[str]:
         """The ids of features that look different after an edit: its own, those of its models and
         feature types, and those that depend on them. Deleted ones are among them."""
-        ids = set(edit.ids)
-        own = [i for i in edit.ids if isinstance(edit.before[i] or edit.after[i], Feature)]
-        others = [f for f in self._projects.session.features() if f.id not in ids]
-        return own + [f.id for f in others if rests_on(self._projects.records, f, ids)]
+        # Every view of the window asks for those of the same edit.
+        if self._affected is None or self._affected[0] is not edit:
+            self._affected = (edit, _affected(self._projects.records, edit))
+        return list(self._affected[1])
+
+
+def _affected(records: RecordMap, edit: Edit) -> list[str]:
+    ids = edit.ids
+    parts = [edit.before[i] or edit.after[i] for i in edit.after]
+    own = [i for i, r in zip(edit.after, parts, strict=True) if isinstance(r, Feature)]
+    # Most features rest on their model and their type alone, and neither is a feature.
+    all_may = len(own) < len(ids)
+    others = [
+        feature
+        for kind in KINDS
+        if all_may or kind.rests_on_features
+        for feature in records.of(kind.record)
+        if feature.id not in ids
+    ]
+    return own + [f.id for f in others if rests_on(records, f, ids)]

@@ -167,11 +167,14 @@ class HeadlessProject:
         """Add a trace for each line of picks that defines a plane, all as one edit. Raises
         GeometryError where none does."""
         surface, warnings = self._surface(model)
-        records: dict[str, Record] = dict(self.session.records)
+        records = self.session.records
+        added: dict[str, Record] = {}
         traces: list[Trace] = []
         skipped: list[tuple[str, str]] = []
         for pick in picks:
             trace = _trace(pick, model, kind, set_name, surface)
+            if not trace.name:
+                trace = replace(trace, name=edits.next_name(records, kind, added))
             try:
                 edit = edits.add_trace(records, trace)
             except GeometryError as error:
@@ -179,7 +182,7 @@ class HeadlessProject:
                 continue
             named = get(edit.after, trace.id, Trace)
             assert named is not None
-            records[trace.id] = named
+            added[trace.id] = named
             traces.append(named)
         if not traces:
             message = tr("None of the picked lines ({count}) defines a plane.", count=len(picks))

@@ -9,14 +9,19 @@ from vomstudio.words import tr
 
 
 def plane_text(
-    fit: PlaneFit | None, notation: str, *, local: bool = False, decimals: int | None = None
+    fit: PlaneFit | None,
+    notation: str,
+    *,
+    local: bool = False,
+    decimals: int | None = None,
+    plane: Plane | None = None,
 ) -> str:
-    """A plane, with a decimal only where its error is under a degree, or with `decimals`, so that
-    a column of planes has the same number of digits."""
+    """A plane, whose attitude may be known already, with a decimal only where its error is under a
+    degree, or with `decimals`, so that a column of planes has the same number of digits."""
     if fit is None:
         return "–"
     if decimals is None:
         error = fit.max_confidence95_deg
         decimals = 1 if error is not None and error < 1.0 else 0
-    text = format_plane(Plane.from_normal(fit.normal), notation, decimals)
+    text = format_plane(plane or Plane.from_normal(fit.normal), notation, decimals)
     return tr("{plane} (local frame)", plane=text) if local else text

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 from vomstudio.document.edit import Edit
-from vomstudio.document.records import Record
+from vomstudio.document.record_map import RecordMap
 from vomstudio.document.session import Session
 from vomstudio.files.user_folders import home_is_writable
 from vomstudio.io.project.folder import Project, create_untitled, is_free, untitled_projects
@@ -55,7 +54,7 @@ class Projects:
         return self.project.session
 
     @property
-    def records(self) -> Mapping[str, Record]:
+    def records(self) -> RecordMap:
         """Its records by id."""
         return self.session.records
 

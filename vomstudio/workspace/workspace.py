@@ -157,7 +157,7 @@ class Workspace:
                 self.models.load(record)
         self.tools.keep_next_type()
         self._warn_of_namesakes(edit)
-        self.derived.refresh()
+        self.derived.refresh(edit)
         self.selection.keep(self.projects.records)
         self.edited.emit(edit)
         self.photos.edited(edit)

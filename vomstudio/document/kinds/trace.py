@@ -25,16 +25,14 @@ from vomstudio.document.measurement import (
     Floats,
     Measurement,
     Measuring,
-    in_world,
-    is_metric,
+    ToWorld,
     of_fit,
-    rows_of,
     told_of_rule,
-    world_points,
+    world_lines,
 )
 from vomstudio.document.records import Picked, Point, Surrounded, Typed
+from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import judge
-from vomstudio.geometry import transform
 from vomstudio.geometry.plane_figures import Method
 from vomstudio.geometry.planes import Axis, PlaneFit, fit_planes
 from vomstudio.words import to_translate
@@ -74,18 +72,18 @@ class Trace(Picked, Surrounded, Typed):
 def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
     """Fit and judge traces in World, all in one batch."""
     models = [at.model(trace.model_id) for trace in traces]
-    points = [world_points(t, model) for t, model in zip(traces, models, strict=True)]
+    points = world_lines(traces, models)
+    # Most traces are on the same one, and so is its record.
+    to_world = {id(m): ToWorld.of(m) for m in {id(m): m for m in models}.values()}
+    fits = _fits(traces, points)
+    planes = iter(Plane.from_normals([fit.normal for fit, _ in fits if fit is not None]))
     result = []
-    for trace, model, own, (fit, problem) in zip(
-        traces, models, points, _fits(traces, points), strict=True
-    ):
-        rows = rows_of(model)
-        resolution = in_world(trace.resolution, rows)
-        face = (
-            None
-            if trace.outcrop_normal is None
-            else transform.rotate(rows, [trace.outcrop_normal])[0]
-        )
+    for trace, model, own, (fit, problem) in zip(traces, models, points, fits, strict=True):
+        frame = to_world[id(model)]
+        normal = trace.outcrop_normal
+        # One by one: the product of many rows is rounded otherwise than that of one.
+        face = None if normal is None else (np.array([normal], np.float64) @ frame.turn)[0]
+        resolution = None if trace.resolution is None else trace.resolution * frame.scale
         verdict = (
             None
             if fit is None
@@ -103,8 +101,8 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
                 fit,
                 verdict,
                 problem,
-                **of_fit(fit),
-                metric=is_metric(model),
+                **of_fit(fit, None if fit is None else next(planes)),
+                metric=frame.metric,
                 kind="trace",
             )
         )
@@ -127,9 +125,8 @@ def _fits(
             method=method,
             axis=axis,
         )
-        for row, i in enumerate(chosen):
-            problem = batch.error[row]
-            fits[i] = (None, problem) if problem else (batch[row], None)
+        for i, fit, problem in zip(chosen, batch.rows(), batch.error, strict=True):
+            fits[i] = (None, problem) if problem else (fit, None)
     return fits
 
 

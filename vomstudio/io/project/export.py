@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from vomstudio.document.collector import no_collection
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
 from vomstudio.errors import InputError, UsageError
@@ -30,12 +31,13 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
 
     _check_format(format_)
     check_target(out, force=force, inputs=own_files(folder))
-    kept = read_replay(folder)
-    records = kept.records
-    refuse_empty(records, folder)
-    return export_records(
-        records, format_, out, force=force, thresholds=thresholds_of(kept.settings)
-    )
+    with no_collection():
+        kept = read_replay(folder)
+        records = kept.records
+        refuse_empty(records, folder)
+        return export_records(
+            records, format_, out, force=force, thresholds=thresholds_of(kept.settings)
+        )
 
 
 def refuse_empty(records: Mapping[str, Record], folder: Path) -> None:

@@ -383,6 +383,7 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
     try:
         query = f"SELECT {COLUMNS}, {'checksum' if summed else 'NULL'} FROM journal ORDER BY seq"
         seq, total = 0, ""
+        told_settings: tuple[Any, Any] = (None, None)
         for *values, stored in db.execute(query):
             number, kind, of_seq, label, before, after, time, version, settings = values
             notice = problem = ""
@@ -391,6 +392,9 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
             elif summed and stored != checksum(total, values):
                 problem = tr("The checksum differs from what was written.")
             seq, total = number, str(stored)
+            # They hardly ever change from row to row.
+            if settings != told_settings[0]:
+                told_settings = (settings, _load(settings))
             yield Row(
                 number,
                 kind,
@@ -400,7 +404,7 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
                 _load(after),
                 time,
                 version,
-                _load(settings),
+                told_settings[1],
                 problem,
                 notice,
             )

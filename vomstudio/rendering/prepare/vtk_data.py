@@ -88,7 +88,7 @@ def color_array(colors: npt.NDArray[np.uint8]) -> vtkUnsignedCharArray:
     return array
 
 
-def cells_of(sizes: Sequence[int]) -> vtkCellArray:
+def cells_of(sizes: Sequence[int] | npt.NDArray[np.int64]) -> vtkCellArray:
     """Cells that use the points in order, the first sizes[0] of them, then sizes[1] ..."""
     offsets = np.concatenate([[0], np.cumsum(np.asarray(sizes, np.int64))]).astype(np.int32)
     cells = vtkCellArray()

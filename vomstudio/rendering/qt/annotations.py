@@ -67,6 +67,7 @@ class Annotations:
         self._numbers: dict[tuple[str, float], QPixmap] = {}
         self._dots: dict[tuple[tuple[float, float, float], float, float], QPixmap] = {}
         self._ready: _Ready | None = None
+        self._kept: dict[str, tuple[FeatureDrawing, Array, tuple[float, float]]] = {}
         self._corners: dict[str, int] = {}
         self._labels_shown: dict[str, int] = {}
         self._symbols_shown: dict[str, int] = {}
@@ -81,6 +82,7 @@ class Annotations:
     def forget_font(self) -> None:
         self.labels.clear()
         self._numbers.clear()
+        self._kept.clear()
         self._ready = None
 
     def at(self, x: float, y: float) -> str | None:
@@ -142,11 +144,20 @@ class Annotations:
         drawings = [d for d in features.values() if d.visible and (d.label or d.symbol)]
         rows = [i for i, d in enumerate(drawings) if d.symbol is not None]
         symbols = [s for d in drawings if (s := d.symbol) is not None]
+        # Of most nothing has changed since the last time.
+        kept = self._kept
+        self._kept = {
+            d.id: known
+            if (known := kept.get(d.id)) is not None and known[0] is d
+            else (d, _places(d), self.labels.size(d.label))
+            for d in drawings
+        }
+        places = [each for _, each, _ in self._kept.values()]
         return _Ready(
             drawings,
-            np.array([_places(d) for d in drawings], float).reshape(-1, 1 + len(_ALONG), 3),
+            np.concatenate([np.zeros((0, 3)), *places]).reshape(-1, 1 + len(_ALONG), 3),
             np.array([d.extent for d in drawings], float),
-            np.array([self.labels.size(d.label) for d in drawings], float).reshape(-1, 2),
+            np.array([size for _, _, size in self._kept.values()], float).reshape(-1, 2),
             np.array([bool(d.label) for d in drawings], np.bool_),
             np.array(rows, np.int64),
             SymbolSet(symbols),
@@ -383,7 +394,7 @@ def _places(drawing: FeatureDrawing) -> Array:
     anchor = np.asarray(drawing.anchor, float)
     if len(line) < 2:
         return np.repeat(anchor[None], 1 + len(_ALONG), axis=0)
-    rows = np.round(np.array(_ALONG) * (len(line) - 1)).astype(int)
+    rows = [round(along * (len(line) - 1)) for along in _ALONG]
     return np.concatenate([anchor[None], line[rows]])
 
 

@@ -10,7 +10,8 @@ from vtkmodules.vtkCommonDataModel import vtkPlaneCollection, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, vtkRenderer
 
 from vomstudio.rendering.prepare import vtk_data
-from vomstudio.rendering.scene.area_layer import AreaLayer, Pixel, area_box
+from vomstudio.rendering.scene.area_layer import AreaLayer, Pixel
+from vomstudio.rendering.scene.feature_runs import FeatureRuns, Runs, lines_of
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.tools.interaction_types import Area
 
@@ -44,6 +45,7 @@ class FeatureLayer:
         self.areas = AreaLayer()
         self.scale = 1.0
         self._origin: Array = np.zeros(3)
+        self._runs = FeatureRuns()
         self._corners: Array = np.zeros((0, 3))
         self.thin = False
         self._stale = True
@@ -87,6 +89,7 @@ class FeatureLayer:
 
     def set_origin(self, origin: Array) -> None:
         self._origin = origin
+        self._runs.set_origin(origin)
         self.areas.set_origin(origin)
         self._stale = True
 
@@ -110,15 +113,11 @@ class FeatureLayer:
                 self.drawings[key] = drawing
             self.areas.change(key, drawing)
         self._stale = True
-        points = [np.asarray(d.line, float).reshape(-1, 3) for d in self.shown()]
-        points += [np.asarray(d.disc, float) for d in self.shown() if d.disc is not None]
-        points += [area_box(d.area) for d in self.shown() if d.area is not None]
-        every = np.concatenate([np.zeros((0, 3)), *points])
-        every = every[np.isfinite(every).all(axis=1)]
-        if len(every):
-            low, high = every.min(axis=0), every.max(axis=0)
+        self._runs.change(changes)
+        box = self._runs.box()
+        if len(box):
             grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-            self._corners = np.where(grid == 1, high, low)
+            self._corners = np.where(grid == 1, box[1], box[0])
         else:
             self._corners = np.zeros((0, 3))
 
@@ -147,9 +146,9 @@ class FeatureLayer:
         if self._stale:
             self._stale = False
             self._chosen_stale = True
-            shown = self.shown()
-            self._dress("", self._lines(shown), LINE_WIDTH, HALO_EXTRA)
-            discs = self._discs([d for d in shown if d.disc is not None])
+            lines = _poly(self._runs.lines(), polygons=False)
+            self._dress("", lines, LINE_WIDTH, HALO_EXTRA)
+            discs = _poly(self._runs.discs(), polygons=True)
             vtk_data.show(self._actors["discs"], discs)
         if self._chosen_stale:
             # The selected ones are drawn once more over all the others, so that a change of the
@@ -157,8 +156,8 @@ class FeatureLayer:
             self._chosen_stale = False
             # In the order of the others: which of two that cross is on top is no matter of chance.
             chosen = [d for key, d in self.drawings.items() if key in self.selected]
-            lines = self._lines([d for d in chosen if d.visible])
-            self._dress("+", lines, SELECTED_WIDTH, SELECTED_HALO_EXTRA)
+            runs = lines_of([d for d in chosen if d.visible], self._origin)
+            self._dress("+", _poly(runs, polygons=False), SELECTED_WIDTH, SELECTED_HALO_EXTRA)
         points = self._actors["line"].GetMapper().GetInput().GetNumberOfPoints()
         rich = not self.thin or points < THIN_ABOVE
         for name, actor in self._actors.items():
@@ -171,39 +170,16 @@ class FeatureLayer:
             vtk_data.show(actor, data)
             actor.GetProperty().SetLineWidth(wide * self.scale)
 
-    def _lines(self, drawings: list[FeatureDrawing]) -> vtkPolyData:
-        lines, colors = [], []
-        for d in drawings:
-            line = np.asarray(d.line, float).reshape(-1, 3)
-            if len(line) >= 2:
-                lines.append(line - self._origin)
-                colors.append(np.broadcast_to(vtk_data.rgb(d.color), (len(line), 3)))
-        return self._poly(lines, colors, polygons=False)
 
-    def _discs(self, drawings: list[FeatureDrawing]) -> vtkPolyData:
-        rings, colors = [], []
-        for d in drawings:
-            ring = np.asarray(d.disc, float).reshape(-1, 3)
-            if len(ring) >= 3:
-                rings.append(ring - self._origin)
-                colors.append(np.broadcast_to(vtk_data.rgb(d.color), (len(ring), 3)))
-        return self._poly(rings, colors, polygons=True)
-
-    def _poly(
-        self,
-        runs: list[Array],
-        colors: list[npt.NDArray[np.uint8]],
-        *,
-        polygons: bool,
-    ) -> vtkPolyData:
-        data = vtkPolyData()
-        if not runs:
-            return data
-        data.SetPoints(vtk_data.vtk_points(np.concatenate(runs).astype(np.float32)))
-        cells = vtk_data.cells_of([len(r) for r in runs])
-        if polygons:
-            data.SetPolys(cells)
-        else:
-            data.SetLines(cells)
-        vtk_data.set_colors(data, np.concatenate(colors))
+def _poly(runs: Runs, *, polygons: bool) -> vtkPolyData:
+    data = vtkPolyData()
+    if not len(runs.sizes):
         return data
+    data.SetPoints(vtk_data.vtk_points(runs.points))
+    cells = vtk_data.cells_of(runs.sizes)
+    if polygons:
+        data.SetPolys(cells)
+    else:
+        data.SetLines(cells)
+    vtk_data.set_colors(data, runs.colors)
+    return data

@@ -7,6 +7,8 @@ import numpy.typing as npt
 
 CELL = 4
 """Pixels per cell of the occupancy grid."""
+_PLACES = range(6)
+_TOGETHER = 256
 
 
 class LabelGrid:
@@ -47,6 +49,26 @@ class LabelGrid:
         first, last, mask = self._cells(x, y, width, height)
         return not any(row & mask for row in self._rows[first:last])
 
+    def taken(self, boxes: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+        """Whether rectangles (n, 4) of x, y, width and height collide, or leave the image: `take`
+        would refuse each of them now, and ever after."""
+        x, y, width, height = boxes.T
+        out = (x < 0) | (y < 0) | (x + width > self.width) | (y + height > self.height)
+        out |= ~np.isfinite(boxes).all(axis=1)
+        inside = np.where(out[:, None], 0.0, boxes)
+        left, top = (inside[:, :2].astype(np.int64) // CELL).T
+        right, bottom = ((inside[:, :2] + inside[:, 2:]).astype(np.int64) // CELL + 1).T
+        # Sums of what is taken above and to the left of each cell.
+        columns = int(self.width) // CELL + 2
+        sums = np.zeros((len(self._rows) + 1, columns + 1), np.int64)
+        size = (columns + 7) // 8
+        bits = b"".join((row & ((1 << columns) - 1)).to_bytes(size, "little") for row in self._rows)
+        cells = np.frombuffer(bits, np.uint8).reshape(-1, size)
+        filled = np.unpackbits(cells, axis=1, bitorder="little")[:, :columns]
+        sums[1:, 1:] = filled.cumsum(axis=0, dtype=np.int64).cumsum(axis=1)
+        found = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
+        return np.asarray(out | (found > 0))
+
     def _cells(self, x: float, y: float, width: float, height: float) -> tuple[int, int, int]:
         """First row, the row after the last, and the bits of the columns."""
         left = max(int(x) // CELL, 0)
@@ -75,42 +97,55 @@ def place_labels(
     """
     placed: dict[int, tuple[float, float]] = {}
     finite = np.asarray(np.isfinite(anchors).all(axis=1))
-    # Plain numbers: taking them one by one out of arrays would cost more than the placing.
     wanted = order[finite[order]]
+    spots = _spots(grid, anchors[wanted], sizes[wanted], gap)
     margins = np.zeros(len(wanted)) if clear is None else clear[wanted]
-    each = zip(
-        wanted.tolist(),
-        anchors[wanted].tolist(),
-        sizes[wanted].tolist(),
-        margins.tolist(),
-        strict=True,
-    )
-    for i, (x, y), (width, height), free in each:
-        # At an edge of the image it moves in.
-        right = min(x + gap, grid.width - width)
-        left = max(x - gap - width, 0.0)
-        middle = x - width / 2.0
-        above, below = y - gap - height, y + gap
-        places = (
-            (right, above),
-            (right, below),
-            (left, above),
-            (left, below),
-            (middle, above),
-            (middle, below),
+    for start in range(0, len(wanted), _TOGETHER):
+        part = slice(start, start + _TOGETHER)
+        # Of thousands of labels nearly all find nothing free: that is told for many at once.
+        blocked = grid.taken(spots[part].reshape(-1, 4)).reshape(-1, len(_PLACES))
+        open_ = np.flatnonzero(~blocked.all(axis=1))
+        each = zip(
+            wanted[part][open_].tolist(),
+            spots[part][open_].tolist(),
+            blocked[open_].tolist(),
+            margins[part][open_].tolist(),
+            strict=True,
         )
-        last = 0 if corners is None else int(corners[i])
-        if free > 0.0:
-            x0, y0 = places[last]
-            if not grid.is_free(x0 - free, y0 - free, width + 2 * free, height + 2 * free):
-                continue
-        for k in (last, *(k for k in range(6) if k != last)):
-            if grid.take(*places[k], width, height):
-                placed[i] = places[k]
-                if corners is not None:
-                    corners[i] = k
-                break
+        # Plain numbers: taking them one by one out of arrays would cost more than the placing.
+        for i, own, shut, free in each:
+            last = 0 if corners is None else int(corners[i])
+            if free > 0.0:
+                x0, y0, width, height = own[last]
+                if not grid.is_free(x0 - free, y0 - free, width + 2 * free, height + 2 * free):
+                    continue
+            for k in (last, *(k for k in _PLACES if k != last)):
+                if not shut[k] and grid.take(*own[k]):
+                    placed[i] = (own[k][0], own[k][1])
+                    if corners is not None:
+                        corners[i] = k
+                    break
     return placed
+
+
+def _spots(
+    grid: LabelGrid,
+    anchors: npt.NDArray[np.float64],
+    sizes: npt.NDArray[np.float64],
+    gap: float,
+) -> npt.NDArray[np.float64]:
+    """(n, 6, 4) the places at which each label is tried: x, y, width, height."""
+    x, y = anchors.T
+    width, height = sizes.T
+    # At an edge of the image it moves in.
+    right = np.minimum(x + gap, grid.width - width)
+    left = np.maximum(x - gap - width, 0.0)
+    middle = x - width / 2.0
+    above, below = y - gap - height, y + gap
+    columns = [right, right, left, left, middle, middle]
+    rows = [above, below] * 3
+    spots = [np.stack([a, b, width, height], axis=1) for a, b in zip(columns, rows, strict=True)]
+    return np.stack(spots, axis=1)
 
 
 def by_importance(

@@ -11,12 +11,16 @@ from vomstudio.words import tr
 
 def chosen_features(studio: Studio) -> list[str]:
     """The ids of the selected features; models and other records are left out."""
-    return [i for i in studio.selection.ids if get_feature(studio.records, i) is not None]
+    records = studio.records
+    return [i for i in studio.selection.ids if get_feature(records, i) is not None]
 
 
 def why_none_chosen(studio: Studio) -> str | None:
     """None where a feature is selected, else the sentence that says so."""
-    return None if chosen_features(studio) else tr("Select a feature first.")
+    records = studio.records
+    # Asked at every click, and nearly always told by the first one.
+    chosen = any(get_feature(records, i) is not None for i in studio.selection.ids)
+    return None if chosen else tr("Select a feature first.")
 
 
 def why_no_model(studio: Studio) -> str | None:

@@ -39,7 +39,7 @@ def orientation_text(measured: Measurement, notation: str, decimals: int | None 
     decimals: of the angles; None for as many as its errors justify.
     """
     if measured.fit is not None:
-        return plane_text(measured.fit, notation, decimals=decimals)
+        return plane_text(measured.fit, notation, decimals=decimals, plane=measured.plane)
     if measured.plane is not None:
         return format_plane(measured.plane, notation, decimals or 0)
     if measured.line is not None:

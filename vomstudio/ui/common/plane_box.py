@@ -80,10 +80,11 @@ class PlaneBox(ComboBox):
         self.chosen.emit(self._shown)
 
     def _selected(self, ids: tuple[str, ...]) -> None:
-        planes = [i for i in ids if has_plane(self._studio.records.get(i))]
-        if not planes or planes[-1] == self._last:
+        records = self._studio.records
+        last = next((i for i in reversed(ids) if has_plane(records.get(i))), None)
+        if last is None or last == self._last:
             return
-        self._last = planes[-1]
+        self._last = last
         if self._follows:
             self._shown = self._last
             self.chosen.emit(self._last)

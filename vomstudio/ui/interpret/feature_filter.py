@@ -11,7 +11,6 @@ from vomstudio.document import slip_figures
 from vomstudio.document.figures import Figure, Form
 from vomstudio.document.kinds import FIGURES
 from vomstudio.errors import UsageError
-from vomstudio.ui.common.number_formatting import orientation_text
 from vomstudio.ui.interpret.feature_row import CLASS, Row
 from vomstudio.words import to_translate, tr
 
@@ -80,7 +79,7 @@ def _test(token: str) -> Test:
     condition = None if token.startswith('"') else _CONDITION.fullmatch(token)
     if condition is None:
         word = token.replace('"', "").casefold()
-        return lambda row: word in _everything(row)
+        return lambda row: word in row.everything
     key = condition["key"].casefold()
     figures = _FIELDS.get(key)
     if figures is None:
@@ -214,20 +213,3 @@ def _number(token: str, key: str, figure: Figure, text: str) -> float:
         )
     scale = units[found["unit"].casefold()] if found["unit"] else 1.0
     return float(found["number"].replace(",", ".")) * scale
-
-
-def _everything(row: Row) -> str:
-    """All texts of a row, for words that name no column."""
-    return "\n".join(
-        (
-            row.feature.name,
-            row.type.name if row.type else "",
-            row.set_name,
-            row.class_name,
-            row.quality or "",
-            row.reasons,
-            row.feature.notes,
-            "overturned" if row.overturned else "",
-            orientation_text(row.measured, row.notation),
-        )
-    ).casefold()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from vomstudio.document import catalogue
@@ -10,6 +11,7 @@ from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature
+from vomstudio.ui.common.number_formatting import orientation_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import to_translate
 
@@ -64,6 +66,23 @@ class Row(Subject):
     def reasons(self) -> str:
         """The reasons of the verdict."""
         return str(catalogue.REASONS.value(self) or "")
+
+    @cached_property
+    def everything(self) -> str:
+        """All its texts, in small letters, for words of a filter that name no column."""
+        return "\n".join(
+            (
+                self.feature.name,
+                self.type.name if self.type else "",
+                self.set_name,
+                self.class_name,
+                self.quality or "",
+                self.reasons,
+                self.feature.notes,
+                "overturned" if self.overturned else "",
+                orientation_text(self.measured, self.notation),
+            )
+        ).casefold()
 
     def _own(self, figure: Figure) -> Figure | None:
         """The figure as the feature's kind has it; None where it has none of that name."""

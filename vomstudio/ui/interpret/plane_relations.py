@@ -17,7 +17,8 @@ from vomstudio.document import edits
 from vomstudio.document.kinds import has_plane, is_picked_plane
 from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.measurement_cache import Measurement
-from vomstudio.document.records import FeatureType, Group, Typed
+from vomstudio.document.record_map import RecordMap
+from vomstudio.document.records import Feature, FeatureType, Group, Typed
 from vomstudio.geology.notation import format_line
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import degrees, natural
@@ -165,12 +166,7 @@ class IntersectionDialog(QDialog):
 
 def groups_of(studio: Studio) -> list[tuple[str, str, Group]]:
     """Text, colour and group of every feature type with planes, and of each of its sets."""
-    counts: dict[tuple[str, str], int] = {}
-    for feature in studio.session.features():
-        if isinstance(feature, Typed) and is_picked_plane(feature):
-            for name in {"", feature.set_name}:
-                key = (feature.type_id, name)
-                counts[key] = counts.get(key, 0) + 1
+    counts = studio.session.records.once(_planes_of_sets)
     found = []
     for kind in studio.session.of(FeatureType):
         names = sorted((n for t, n in counts if t == kind.id), key=natural)
@@ -181,3 +177,14 @@ def groups_of(studio: Studio) -> list[tuple[str, str, Group]]:
             group = Group(type_id=kind.id, set_name=name)
             found.append((text, kind.color, group))
     return found
+
+
+def _planes_of_sets(records: RecordMap) -> dict[tuple[str, str], int]:
+    """How many picked planes a feature type and a set of it have; "" stands for all sets."""
+    counts: dict[tuple[str, str], int] = {}
+    for feature in records.of(Feature):
+        if isinstance(feature, Typed) and is_picked_plane(feature):
+            for name in {"", feature.set_name}:
+                key = (feature.type_id, name)
+                counts[key] = counts.get(key, 0) + 1
+    return counts

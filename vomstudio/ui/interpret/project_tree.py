@@ -30,11 +30,12 @@ from PySide6.QtWidgets import (
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import GROUPS, KINDS, group_of, kind_of
+from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.interpret.feature_row import row_of
+from vomstudio.ui.interpret.feature_row import Row, row_of
 from vomstudio.ui.interpret.filter_line import FilterLine
 from vomstudio.ui.interpret.tree_menus import TreeMenus
 from vomstudio.ui.interpret.tree_view import (
@@ -66,6 +67,8 @@ class ProjectTree(QWidget):
         self._studio = studio
         self._menus = TreeMenus(studio, self, menu_actions, edit_type, self.change_type)
         self._items: dict[str, QTreeWidgetItem] = {}
+        self._hidden: set[str] = set()
+        self._rows: dict[str, Row] = {}
         self._icons: dict[str, QIcon] = {}
         self.tree = FeatureTree(lambda id_: isinstance(studio.records.get(id_), FeatureType))
         self.tree.setObjectName("project_tree")
@@ -125,6 +128,8 @@ class ProjectTree(QWidget):
         with QSignalBlocker(self.tree):
             self.tree.clear()
             self._items.clear()
+            self._hidden.clear()
+            self._rows.clear()
             models = self._group("models", tr("Models"), "0")
             models.setIcon(NAME, theme.icon("image-filter-hdr"))
             for kind in self._studio.session.of(FeatureType):
@@ -220,53 +225,72 @@ class ProjectTree(QWidget):
     def _finish(self) -> None:
         """Show counts, hide empty types, and apply the filter."""
         studio = self._studio
-        test = self.filter.test
         features = studio.session.features()
-        shown: dict[str, int] = {}
-        total: dict[str, int] = {}
-        measured = studio.measured(f.id for f in features) if test is not None else {}
+        total, sets = studio.session.records.once(_counts)
+        hidden, shown = self._failing(features, total)
         with QSignalBlocker(self.tree):
-            for feature in features:
-                group = group_of(feature)
-                passes = test is None or test(row_of(studio, feature, measured[feature.id]))
-                total[group] = total.get(group, 0) + 1
-                shown[group] = shown.get(group, 0) + passes
-                item = self._items.get(feature.id)
-                if item is not None and item.isHidden() == passes:
-                    item.setHidden(not passes)
-            for id_, item in self._items.items():
-                record = studio.records.get(id_)
-                if isinstance(record, FeatureType):
-                    count, seen = total.get(id_, 0), shown.get(id_, 0)
-                    many = (
-                        str(count)
-                        if seen == count
-                        else tr("{shown} of {total}", shown=seen, total=count)
-                    )
-                    item.setText(NAME, f"{record.name} ({many})" if count else record.name)
-                    item.setHidden(seen == 0 and not self.empty_types.isChecked())
-                    font = item.font(NAME)
-                    font.setBold(id_ == studio.next_type_id)
-                    item.setFont(NAME, font)
-                    item.setToolTip(
-                        NAME,
-                        tr("The next feature is of this type.")
-                        if id_ == studio.next_type_id
-                        else "",
-                    )
+            for id_ in self._hidden ^ hidden:
+                item = self._items.get(id_)
+                if item is not None:
+                    item.setHidden(id_ in hidden)
+            self._hidden = hidden
+            for kind in studio.session.of(FeatureType):
+                self._show_type(kind, total.get(kind.id, 0), shown.get(kind.id, 0))
             self._items["models"].setHidden(self._items["models"].childCount() == 0)
             for own in GROUPS:
                 self._items[own.id].setHidden(shown.get(own.id, 0) == 0)
-        sets = any(getattr(f, "set_name", "") for f in features)
         self.tree.setColumnHidden(SET, not sets)
         empty = not studio.session.of(Model) and not features
         self._stack.setCurrentIndex(0 if empty else 1)
+
+    def _failing(
+        self, features: list[Feature], total: dict[str, int]
+    ) -> tuple[set[str], dict[str, int]]:
+        """Ids of the features that fail the filter, and how many of each group pass."""
+        test = self.filter.test
+        if test is None:
+            return set(), total
+        measured = self._studio.measured(f.id for f in features)
+        hidden: set[str] = set()
+        shown: dict[str, int] = {}
+        rows: dict[str, Row] = {}
+        for feature in features:
+            # Texts of a row are kept with it from one letter of the filter to the next.
+            row = self._rows.get(feature.id)
+            if (
+                row is None
+                or row.feature is not feature
+                or row.measured is not measured[feature.id]
+            ):
+                row = row_of(self._studio, feature, measured[feature.id])
+            rows[feature.id] = row
+            if test(row):
+                group = group_of(feature)
+                shown[group] = shown.get(group, 0) + 1
+            else:
+                hidden.add(feature.id)
+        self._rows = rows
+        return hidden, shown
+
+    def _show_type(self, kind: FeatureType, count: int, seen: int) -> None:
+        """A feature type with the number of its features, and of those that pass the filter."""
+        item = self._items.get(kind.id)
+        if item is None:
+            return
+        many = str(count) if seen == count else tr("{shown} of {total}", shown=seen, total=count)
+        is_next = kind.id == self._studio.next_type_id
+        item.setText(NAME, f"{kind.name} ({many})" if count else kind.name)
+        item.setHidden(seen == 0 and not self.empty_types.isChecked())
+        font = item.font(NAME)
+        font.setBold(is_next)
+        item.setFont(NAME, font)
+        item.setToolTip(NAME, tr("The next feature is of this type.") if is_next else "")
 
     def _edited(self, edit: Edit) -> None:
         if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):
             self.rebuild()
             return
-        unsorted: dict[int, QTreeWidgetItem] = {}
+        unsorted: dict[int, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
         with QSignalBlocker(self.tree):
             self.tree.setUpdatesEnabled(False)
             ids = list(dict.fromkeys((*edit.ids, *self._studio.affected(edit))))
@@ -282,15 +306,18 @@ class ProjectTree(QWidget):
                     self._put(record)
                 elif before is not None:
                     _take_out(self._items.pop(id_))
+                    self._hidden.discard(id_)
                     continue
                 else:
                     continue
                 after = self._items[id_]
                 parent = after.parent()
                 if parent is not None and (before is not after or name != record.name):
-                    unsorted[id(parent)] = parent
-            for parent in unsorted.values():
-                parent.sortChildren(NAME, Qt.SortOrder.AscendingOrder)
+                    unsorted.setdefault(id(parent), (parent, []))[1].append(after)
+                    # Qt forgets that of an item that changes its place.
+                    self._hidden.discard(id_)
+            for parent, moved in unsorted.values():
+                _put_in_order(parent, moved)
             self.tree.setUpdatesEnabled(True)
         self._finish()
         self._show_selection(self._studio.selection.ids)
@@ -394,6 +421,25 @@ class ProjectTree(QWidget):
         return self._menus.menu_for(id_)
 
 
+def _put_in_order(parent: QTreeWidgetItem, moved: list[QTreeWidgetItem]) -> None:
+    """All children but these are in order."""
+    if len(moved) > MANY:
+        parent.sortChildren(NAME, Qt.SortOrder.AscendingOrder)
+        return
+    for item in moved:
+        parent.removeChild(item)
+    for item in moved:
+        low, high = 0, parent.childCount()
+        while low < high:
+            middle = (low + high) // 2
+            other = parent.child(middle)
+            if other is not None and item < other:
+                high = middle
+            else:
+                low = middle + 1
+        parent.insertChild(low, item)
+
+
 def _take_out(item: QTreeWidgetItem) -> None:
     parent = item.parent()
     if parent is not None:
@@ -402,3 +448,14 @@ def _take_out(item: QTreeWidgetItem) -> None:
 
 def _check(visible: bool) -> Qt.CheckState:
     return Qt.CheckState.Checked if visible else Qt.CheckState.Unchecked
+
+
+def _counts(records: RecordMap) -> tuple[dict[str, int], bool]:
+    """How many features each group has, and whether any is in a set."""
+    total: dict[str, int] = {}
+    sets = False
+    for feature in records.of(Feature):
+        group = group_of(feature)
+        total[group] = total.get(group, 0) + 1
+        sets = sets or bool(getattr(feature, "set_name", ""))
+    return total, sets

@@ -10,7 +10,6 @@ from PySide6.QtCore import (
     QAbstractTableModel,
     QModelIndex,
     QPersistentModelIndex,
-    QSortFilterProxyModel,
     Qt,
 )
 
@@ -22,12 +21,10 @@ from vomstudio.document.records import Feature, get_feature
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.interpret.feature_filter import Test
 from vomstudio.ui.interpret.feature_row import Row, row_of
 from vomstudio.words import to_translate, tr
 
 _Index = QModelIndex | QPersistentModelIndex
-_SORT = Qt.ItemDataRole.UserRole
 # More rows than this are sorted in anew together, not one by one.
 _AT_ONCE = 200
 _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
@@ -81,6 +78,23 @@ COLUMNS: tuple[Column, ...] = (
 _TO_PICK = COLUMNS.index(TO_PICK)
 
 
+_LOOKED_AT = (
+    Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemNeverHasChildren
+)
+_FLAGS = [
+    _LOOKED_AT
+    | (Qt.ItemFlag.ItemIsEditable if column.field else Qt.ItemFlag.NoItemFlags)
+    | (Qt.ItemFlag.ItemIsUserCheckable if column is OVERTURNED else Qt.ItemFlag.NoItemFlags)
+    for column in COLUMNS
+]
+
+
+def flags_of(index: _Index) -> Qt.ItemFlag:
+    """What can be done with a cell: all of a column are alike, and Qt asks for each of them when
+    thousands of rows are selected."""
+    return _FLAGS[index.column()] if index.isValid() else Qt.ItemFlag.NoItemFlags
+
+
 def _listed(feature: Feature) -> bool:
     """The table is one of planes and lines."""
     return bool(kind_of(feature).orientations)
@@ -106,9 +120,10 @@ class OrientationModel(QAbstractTableModel):
 
     def update(self, ids: list[str]) -> None:
         """Features were added, changed or deleted."""
-        if len(ids) > _AT_ONCE or any(self._studio.records.get(i) is None for i in ids):
+        if len(ids) > _AT_ONCE:
             self.reset()
             return
+        self._remove([i for i in ids if self._studio.records.get(i) is None])
         measured = self._studio.measured(ids)
         for id_ in ids:
             feature = get_feature(self._studio.records, id_)
@@ -125,6 +140,15 @@ class OrientationModel(QAbstractTableModel):
             else:
                 self._rows[place] = row
                 self.dataChanged.emit(self.index(place, 0), self.index(place, len(COLUMNS) - 1))
+
+    def _remove(self, ids: list[str]) -> None:
+        for id_ in ids:
+            place = self._places.get(id_)
+            if place is not None:
+                self.beginRemoveRows(QModelIndex(), place, place)
+                del self._rows[place]
+                self._places = {row.feature.id: i for i, row in enumerate(self._rows)}
+                self.endRemoveRows()
 
     def row(self, place: int) -> Row:
         """The row at a place, unsorted."""
@@ -163,7 +187,11 @@ class OrientationModel(QAbstractTableModel):
         return None
 
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        row, column = self._rows[index.row()], COLUMNS[index.column()]
+        return self.cell(index.row(), index.column(), role)
+
+    def cell(self, place: int, number: int, role: int) -> Any:
+        """What stands in a column of the row at a place, unsorted, for one of Qt's roles."""
+        row, column = self._rows[place], COLUMNS[number]
         if column is OVERTURNED:
             if role == Qt.ItemDataRole.CheckStateRole and row.overturned is not None:
                 return Qt.CheckState.Checked if row.overturned else Qt.CheckState.Unchecked
@@ -172,8 +200,6 @@ class OrientationModel(QAbstractTableModel):
                 return None
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
             return column.text(row)
-        if role == _SORT:
-            return column.value(row)
         if role == Qt.ItemDataRole.DecorationRole:
             if column is QUALITY:
                 return theme.verdict_icon(row.quality)
@@ -186,12 +212,7 @@ class OrientationModel(QAbstractTableModel):
         return None
 
     def flags(self, index: _Index) -> Qt.ItemFlag:
-        flags = super().flags(index)
-        if COLUMNS[index.column()].field:
-            flags |= Qt.ItemFlag.ItemIsEditable
-        if COLUMNS[index.column()] is OVERTURNED:
-            flags |= Qt.ItemFlag.ItemIsUserCheckable
-        return flags
+        return flags_of(index)
 
     def setData(  # noqa: N802
         self, index: _Index, value: Any, role: int = Qt.ItemDataRole.EditRole
@@ -207,28 +228,3 @@ class OrientationModel(QAbstractTableModel):
         return self._studio.attempt(
             edits.set_attributes, [row.feature.id], **{field: value.strip()}
         )
-
-
-class SortedRows(QSortFilterProxyModel):
-    """Sorts the rows by their values and leaves out those that fail the filter's test."""
-
-    test: Test | None = None
-
-    def set_test(self, test: Test | None) -> None:
-        """Show the rows that pass the test; all rows where it is None."""
-        self.test = test
-        self.invalidate()
-
-    def lessThan(self, left: _Index, right: _Index) -> bool:  # noqa: N802
-        a, b = left.data(_SORT), right.data(_SORT)
-        if a is None or b is None:
-            # What is undefined stands last either way round.
-            first, second = a is None, b is None
-            descending = self.sortOrder() == Qt.SortOrder.DescendingOrder
-            return first and not second if descending else second and not first
-        return bool(a < b)
-
-    def filterAcceptsRow(self, row: int, parent: _Index) -> bool:  # noqa: N802
-        model = self.sourceModel()
-        assert isinstance(model, OrientationModel)
-        return self.test is None or self.test(model.row(row))

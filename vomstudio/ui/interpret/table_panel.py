@@ -26,7 +26,8 @@ from PySide6.QtWidgets import (
 from vomstudio.document.edit import Edit
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.filter_line import FilterLine
-from vomstudio.ui.interpret.table_model import COLUMNS, OrientationModel, SortedRows
+from vomstudio.ui.interpret.sorted_rows import SortedRows
+from vomstudio.ui.interpret.table_model import COLUMNS, OrientationModel
 from vomstudio.words import tr, tr_n
 
 # Column widths are taken from so many rows: all of a thousand would hold the window up.
@@ -42,8 +43,7 @@ class TablePanel(QWidget):
         self._showing = False
         self._seen_settings: tuple[str, list[str]] = ("", [])
         self.model = OrientationModel(studio)
-        self._sorted = SortedRows()
-        self._sorted.setSourceModel(self.model)
+        self._sorted = SortedRows(self.model)
         self.view = QTableView()
         self.view.setObjectName("orientation_table")
         self.view.setModel(self._sorted)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -49,13 +50,14 @@ class ScenePresenter:
         self._features: set[str] = set()
         self._placed = False
         self._areas: dict[str, tuple[Painted, Model, Area | None]] = {}
+        self._seen_settings = self._settings()
         studio.project_opened.connect(self.rebuild)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(self._model_loaded)
         studio.visibility_changed.connect(self._visibility)
         studio.selection_changed.connect(viewport.features.select)
         studio.preview.connect(self._preview)
-        studio.settings_changed.connect(self._all_features)
+        studio.settings_changed.connect(self._settings_changed)
         studio.display.changed.connect(self._displayed)
         viewport.clip_changed.connect(studio.display.set_clip)
         self._stages: dict[str, set[str]] = {}
@@ -256,7 +258,17 @@ class ScenePresenter:
                     self._find_far(id_)
         self._draw(self._studio.affected(edit))
 
+    def _settings_changed(self) -> None:
+        if self._seen_settings != self._settings():
+            self._all_features()
+
+    def _settings(self) -> tuple[object, ...]:
+        """Those by which features are drawn."""
+        settings = self._studio.settings
+        return settings.notation, settings.planes_as
+
     def _all_features(self) -> None:
+        self._seen_settings = self._settings()
         self._draw(feature.id for feature in self._studio.session.features())
 
     def _draw(self, ids: Iterable[str]) -> None:
@@ -350,11 +362,20 @@ class ScenePresenter:
         for model_id in self._shown:
             self._models.set_visible(model_id, self._model_visible(model_id))
         own_groups = {group.id for group in GROUPS}
-        records = self._studio.records
+        studio, records = self._studio, self._studio.records
+        wanted = set(ids)
         if any(id_ in own_groups or get(records, id_, FeatureType) is not None for id_ in ids):
-            self._all_features()
+            own = [f for f in studio.session.features() if group_of(f) in wanted or f.id in wanted]
         else:
-            self._draw(id_ for id_ in ids if get_feature(records, id_) is not None)
+            own = [f for id_ in ids if (f := get_feature(records, id_)) is not None]
+        changes: dict[str, FeatureDrawing | None] = {}
+        for feature in own:
+            drawing = self._drawn.drawings.get(feature.id)
+            visible = studio.visible(feature.id) and studio.visible(group_of(feature))
+            if drawing is not None and drawing.visible != visible:
+                changes[feature.id] = replace(drawing, visible=visible)
+        if changes:
+            self._drawn.change(changes)
 
     # --- tool and pointer --------------------------------------------------------------------
     def _preview(self, preview: Preview | None) -> None:

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document.kinds import is_picked_plane
+from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import Matrix, Model, Typed, get_feature
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
@@ -245,15 +246,11 @@ class ViewPanel(QWidget):
 
     def bedding(self) -> list[str]:
         """Ids of the bedding planes for the fold axis: feature types are never pooled silently."""
+        beds = self._studio.session.records.once(_beds)
+        if not self.only_selected.isChecked():
+            return list(beds)
         chosen = set(self._studio.selection.ids)
-        return [
-            t.id
-            for t in self._studio.session.features()
-            if isinstance(t, Typed)
-            and t.type_id == "bedding"
-            and is_picked_plane(t)
-            and (not self.only_selected.isChecked() or t.id in chosen)
-        ]
+        return [id_ for id_ in beds if id_ in chosen]
 
     def _axis(self) -> FoldAxis | str:
         """The fold axis of the bedding, or why there is none."""
@@ -333,3 +330,8 @@ class ViewPanel(QWidget):
 def _enable(button: QPushButton, why_not: str | None) -> None:
     button.setEnabled(why_not is None)
     button.setToolTip("" if why_not is None else tr("Not now: {reason}", reason=why_not))
+
+
+def _beds(records: RecordMap) -> list[str]:
+    """Ids of the picked planes of the type bedding."""
+    return [t.id for t in records.of(Typed) if t.type_id == "bedding" and is_picked_plane(t)]

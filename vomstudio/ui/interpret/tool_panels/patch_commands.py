@@ -19,10 +19,9 @@ def commands(studio: Studio) -> list[Command]:
         return None if studio.tool_name == tool.name else tr("Choose the tool Patch first.")
 
     def chosen() -> Patch | None:
-        found = [
-            r for i in studio.selection.ids if (r := get(studio.records, i, Patch)) is not None
-        ]
-        return found[-1] if found else None
+        records = studio.records
+        found = (get(records, i, Patch) for i in reversed(studio.selection.ids))
+        return next((patch for patch in found if patch is not None), None)
 
     def cannot_continue() -> str | None:
         if studio.open_tool is not None:

@@ -1,0 +1,129 @@
+"""Lines and discs of all features one after the other, as arrays for the graphics card."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.scene.area_layer import area_box
+from vomstudio.rendering.view.drawing import FeatureDrawing
+
+Array = npt.NDArray[np.float64]
+_BLOCK = 128
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """points : (n, 3) float32 off the origin; sizes : (m,) points of each run; colors : (n, 3)"""
+
+    points: npt.NDArray[np.float32]
+    sizes: npt.NDArray[np.int64]
+    colors: npt.NDArray[np.uint8]
+
+    @classmethod
+    def of(cls, runs: list[Array], colors: list[tuple[float, float, float]], origin: Array) -> Runs:
+        """Runs (k, 3) in World, each in one colour."""
+        sizes = np.array([len(run) for run in runs], np.int64)
+        points = np.concatenate([np.zeros((0, 3)), *runs]) - origin
+        known = {color: vtk_data.rgb(color) for color in set(colors)}
+        rgb = np.array([known[color] for color in colors], np.uint8).reshape(-1, 3)
+        return cls(points.astype(np.float32), sizes, np.repeat(rgb, sizes, axis=0))
+
+    @classmethod
+    def joined(cls, parts: Iterable[Runs]) -> Runs:
+        """One after the other."""
+        every = [Runs.of([], [], np.zeros(3)), *parts]
+        return cls(
+            np.concatenate([part.points for part in every]),
+            np.concatenate([part.sizes for part in every]),
+            np.concatenate([part.colors for part in every]),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Made:
+    lines: Runs
+    discs: Runs
+    box: Array
+
+
+class FeatureRuns:
+    """Kept in blocks in the order in which the features came, so that a change of one among
+    thousands leaves the arrays of all other blocks as they are."""
+
+    def __init__(self) -> None:
+        self._origin: Array = np.zeros(3)
+        self._blocks: list[dict[str, FeatureDrawing]] = []
+        self._home: dict[str, int] = {}
+        self._made: dict[int, _Made] = {}
+
+    def set_origin(self, origin: Array) -> None:
+        """(3,) World, what points are counted from."""
+        self._origin = origin
+        self._made.clear()
+
+    def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
+        """Add, replace or (None) remove drawings."""
+        for key, drawing in changes.items():
+            home = self._home.get(key)
+            if home is None and drawing is None:
+                continue
+            if home is None:
+                if not self._blocks or len(self._blocks[-1]) >= _BLOCK:
+                    self._blocks.append({})
+                home = self._home[key] = len(self._blocks) - 1
+            self._made.pop(home, None)
+            if drawing is None:
+                del self._blocks[home][key], self._home[key]
+            else:
+                self._blocks[home][key] = drawing
+        if not self._home:
+            self._blocks.clear()
+            self._made.clear()
+
+    def lines(self) -> Runs:
+        """Of the visible ones."""
+        return Runs.joined(made.lines for made in self._all())
+
+    def discs(self) -> Runs:
+        """Of the visible ones."""
+        return Runs.joined(made.discs for made in self._all())
+
+    def box(self) -> Array:
+        """(2, 3) lowest and highest World corner of what is visible, (0, 3) where nothing is."""
+        boxes = np.concatenate([np.zeros((0, 3)), *(made.box for made in self._all())])
+        return boxes if not len(boxes) else np.stack([boxes.min(axis=0), boxes.max(axis=0)])
+
+    def _all(self) -> list[_Made]:
+        for number, block in enumerate(self._blocks):
+            if number not in self._made:
+                self._made[number] = self._make([d for d in block.values() if d.visible])
+        return [self._made[number] for number in range(len(self._blocks))]
+
+    def _make(self, shown: list[FeatureDrawing]) -> _Made:
+        points = [np.asarray(d.line, float).reshape(-1, 3) for d in shown]
+        rings = [(np.asarray(d.disc, float), d.color) for d in shown if d.disc is not None]
+        every = [*points, *(ring for ring, _ in rings)]
+        every += [area_box(d.area) for d in shown if d.area is not None]
+        spots = np.concatenate([np.zeros((0, 3)), *every])
+        spots = spots[np.isfinite(spots).all(axis=1)]
+        box = np.stack([spots.min(axis=0), spots.max(axis=0)]) if len(spots) else spots
+        return _Made(lines_of(shown, self._origin), _discs(rings, self._origin), box)
+
+
+def lines_of(shown: list[FeatureDrawing], origin: Array) -> Runs:
+    """The lines of drawings, of at least two points."""
+    lines = [(np.asarray(d.line, float).reshape(-1, 3), d.color) for d in shown]
+    return _runs([(line, color) for line, color in lines if len(line) >= 2], origin)
+
+
+def _discs(rings: list[tuple[Array, tuple[float, float, float]]], origin: Array) -> Runs:
+    return _runs([(ring, color) for ring, color in rings if len(ring) >= 3], origin)
+
+
+def _runs(parts: list[tuple[Array, tuple[float, float, float]]], origin: Array) -> Runs:
+    return Runs.of([points for points, _ in parts], [color for _, color in parts], origin)
