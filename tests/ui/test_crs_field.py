@@ -19,7 +19,7 @@ def test_a_name_is_typed_and_its_code_chosen(qtbot: Any) -> None:
     told: list[str] = []
     field.textEdited.connect(told.append)
     QTest.keyClicks(field, "wgs 84 utm 33n")
-    popup = field.completer_.popup()
+    popup = field.popup
     assert popup.isVisible()
     QTest.keyClick(popup, Qt.Key.Key_Down)
     QTest.keyClick(popup, Qt.Key.Key_Return)
@@ -34,4 +34,4 @@ def test_a_whole_code_opens_no_list(qtbot: Any) -> None:
     field.show()
     QTest.keyClicks(field, "EPSG:32633")
     assert field.text() == "EPSG:32633"
-    assert not field.completer_.popup().isVisible()
+    assert not field.popup.isVisible()

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pyproj.aoi import AreaOfUse
 
 
 @dataclass(frozen=True)
@@ -23,7 +27,7 @@ def projected_systems() -> tuple[NamedCrs, ...]:
 
     found = query_crs_info(auth_name="EPSG", pj_types=[PJType.PROJECTED_CRS])
     systems = [
-        NamedCrs(f"EPSG:{each.code}", each.name, each.area_of_use.name if each.area_of_use else "")
+        NamedCrs(f"EPSG:{each.code}", each.name, _area(each.area_of_use))
         for each in found
         if not each.deprecated
     ]
@@ -46,6 +50,10 @@ def matching(text: str, most: int = 50) -> list[NamedCrs]:
             if all(word in all_of_it for word in words):
                 by_area.append(each)
     return (sorted(by_name, key=_length) + sorted(by_area, key=_length))[:most]
+
+
+def _area(area: AreaOfUse | None) -> str:
+    return (area.name or "") if area is not None else ""
 
 
 def _length(system: NamedCrs) -> int:

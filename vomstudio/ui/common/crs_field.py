@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QModelIndex, QStringListModel, Qt
-from PySide6.QtWidgets import QCompleter, QLineEdit
+from PySide6.QtWidgets import QCompleter, QLineEdit, QListView
 
 from vomstudio.io.gis.crs_names import NamedCrs, matching
 from vomstudio.words import tr
@@ -12,19 +12,25 @@ _LEAST_LETTERS = 2
 
 
 class CrsField(QLineEdit):
-    """What is typed is looked for in codes, names and areas; choosing one writes its code."""
+    """What is typed is looked for in codes, names and areas; choosing one writes its code.
+
+    popup : the list of what was found
+    """
 
     def __init__(self, code: str = "") -> None:
         super().__init__(code)
         self.setToolTip(tr("Code, name or country, such as “32633”, “UTM 33N” or “Iceland”."))
         self._found: list[NamedCrs] = []
         self._list = QStringListModel(self)
-        self.completer_ = QCompleter(self._list, self)
-        self.completer_.setCompletionMode(QCompleter.CompletionMode.UnfilteredPopupCompletion)
-        self.completer_.setMaxVisibleItems(12)
-        self.completer_.setWidget(self)
-        self.completer_.popup().setTextElideMode(Qt.TextElideMode.ElideRight)
-        self.completer_.activated[QModelIndex].connect(self._chosen)
+        self.popup = QListView()
+        self.popup.setTextElideMode(Qt.TextElideMode.ElideRight)
+        self._completer = QCompleter(self._list, self)
+        self._completer.setPopup(self.popup)
+        self._completer.setCompletionMode(QCompleter.CompletionMode.UnfilteredPopupCompletion)
+        self._completer.setMaxVisibleItems(12)
+        self._completer.setWidget(self)
+        chosen = self._completer.activated[QModelIndex]  # type: ignore[index]  # Qt has two of the name
+        chosen.connect(self._chosen)
         self.textEdited.connect(self._typed)
 
     def _typed(self, text: str) -> None:
@@ -33,9 +39,9 @@ class CrsField(QLineEdit):
             self._found = []
         self._list.setStringList([f"{f.name}  ({f.code}; {f.area})" for f in self._found])
         if self._found:
-            self.completer_.complete()
+            self._completer.complete()
         else:
-            self.completer_.popup().hide()
+            self.popup.hide()
 
     def _chosen(self, index: QModelIndex) -> None:
         self.setText(self._found[index.row()].code)
