@@ -356,7 +356,7 @@ class _Run:
         if not stage.done:
             threads = self.settings.threads or os.cpu_count() or 1
             options = SurfaceOptions(faces=faces, threads=threads, max_points=fitting_points())
-            made = build_surface(cloud, options, self.log, placed.scene.centres)
+            made = build_surface(cloud, options, self.log)
             write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
             stage.finish(facts=made.facts, warnings=list(made.warnings))
         for warning in stage.facts["warnings"]:
