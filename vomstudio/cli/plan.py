@@ -89,6 +89,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _in_words(plan: SurveyPlan) -> str:
+    from vomstudio.survey.photo_limits import planes_in_short
+
     near, far = plan.depth_of_field_m
     c = plan.camera
     rows = [
@@ -107,10 +109,7 @@ def _in_words(plan: SurveyPlan) -> str:
         ),
         (tr("distance"), f"{plan.distance_m:.4g} m"),
         (tr("GSD"), f"{1000 * plan.gsd_m:.3g} mm"),
-        (
-            tr("smallest plane"),
-            tr("{size:.3g} m (1000 pixels)", size=plan.smallest_plane_m),
-        ),
+        (tr("planes across"), planes_in_short(plan.planes)),
         (tr("photo footprint"), f"{plan.footprint_m[0]:.3g} x {plan.footprint_m[1]:.3g} m"),
         (
             tr("spacing"),

@@ -16,8 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import UsageError
+from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.reprs import Shown
-from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane, smallest_plane
+from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane, planes_as_list
 from vomstudio.survey.plan_camera import PlanCamera
 from vomstudio.words import tr, tr_n
 
@@ -118,8 +119,13 @@ class SurveyPlan(Shown):
 
     @property
     def smallest_plane_m(self) -> float:
-        """Extent of the smallest plane that can be measured."""
-        return smallest_plane(self.gsd_m)
+        """The textbook's limit for a plane worth measuring: 1000 pixels."""
+        return self.planes.textbook
+
+    @property
+    def planes(self) -> PlaneSizes:
+        """How well planes will be known against their size, without an error of registration."""
+        return PlaneSizes.of_pixels(self.gsd_m)
 
     @property
     def photos(self) -> int:
@@ -142,6 +148,7 @@ class SurveyPlan(Shown):
             "spacing_m": list(self.spacing_m),
             "photos": self.photos,
             "smallest_plane_m": self.smallest_plane_m,
+            "planes": planes_as_list(self.planes),
             "depth_of_field_m": list(self.depth_of_field_m),
             "distance_m": self.distance_m,
             "overlap": self.overlap,

@@ -7,6 +7,7 @@ import pytest
 
 from tests.photogrammetry.surface.wall_maker import rotation_to
 from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.photogrammetry.align.scene_check import (
     check_scene,
     face_normal,
@@ -77,6 +78,25 @@ def test_a_good_alignment_is_left_in_peace() -> None:
     # 8 m over 800 px.
     assert report.gsd_m == pytest.approx(0.01, rel=0.03)
     assert report.smallest_plane_m == pytest.approx(10, rel=0.03)
+
+
+def test_a_registration_that_is_off_by_seven_degrees_is_no_sound_model() -> None:
+    report = check_scene(scene(good_views()), planes=PlaneSizes(0.02, 0.005, 7.0))
+    assert grave(report) == {"rotation"}
+    assert "sound model" not in report.verdict
+    assert "an uncertain orientation" in report.verdict
+    assert "No plane can be expected within 5°" in report.verdict
+    assert report.next_time[0].startswith("Lay out at least four control points")
+
+
+def test_what_can_be_told_of_planes_rests_on_the_model_not_on_the_pixels() -> None:
+    """8 m over 800 px are 1 cm, but the model resolves 30 mm."""
+    report = check_scene(scene(good_views()), planes=PlaneSizes(0.03, 0.005))
+    assert report.gsd_m == pytest.approx(0.01, rel=0.03)
+    assert report.smallest_plane_m == pytest.approx(3.0)
+    assert "The model resolves 30 mm." in report.verdict
+    assert "1000 pixels" not in report.verdict
+    assert grave(report) == set()
 
 
 def test_figures_are_those_of_the_cameras() -> None:

@@ -36,7 +36,7 @@ def photographed():
 
 
 def test_the_normals_of_the_cloud_face_the_photos_and_out_of_the_object(photographed):
-    truth, views, _, cloud, _ = photographed
+    _, views, _, cloud, _ = photographed
     # The law that needs no cameras: the block is star-shaped about the origin.
     outward = (cloud.normals * cloud.points).sum(axis=1)
     assert (outward > 0).mean() > 0.999
