@@ -111,4 +111,3 @@ class PlaneSizes:
         limit of 100 among them."""
         sizes = [times * self.resolution for times in _TOLD]
         return [(size, error) for size in sizes if (error := self.error_deg(size)) is not None]
-

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sqlite3
 from dataclasses import replace
 from pathlib import Path
@@ -181,7 +182,7 @@ def test_a_photo_that_two_components_share_belongs_to_the_larger_alone(
     parts = [scene_of(part, made.photos, made.features) for part in _largest_first(overlapping)]
     names = [[view.name for view in part.views] for part in parts]
     assert [len(part) for part in names] == [6, 2]
-    assert sorted(sum(names, [])) == sorted(photo.name for photo in made.photos)
+    assert sorted(itertools.chain(*names)) == sorted(photo.name for photo in made.photos)
     # What is left are observations of the photos that are left, at points that two of them see.
     assert all(part.track_lengths.min() >= 2 for part in parts)
 

@@ -46,7 +46,7 @@ METHODS = (
 
 @dataclass(frozen=True)
 class Trace(Picked, Typed):
-    """vertices: in order, model file frame. resolution: mean spacing of the model's vertices or
+    """vertices: in order, model file frame. resolution: effective, of the model's vertices or
     points around the pick, in file units, None where unknown. outcrop_normal: unit normal of the
     outcrop face around the trace, file frame, None where unknown.
     """

@@ -426,6 +426,7 @@ class _Run:
             unregistered=missing,
             other_parts=alignment.parts[1:],
             cameras=cameras,
+            planes=report_data.planes_of_model(cloud, textured, placed.registration),
         )
         lengths = scene.track_lengths
         rows = report_data.photo_rows(photos.photos, scene, placed.registration)
