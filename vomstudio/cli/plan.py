@@ -54,7 +54,10 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("on foot, by drone before a cliff, or by drone over flat ground"),
     )
     parser.add_argument(
-        "--aperture", type=float, default=8.0, metavar="N", help=tr("f-number (default 8)")
+        "--aperture",
+        type=float,
+        metavar="N",
+        help=tr("f-number (default 8), where the camera's aperture can be set"),
     )
     add_output(parser, tr("a field sheet to print (.pdf, .svg, .html)"))
 

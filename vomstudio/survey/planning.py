@@ -31,6 +31,7 @@ OBLIQUE_DEG = 30.0
 degrees plunging at a cliff, zenithal and 60 degrees plunging over flat ground (3.2.1)."""
 LEAST_OVERLAP, MOST_OVERLAP = 0.6, 0.95
 WANTED_VIEWS = 4
+_USUAL_F_NUMBER = 8.0
 _BLUR_PIXELS = 2.0
 _REACH_M = 2.5
 _TARGET_PIXELS = 20.0
@@ -204,11 +205,13 @@ def plan_survey(
     plane_m: float | None = None,
     overlap: float = 0.7,
     manner: Manner = "handheld",
-    f_number: float = 8.0,
+    f_number: float | None = None,
 ) -> SurveyPlan:
     """Stations, control points and figures of a survey.
 
     width_m, height_m : of the outcrop (or of the ground, for manner "terrain").
+
+    f_number : of the aperture, None: 8; a camera whose aperture cannot be set keeps its own
 
     One of `distance_m`, `gsd_m` (the wanted size of a pixel) and `plane_m` (across the smallest
     plane to be measured) must be given. With several, the distance counts, and a warning tells
@@ -226,6 +229,15 @@ def plan_survey(
         },
     )
     warnings: list[str] = []
+    if camera.f_number is not None and f_number not in (None, camera.f_number):
+        warnings.append(
+            tr(
+                "The aperture of the {camera} cannot be set: f/{own:g} is used.",
+                camera=camera.name,
+                own=camera.f_number,
+            )
+        )
+    aperture = camera.f_number or f_number or _USUAL_F_NUMBER
     distance_m, gsd, too_far = _distance(camera, distance_m, gsd_m, plane_m)
     warnings += too_far
     footprint = gsd * camera.width_px, gsd * camera.height_px
@@ -243,7 +255,7 @@ def plan_survey(
         camera, distance_m, width_m, height_m, footprint, spacing, manner
     )
     sharp = depth_of_field(
-        camera.focal_mm, f_number, distance_m, _BLUR_PIXELS * camera.pixel_pitch_mm
+        camera.focal_mm, aperture, distance_m, _BLUR_PIXELS * camera.pixel_pitch_mm
     )
     warnings += _warnings(manner, stations, distance_m, width_m, height_m, footprint, least)
     return SurveyPlan(
@@ -256,7 +268,7 @@ def plan_survey(
         gsd,
         footprint,
         spacing,
-        f_number,
+        aperture,
         sharp,
         stations,
         _control_points(width_m, height_m),
