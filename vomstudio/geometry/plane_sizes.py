@@ -38,6 +38,18 @@ def resolution_tilt_deg(resolution: float, across: float) -> float:
 
 
 @dataclass(frozen=True)
+class PlaneError:
+    """size_m : diameter of a plane, in metres where the model has them, else in its units
+    error95_deg : expected 95 % half-angle of its normal"""
+
+    size_m: float
+    error95_deg: float
+
+    def as_dict(self) -> dict[str, float]:
+        return {"size_m": self.size_m, "error95_deg": self.error95_deg}
+
+
+@dataclass(frozen=True)
 class PlaneSizes:
     """resolution : of the model; noise : one sigma across its surface; both in one unit of length,
     in which all sizes are. registration_deg : 95 % half-angle of the model's rotation, 0 where
@@ -106,8 +118,8 @@ class PlaneSizes:
                 high = middle
         return high
 
-    def curve(self) -> list[tuple[float, float]]:
-        """(diameter, expected 95 % error in degrees) from 10 to 1000 resolutions, the textbook's
-        limit of 100 among them."""
+    def curve(self) -> tuple[PlaneError, ...]:
+        """From 10 to 1000 resolutions, the textbook's limit of 100 among them."""
         sizes = [times * self.resolution for times in _TOLD]
-        return [(size, error) for size in sizes if (error := self.error_deg(size)) is not None]
+        errors = [(size, self.error_deg(size)) for size in sizes]
+        return tuple(PlaneError(size, error) for size, error in errors if error is not None)

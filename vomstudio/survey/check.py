@@ -88,6 +88,7 @@ def report(
     findings = list(by_severity(findings))
     known = [value for value in gsd if value is not None]
     middle = float(np.median(known)) if known else None
+    planes = None if middle is None else PlaneSizes.of_pixels(middle)
     figures = tuple(
         PhotoFigures(
             photo.name,
@@ -105,8 +106,9 @@ def report(
         tuple(findings),
         verdict_of(findings, middle, hint=_hint(photos)),
         middle,
-        None if middle is None else PlaneSizes.of_pixels(middle),
+        None if planes is None else planes.textbook,
         advice_for(findings),
+        () if planes is None else planes.curve(),
     )
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from vomstudio.geometry.plane_sizes import PlaneSizes
-from vomstudio.survey.photo_limits import length, planes_as_list, planes_in_words
+from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
+from vomstudio.survey.photo_limits import length, planes_in_words
 from vomstudio.words import to_translate, tr
 
 Severity = Literal["info", "warning", "error"]
@@ -63,20 +63,17 @@ class PhotoFigures:
 @dataclass(frozen=True)
 class SurveyReport:
     """stage : "before" or "after" the alignment; next_time : what to shoot, the gravest first
-    planes : how well planes are known against their size, None where no pixel size is known"""
+    smallest_plane_m : the textbook's limit for a plane worth measuring, 100 times the resolution
+    planes : the expected error of planes against their size, empty where no pixel size is known"""
 
     stage: str
     photos: tuple[PhotoFigures, ...]
     findings: tuple[Finding, ...]
     verdict: str
     gsd_m: float | None = None
-    planes: PlaneSizes | None = None
+    smallest_plane_m: float | None = None
     next_time: tuple[str, ...] = field(default=())
-
-    @property
-    def smallest_plane_m(self) -> float | None:
-        """The textbook's limit for a plane worth measuring: 100 times the resolution."""
-        return None if self.planes is None else self.planes.textbook
+    planes: tuple[PlaneError, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         return {
@@ -86,7 +83,7 @@ class SurveyReport:
             "verdict": self.verdict,
             "gsd_m": self.gsd_m,
             "smallest_plane_m": self.smallest_plane_m,
-            "planes": planes_as_list(self.planes),
+            "planes": [plane.as_dict() for plane in self.planes],
             "next_time": list(self.next_time),
         }
 

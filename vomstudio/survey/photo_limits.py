@@ -102,10 +102,3 @@ def planes_in_short(planes: PlaneSizes, unit: str = "m") -> str:
         within=planes.error_deg(smallest),
     )
     return f"{small}, {large}"
-
-
-def planes_as_list(planes: PlaneSizes | None) -> list[dict[str, float]] | None:
-    """The curve for JSON: expected 95 % error against size."""
-    if planes is None:
-        return None
-    return [{"size_m": size, "error95_deg": error} for size, error in planes.curve()]

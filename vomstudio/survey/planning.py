@@ -18,7 +18,7 @@ import numpy.typing as npt
 from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.reprs import Shown
-from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane, planes_as_list
+from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane
 from vomstudio.survey.plan_camera import PlanCamera
 from vomstudio.words import tr, tr_n
 
@@ -149,7 +149,7 @@ class SurveyPlan(Shown):
             "spacing_m": list(self.spacing_m),
             "photos": self.photos,
             "smallest_plane_m": self.smallest_plane_m,
-            "planes": planes_as_list(self.planes),
+            "planes": [plane.as_dict() for plane in self.planes.curve()],
             "depth_of_field_m": list(self.depth_of_field_m),
             "distance_m": self.distance_m,
             "overlap": self.overlap,

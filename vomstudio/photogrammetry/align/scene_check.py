@@ -86,6 +86,7 @@ def check_scene(
     findings = list(by_severity(findings))
     known = gsd[np.isfinite(gsd)]
     middle = float(np.median(known)) if len(known) else None
+    told = planes or (None if middle is None else PlaneSizes.of_pixels(middle))
     figures = tuple(
         PhotoFigures(
             view.name,
@@ -104,8 +105,9 @@ def check_scene(
         tuple(findings),
         verdict_of(findings, middle, unit, planes=planes),
         middle,
-        planes or (None if middle is None else PlaneSizes.of_pixels(middle)),
+        None if told is None else told.textbook,
         advice_for(findings),
+        () if told is None else told.curve(),
     )
 
 
