@@ -181,7 +181,7 @@ def test_points_without_a_plane_are_refused_with_the_reason(given: Any) -> None:
 @pytest.mark.parametrize(
     "wrong",
     [{"method": "ransac"}, {"axis": "w"}, {"resolution_m": -1}, {"resolution_m": "fine"},
-     {"profile": "textbook"}],
+     {"profile": "taste"}],
 )  # fmt: skip
 def test_settings_that_cannot_be_are_refused(wrong: Any) -> None:
     with pytest.raises(vs.errors.VomError):

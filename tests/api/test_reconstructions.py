@@ -23,6 +23,7 @@ PHOTOS = vs.sample("photos")
         ("none", {}, "not a folder of photos"),
         (PHOTOS, {"quality": "best"}, "preview, low, medium, high"),
         (PHOTOS, {"threads": 0}, "must be 1 or more"),
+        (PHOTOS, {"device": "gpu"}, "auto, cpu, cuda"),
         (PHOTOS, {"crs": "EPSG:4326"}, "projected"),
         (PHOTOS, {"gcp": "gone.csv"}, "no such file"),
         (PHOTOS, {"progress": "loud"}, "function"),

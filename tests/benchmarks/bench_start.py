@@ -27,7 +27,11 @@ began = float(os.environ["BEGAN"])
 def lap(name):
     print(name, time.time() - began, flush=True)
 from PySide6.QtCore import QTimer
-from vomstudio.ui.shell import main_window, start
+from vomstudio.ui.shell import main_window
+try:
+    from vomstudio.ui.shell import window_start as start
+except ImportError:  # an older program beside which this one is measured
+    from vomstudio.ui.shell import start
 class Window(main_window.MainWindow):
     def paintEvent(self, event):
         super().paintEvent(event)

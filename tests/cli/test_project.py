@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sqlite3
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.cli.conftest import Run
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model
@@ -15,7 +17,7 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.brush import MeshSurface
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.project.folder import Project
-from vomstudio.io.project.journal import read_replay
+from vomstudio.io.project.journal import SCHEMA_VERSION, read_replay
 from vomstudio.io.project.sample import read_truth, sample_model
 from vomstudio.paths import resource
 from vomstudio.tools.local_surface import around
@@ -81,7 +83,7 @@ def test_the_list_says_what_is_there_although_a_window_has_it_open(run, project:
         {"Bedding": 1},
         {"west": 1},
     )
-    assert found["schema"] == 3
+    assert found["schema"] == SCHEMA_VERSION
     assert found["sound"]
     assert not found["unsaved"]
     assert found["history"]["undo"] == 2
@@ -321,3 +323,89 @@ def test_an_action_that_there_is_not_is_answered_with_those_that_there_are(run, 
     ran = run("project", project, "frobnicate")
     assert ran.code == 2
     assert "add-picks" in ran.said
+
+
+# --- verdicts and what they rest on ---------------------------------------------------------------
+def test_a_project_is_judged_by_another_profile_and_back(run: Run, project: Path) -> None:
+    assert fitted(run, project)["profile"] == "error"
+    said = run("project", project, "profile", "textbook", "--json").json
+    assert said["profile"] == "textbook"
+    row = fitted(run, project)
+    # Five points exactly in one plane, longer than a hundred resolutions, and hardly drawn out.
+    assert (row["profile"], row["quality"]) == ("textbook", "good")
+    again = run("project", project, "profile", "textbook", "--json")
+    assert again.code == 2
+    assert "already" in again.json["error"]["message"]
+    assert run("project", project, "undo", "--json").json["undone"].endswith("textbook")
+    assert fitted(run, project)["profile"] == "error"
+    out = project.parent / "planes.csv"
+    run("project", project, "redo")
+    assert run("export", project, "--to", "csv", "-o", out).code == 0
+    head, *rows = [ln for ln in out.read_text("utf-8").splitlines() if not ln.startswith("#")]
+    assert dict(zip(head.split(","), rows[0].split(","), strict=False))["id"] == "t1"
+    assert ",textbook," in rows[0]
+
+
+def test_a_profile_that_there_is_not_is_refused(run: Run, project: Path) -> None:
+    said = run("project", project, "profile", "mine", "--json")
+    assert said.code == 2
+    assert "textbook" in said.json["error"]["message"]
+
+
+def fitted(run: Run, project: Path) -> dict[str, Any]:
+    (row,) = run("project", project, "fit", "--json").json["planes"]
+    assert isinstance(row, dict)
+    return row
+
+
+def test_features_of_an_earlier_rule_say_so_and_are_measured_anew(run: Run, tmp_path: Path) -> None:
+    folder = tmp_path / "cliff.vom"
+    opened = Project.create(folder)
+    opened.close()
+    file = tmp_path / "wall.obj"
+    # A wall that faces south, with a vertex every half metre.
+    file.write_text(wall(0.5), encoding="utf-8")
+    assert run("project", folder, "add-model", file, "--up", "z", "--unit", "m").code == 0
+    opened = Project.open(folder)
+    session = opened.session
+    (model,) = session.of(Model)
+    # Dips 60 degrees to the south, with scatter along its normal.
+    x = np.linspace(-3.0, 3.0, 9)
+    down, off = 0.3 * x**2, 0.05 * (-1.0) ** np.arange(9)
+    xyz = np.column_stack([x, -0.5 * down - 0.866 * off, 4.0 - 0.866 * down + 0.5 * off])
+    points = tuple((a, b, c) for a, b, c in xyz.tolist())
+    old = Trace(
+        "old", "B01", "bedding", model.id, model.content_hash, points, resolution=3.0,
+        outcrop_normal=(0.0, 0.0, 1.0), method="regression",
+    )  # fmt: skip
+    session.apply(edits.add_trace(session.records, old))
+    session.save()
+    opened.close()
+    before = fitted(run, folder)
+    assert "earlier rule" in before["quality_notes"]
+    assert before["resolution_m"] == 3.0
+    said = run("project", folder, "update", "--json").json
+    assert said["updated"] == 1
+    after = fitted(run, folder)
+    assert "earlier rule" not in (after["quality_notes"] or "")
+    assert after["resolution_m"] == pytest.approx(0.5, rel=0.5)
+    # y = a x + b z + c, since the normal lies nearest to y.
+    (a, b, _), *_ = np.linalg.lstsq(np.column_stack([x, xyz[:, 2], np.ones(9)]), xyz[:, 1])
+    assert after["dip_deg"] == pytest.approx(np.degrees(np.arctan2(np.hypot(a, 1.0), abs(b))))
+    none = run("project", folder, "update", "--json")
+    assert none.code == 2
+    assert "earlier rule" in none.json["error"]["message"]
+    run("project", folder, "undo")
+    assert fitted(run, folder)["resolution_m"] == 3.0
+
+
+def wall(step: float) -> str:
+    xs = np.arange(-4.0, 4.0 + step, step)
+    zs = np.arange(0.0, 6.0 + step, step)
+    lines = [f"v {x} 0 {z}" for z in zs for x in xs]
+    n = len(xs)
+    for j in range(len(zs) - 1):
+        for i in range(n - 1):
+            a = j * n + i + 1
+            lines += [f"f {a} {a + 1} {a + n + 1}", f"f {a} {a + n + 1} {a + n}"]
+    return "\n".join(lines) + "\n"

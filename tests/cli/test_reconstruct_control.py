@@ -17,6 +17,7 @@ RESULT = Reconstruction(
     photos=2, registered=2, unregistered=(), survey=SurveyReport("after", (), (), ""),
     alignment_notes=(), reprojection_error_px=0.5, cameras="", sparse="", dense="",
     mesh="model.obj", dense_points=1, faces=1, frame="local", scaled=True, seconds={},
+    unit="m", unseen_share=0.0, texel=0.01, photo_pixel=0.005, device="cpu",
     peak_memory_mb=1, report="report.html", poses="", folder="", warnings=(), tie_points=1,
     tie_points_of_3=1, photo_rows=(), dense_gsd_m=None, calibration=(), registration={},
     model={}, settings={}, versions={}, drawing={}, work_mb=1.0,

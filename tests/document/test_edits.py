@@ -16,6 +16,7 @@ from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.records import (
     DEFAULT_TYPES,
+    SURROUNDINGS_RULE,
     UNDECLARED,
     FeatureType,
     Frame,
@@ -174,7 +175,11 @@ def test_other_vertices_leave_all_else_as_it_was() -> None:
     )
     assert edit.label == "Change trace B01"
     assert edit.after["t1"] == replace(
-        TRACE, vertices=moved, resolution=0.05, outcrop_normal=(0.0, 0.0, 1.0)
+        TRACE,
+        vertices=moved,
+        resolution=0.05,
+        outcrop_normal=(0.0, 0.0, 1.0),
+        rule=SURROUNDINGS_RULE,
     )
     with pytest.raises(GeometryError):
         edits.set_vertices(there, "t1", moved[:2], resolution=None, outcrop_normal=None)

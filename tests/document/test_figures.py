@@ -203,7 +203,7 @@ def test_every_column_of_a_trace_says_what_its_plane_says():
     }  # fmt: skip
     verdict = subject.measured.verdict
     expected |= {"quality": verdict.quality, "quality_reason": " ".join(verdict.reasons)}
-    expected |= {"quality_notes": " ".join(verdict.notes)}
+    expected |= {"quality_notes": " ".join(verdict.notes), "profile": "error"}
     assert list(found) == [figure.name for figure in of.ORIENTATION]
     assert set(found) == set(expected)
     for name, value in expected.items():
@@ -224,8 +224,8 @@ def test_every_column_of_a_line_says_what_its_line_says():
         "extent_m": fit.length, "rms_m": fit.rms, "max_confidence95_deg": fit.confidence95_deg,
         "min_confidence95_deg": fit.confidence95_deg, "method": "line", "model": "cliff",
         "frame": "local, north known", "quality": found["quality"],
-        "quality_reason": found["quality_reason"], "quality_notes": "", "x": 1.5,
-        "y": pytest.approx(0.025), "z": pytest.approx(-1.525),
+        "quality_reason": found["quality_reason"], "quality_notes": "", "profile": "error",
+        "x": 1.5, "y": pytest.approx(0.025), "z": pytest.approx(-1.525),
     }  # fmt: skip
 
 

@@ -244,7 +244,8 @@ def test_a_row_has_exactly_the_promised_columns_in_order() -> None:
         "K", "max_angular_error_deg", "min_angular_error_deg", "max_confidence95_deg",
         "min_confidence95_deg", "error_rake_deg", "dip_error_deg", "dip_direction_error_deg",
         "registration_error_deg", "total95_deg", "resolution_m", "extent_over_resolution",
-        "quality", "quality_reason", "quality_notes", "method", "model", "frame", "notes",
+        "quality", "quality_reason", "quality_notes", "profile", "method", "model", "frame",
+        "notes",
     )  # fmt: skip
     assert tuple(a_plane()) == COLUMNS
     assert tuple(line_row(Line(30.0, 20.0))) == COLUMNS

@@ -12,13 +12,14 @@ import numpy.typing as npt
 from vomstudio.api.checking import coordinate_names, numbers, one_of, points, positive, warn
 from vomstudio.api.tables import frame
 from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.geology.quality import PROFILES
 from vomstudio.reprs import html_table
 from vomstudio.tables.fitted_planes import FittedPlanes, fitted_planes
 from vomstudio.words import tr, tr_n
 
 Method = Literal["pca", "regression"]
 Axis = Literal["auto", "x", "y", "z"]
-Profile = Literal["error"]
+Profile = Literal["error", "textbook"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -39,7 +40,7 @@ class PlaneFit:
     registration_error_deg, total95_deg : of the model's rotation, and together with the fit's
     resolution_m, extent_over_resolution : of the model
     quality, quality_reason, quality_notes : good, doubtful or poor, why, and what lowers no verdict
-    method : "pca" or "regression"
+    profile : by whose limits the verdict was given; method : "pca" or "regression"
     id, name, kind, set, overturned, model, frame, notes : of a feature of a project
 
     Source of the figures: `vs.fit_plane`.
@@ -92,6 +93,7 @@ class PlaneFit:
     quality: str | None
     quality_reason: str | None
     quality_notes: str | None
+    profile: str | None
     method: str | None
     model: str | None
     frame: str | None
@@ -172,6 +174,7 @@ class LineFit:
     quality: str | None
     quality_reason: str | None
     quality_notes: str | None
+    profile: str | None
     model: str | None
     frame: str | None
     notes: str | None
@@ -336,17 +339,12 @@ def _fitted(
 ) -> FittedPlanes:
     one_of(method, ("pca", "regression"), "method")
     one_of(axis, ("auto", "x", "y", "z"), "axis")
-    if profile != "error":
-        raise UsageError(
-            tr(
-                "'{profile}' is no profile of this version; verdicts are by error.", profile=profile
-            ),
-            field="profile",
-        )
+    one_of(profile, tuple(PROFILES), "profile")
     resolution_m = positive(resolution_m, "resolution_m")
     return fitted_planes(
-        list(ids), array, offsets, method=method, axis=axis, resolution_m=resolution_m
-    )
+        list(ids), array, offsets, method=method, axis=axis, resolution_m=resolution_m,
+        thresholds=PROFILES[profile],
+    )  # fmt: skip
 
 
 def _groups(

@@ -286,6 +286,13 @@ class Project:
         warn(added.warnings)
         return added.traces[0].id
 
+    def judge_by(self, profile: str) -> None:
+        """Judge all features by a profile, "error" or "textbook"; `undo` takes it back.
+
+        Raises vs.errors.UsageError for another name, vs.errors.DocumentError where it is in use.
+        """
+        self._open_desk().judge_by(profile)
+
     def undo(self) -> str:
         """Take the last step back, also one of an earlier day; returns what it was. Raises
         vs.errors.DocumentError where there is none."""
@@ -307,7 +314,7 @@ class Project:
         check_target(path, force=force, inputs=own_files(self._folder))
         records = self._records
         refuse_empty(records, self._folder)
-        thresholds = self._measurements.thresholds
+        thresholds = self._measurements.otherwise
         table = export_records(records, format, Path(path), force=force, thresholds=thresholds)
         warn(
             tr("{feature} was left out: {reason}.", feature=item["name"], reason=item["reason"])

@@ -23,6 +23,7 @@ def reconstruct(
     scheduler: str | None = None,
     threads: int | None = None,
     seed: int = 0,
+    device: Literal["auto", "cpu", "cuda"] = "auto",
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Reconstruction:
@@ -38,6 +39,7 @@ def reconstruct(
     crs : of the model, in metres, such as "EPSG:32615"
     scheduler : address of a Dask cluster; None for this machine
     threads : of this machine, None for all; seed : of what is random
+    device : for the depth maps; "auto" takes the GPU where the installed COLMAP can use one
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken whose ``cancel()``, called from another thread, stops the work
 
@@ -77,6 +79,7 @@ def reconstruct(
         scheduler=scheduler,
         threads=threads,
         seed=seed,
+        device=device,
     )
     result = run_job(RECONSTRUCT, order, report, cancel)
     result = replace(result, warnings=(*said, *result.warnings))

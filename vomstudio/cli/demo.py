@@ -237,7 +237,7 @@ def _add_traces(project: Project, model: object, vertices: object, picks: Sample
     from vomstudio.document.edit import change
     from vomstudio.document.edits import new_id
     from vomstudio.document.kinds.trace import Trace
-    from vomstudio.document.records import Model
+    from vomstudio.document.records import SURROUNDINGS_RULE, Model
     from vomstudio.geometry.surface import VertexSurface
 
     assert isinstance(model, Model)
@@ -259,6 +259,8 @@ def _add_traces(project: Project, model: object, vertices: object, picks: Sample
             None if face is None else (float(face[0]), float(face[1]), float(face[2])),
             set_name=picks.sets[i],
             notes=f"horizon {picks.horizons[i]}" if picks.horizons[i] else "",
+            rule=SURROUNDINGS_RULE,
+            axis="auto",
         )
         traces[trace.id] = trace
     edit = change(project.session.records, f"Add the {len(traces)} picks of the sample", traces)

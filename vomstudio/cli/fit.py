@@ -24,12 +24,21 @@ def add_parser(subparsers: Subparsers) -> None:
         ),
     )
     parser.add_argument("--method", choices=["pca", "regression"], default="pca")
+    parser.add_argument(
+        "--axis", choices=["auto", "x", "y", "z"], default="auto",
+        help=tr("that a regression minimises (auto, the default: the one nearest the normal)"),
+    )  # fmt: skip
+    parser.add_argument(
+        "--profile", choices=["error", "textbook"], default="error",
+        help=tr("judge planes by how far they may be off, or by the shape of their points"),
+    )  # fmt: skip
     add_output(parser, tr("write the orientation table as CSV"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises GeometryError where no plane at all can be fitted."""
     from vomstudio.files.atomic import check_target
+    from vomstudio.geology.quality import PROFILES
     from vomstudio.io.text.tables import read_points
     from vomstudio.tables.fitted_planes import fitted_planes
     from vomstudio.tables.orientation_table import write_orientation_csv
@@ -37,7 +46,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.output is not None:
         check_target(args.output, force=args.force, inputs=[args.points])
     groups = read_points(args.points, args.by)
-    fitted = fitted_planes(groups.ids, groups.points, groups.offsets, method=args.method)
+    fitted = fitted_planes(
+        groups.ids, groups.points, groups.offsets, method=args.method, axis=args.axis,
+        thresholds=PROFILES[args.profile],
+    )  # fmt: skip
     rows, skipped = fitted.rows, fitted.skipped
     if not rows:
         raise _nothing_fitted(args.points, args.by, skipped)

@@ -119,6 +119,10 @@ def _camera(group: list[Photo]) -> dict[str, Any]:
     }
 
 
+_NAMED = {"x", "y", "z"}
+"""A table with these columns is one of points: what keeps it from that is said."""
+
+
 def _table(path: Path) -> dict[str, Any]:
     """Rows and columns; bounds where there are x, y and z."""
     import numpy as np
@@ -136,8 +140,10 @@ def _table(path: Path) -> dict[str, Any]:
     bounds = None
     try:
         points = table.numbers(coordinate_columns(table))
-    except InputError:
+    except InputError as error:
         points = np.empty((0, 3))  # a table of something else
+        if {name.strip().casefold() for name in table.names or ()} >= _NAMED:
+            warnings.append(str(InputError(error.message, line=error.line, field=error.field)))
     sound = np.isfinite(points).all(axis=1)
     if sound.any():
         bounds = [points[sound].min(axis=0).tolist(), points[sound].max(axis=0).tolist()]
@@ -180,7 +186,9 @@ def _picture(path: Path) -> dict[str, Any]:
         finally:
             Image.MAX_IMAGE_PIXELS = limit
     except UnidentifiedImageError as error:
-        raise InputError(tr("This is not a picture, or it is damaged."), file=path) from error
+        raise InputError(
+            tr("This is no picture of a kind that can be read, or it is damaged."), file=path
+        ) from error
     except (OSError, ValueError, SyntaxError) as error:
         raise InputError(
             tr("This picture cannot be read ({error}).", error=error), file=path

@@ -66,6 +66,12 @@ def add_parser(subparsers: Subparsers) -> None:
     fit.add_argument(
         "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
     )
+    profile = add("profile", _profile, tr("Judge all features by another profile"))
+    profile.add_argument(
+        "name", metavar="NAME", choices=["error", "textbook"],
+        help=tr("error: by how far they may be off; textbook: by the shape of their points"),
+    )  # fmt: skip
+    add("update", _update, tr("Measure the surroundings of earlier features by today's rule"))
     add("undo", _undo, tr("Undo the last step"))
     add("redo", _redo, tr("Redo the step that was undone"))
     add("verify", _verify, tr("Verify every journal row and file of the project"))
@@ -174,6 +180,20 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
         "{count} trace on {model}", "{count} traces on {model}", len(added.traces), model=model.name
     )
     _report(args, out, what, said)
+
+
+def _profile(args: argparse.Namespace, out: Output) -> None:
+    with _changing(args, out) as desk:
+        desk.judge_by(args.name)
+    _report(args, out, {"profile": args.name}, tr("profile: {profile}", profile=args.name))
+
+
+def _update(args: argparse.Namespace, out: Output) -> None:
+    with _changing(args, out) as desk:
+        updated, left = desk.update_surroundings()
+    out.warn(left)
+    said = tr_n("updated: {count} feature", "updated: {count} features", updated)
+    _report(args, out, {"updated": updated}, said)
 
 
 def _undo(args: argparse.Namespace, out: Output) -> None:

@@ -56,6 +56,10 @@ def add_parser(subparsers: Subparsers) -> None:
         "--seed", type=int, metavar="N", default=0,
         help=tr("of what is random; with --threads 1 the same seed gives the same model"),
     )  # fmt: skip
+    parser.add_argument(
+        "--device", choices=["auto", "cpu", "cuda"], default="auto",
+        help=tr("for the depth maps (auto, the default: a GPU where the installed COLMAP has one)"),
+    )  # fmt: skip
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -73,6 +77,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         scheduler=args.scheduler,
         threads=args.threads,
         seed=args.seed,
+        device=args.device,
     )
     result = run_job(RECONSTRUCT, order, progress_of(args))
     result = replace(result, warnings=(*said, *result.warnings))

@@ -128,6 +128,10 @@ def _quality_notes(s: Subject) -> str | None:
     return " ".join(s.measured.verdict.notes) if s.measured.verdict else None
 
 
+def _profile(s: Subject) -> str | None:
+    return s.measured.verdict.profile if s.measured.verdict else None
+
+
 def _total(s: Subject) -> float | None:
     measured = s.measured
     if measured.fit is None or measured.fit.error is not None:
@@ -439,6 +443,9 @@ QUALITY_NOTES = _text(
     _quality_notes,
     short="q_notes",
 )
+PROFILE = _text(
+    "profile", _("Profile"), _("Profile by whose limits the verdict was given"), _profile
+)
 METHOD = _text("method", _("Method"), _("Method of the fit or measurement"), _method)
 MODEL = _text("model", _("Model"), _("Model on which it was measured"), _model)
 FRAME = _text("frame", _("Frame"), _("Reference of the azimuths"), _frame)
@@ -452,7 +459,7 @@ ORIENTATION: tuple[Figure, ...] = (
     AREA, RMS, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
     MIN_ANGULAR_ERROR, MAX_CONFIDENCE, MIN_CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
     REGISTRATION_ERROR, TOTAL, RESOLUTION, EXTENT_OVER_RESOLUTION, QUALITY, REASONS,
-    QUALITY_NOTES, METHOD, MODEL, FRAME, NOTES,
+    QUALITY_NOTES, PROFILE, METHOD, MODEL, FRAME, NOTES,
 )  # fmt: skip
 """The orientation table, column after column."""
 
@@ -482,5 +489,5 @@ FITTED = (
     MIN_ANGULAR_ERROR, *CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR, TOTAL, RESOLUTION,
     EXTENT_OVER_RESOLUTION, METHOD,
 )  # fmt: skip
-VERDICT = (QUALITY, REASONS, QUALITY_NOTES)
+VERDICT = (QUALITY, REASONS, QUALITY_NOTES, PROFILE)
 ON_A_MODEL = (MODEL, FRAME)

@@ -25,8 +25,10 @@ from vomstudio.document.records import (
     Reconstruction,
     Record,
     Registration,
+    VerdictProfile,
 )
 from vomstudio.errors import DocumentError
+from vomstudio.geology.quality import Thresholds
 from vomstudio.words import tr
 
 _KINDS: dict[str, type] = {
@@ -39,11 +41,13 @@ _KINDS: dict[str, type] = {
     "image_mark": ImageMark,
     "reconstruction": Reconstruction,
     "registration": Registration,
+    "verdict_profile": VerdictProfile,
 }
 _PARTS: dict[str, type] = {
     "placement": Frame,
     "frame": Frame,
     "file": Asset,
+    "limits": Thresholds,
     **kinds.PARTS,
 }
 """Fields that hold a small record of their own. A placement may be a registration instead, of which

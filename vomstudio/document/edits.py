@@ -3,6 +3,8 @@ DocumentError or GeometryError that says why not."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
 import re
 import secrets
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,6 +17,8 @@ from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import measure_one
 from vomstudio.document.records import (
+    PROFILE_ID,
+    SURROUNDINGS_RULE,
     Feature,
     FeatureType,
     Frame,
@@ -24,9 +28,12 @@ from vomstudio.document.records import (
     Point,
     Record,
     Registration,
+    Surrounded,
     Typed,
+    VerdictProfile,
 )
 from vomstudio.errors import DocumentError
+from vomstudio.geology.quality import PROFILES, Thresholds
 from vomstudio.words import tr, tr_n
 
 Records = Mapping[str, Record]
@@ -137,18 +144,38 @@ def set_vertices(
     *,
     resolution: float | None,
     outcrop_normal: Point | None,
+    rule: int = SURROUNDINGS_RULE,
 ) -> Edit:
-    """Give a trace other vertices (continued, moved, deleted)."""
+    """Give a trace other vertices (continued, moved, deleted). rule : by which resolution and
+    normal were measured."""
     trace = _get(records, trace_id, Trace)
     after = replace(
         trace,
         vertices=tuple(vertices),
         resolution=resolution,
         outcrop_normal=outcrop_normal,
+        rule=rule,
     )
     model = records.get(trace.model_id)
     measure_one(after, model if isinstance(model, Model) else None)
     return change(records, f"Change trace {trace.name}", {trace_id: after})
+
+
+def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, Any]]) -> Edit:
+    """What was measured anew, by today's rule, around picks and patches.
+
+    measured : by feature, "resolution" and, of traces, "outcrop_normal". Raises DocumentError where
+    there is nothing.
+    """
+    after: dict[str, Record | None] = {}
+    for id_, values in measured.items():
+        feature = records.get(id_)
+        if not isinstance(feature, Surrounded):
+            raise DocumentError(tr("The project has no trace or patch {id!r}.", id=id_))
+        after[id_] = feature.but(**values, rule=SURROUNDINGS_RULE)
+    if not after:
+        raise DocumentError(tr("No feature was measured by an earlier rule."))
+    return change(records, f"Update the surroundings of {len(after)} features", after)
 
 
 def add_features(records: Records, features: Sequence[Feature]) -> Edit:
@@ -255,7 +282,9 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
                         field=field.replace("_", " "),
                     )
                 )
-        after[id_] = replace(feature, **values)
+        # Chosen today, a regression is made along the axis nearest the normal.
+        also = {"axis": "auto"} if "method" in values else {}
+        after[id_] = replace(feature, **values, **also)
     if not after:
         raise DocumentError(tr("Nothing is selected. Select a feature first."))
     what = " and ".join(key.removesuffix("_id").removesuffix("_name") for key in values)
@@ -334,6 +363,43 @@ def _check_type(records: Records, kind: FeatureType) -> None:
                 tr("A feature type {type} exists already. Choose another name.", type=other.name),
                 field="name",
             )
+
+
+def judge_by(records: Records, limits: Thresholds) -> Edit:
+    """Judge every feature of the project by these limits, which a profile names.
+
+    Raises DocumentError for limits that cannot be, or those of today.
+    """
+    name = limits.profile.strip()
+    if not name:
+        raise DocumentError(tr("The profile needs a name."), field="profile")
+    standard = PROFILES.get(name)
+    if standard is not None and standard != limits:
+        raise DocumentError(
+            tr(
+                "The limits of the profile “{profile}” are fixed. Give your own another name.",
+                profile=name,
+            ),
+            field="profile",
+        )
+    for field in dataclasses.fields(limits):
+        value = getattr(limits, field.name)
+        if isinstance(value, float) and not 0.0 < value < math.inf:
+            raise DocumentError(
+                tr("Every limit of a profile must be a positive number."), field=field.name
+            )
+    if limits.good_confidence95_deg > limits.poor_confidence95_deg:
+        raise DocumentError(
+            tr("The error of a good plane cannot be larger than that of a poor one."),
+            field="good_confidence95_deg",
+        )
+    there = records.get(PROFILE_ID)
+    if isinstance(there, VerdictProfile) and there.limits == limits:
+        raise DocumentError(
+            tr("The project is judged by the profile “{profile}” already.", profile=name)
+        )
+    record = VerdictProfile(PROFILE_ID, replace(limits, profile=name))
+    return change(records, f"Judge by the profile {name}", {PROFILE_ID: record})
 
 
 def next_name(records: Records, kind: FeatureType | str) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.records import Model, Picked, Record, get
+from vomstudio.document.records import SURROUNDINGS_RULE, Model, Picked, Record, get
 from vomstudio.geology import orientation
 from vomstudio.geology.intersections import UncertainPlane, uncertain_plane
 from vomstudio.geology.orientation import Line, Plane
@@ -18,6 +18,7 @@ from vomstudio.geology.quality import Thresholds, Verdict, wider_of
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.planes import PlaneFit
+from vomstudio.words import tr
 
 Records = Mapping[str, Record]
 Floats = npt.NDArray[np.float64]
@@ -156,3 +157,14 @@ def in_world(length: float | None, rows: Floats) -> float | None:
 
 def is_metric(model: Model | None) -> bool:
     return model is None or model.frame.has_metres
+
+
+def told_of_rule(verdict: Verdict, rule: int, *, measured: bool) -> Verdict:
+    """The verdict, with a note where what it rests on was measured by an earlier rule."""
+    if rule >= SURROUNDINGS_RULE or not measured:
+        return verdict
+    note = tr(
+        "The resolution and the outcrop face were measured by an earlier rule. Update the "
+        "surroundings of earlier features."
+    )
+    return replace(verdict, notes=(*verdict.notes, note))

@@ -8,7 +8,16 @@ from operator import is_not
 from vomstudio.document.kind import Kind
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement import Measurement, Measuring, Records
-from vomstudio.document.records import Feature, Model, OnAModel, Record, Typed, get
+from vomstudio.document.records import (
+    PROFILE_ID,
+    Feature,
+    Model,
+    OnAModel,
+    Record,
+    Typed,
+    get,
+    limits_of,
+)
 from vomstudio.errors import GeometryError
 from vomstudio.geology.quality import Thresholds
 
@@ -26,16 +35,19 @@ class Measurements:
     """Measurements of a document's features, kept as long as what they rest on stays what it is."""
 
     def __init__(self, thresholds: Thresholds | None = None) -> None:
-        self._thresholds = thresholds or Thresholds()
+        self._otherwise = self._judged_by = thresholds or Thresholds()
         self._kept: dict[str, tuple[tuple[Record | None, ...], Measurement]] = {}
 
     @property
-    def thresholds(self) -> Thresholds:
-        """By which planes are judged."""
-        return self._thresholds
+    def otherwise(self) -> Thresholds:
+        """The limits for a document without a profile of its own."""
+        return self._otherwise
 
     def of(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
         """The measurements of those `ids` that are features; new ones are fitted in one batch."""
+        limits = limits_of(records, self._otherwise)
+        if limits != self._judged_by:
+            self._judged_by, self._kept = limits, {}
         # The window asks for all of thousands at every edit: one pass, no generators.
         features, new, sources = [], [], {}
         for id_ in ids:
@@ -60,7 +72,7 @@ class Measurements:
         # An intersection of sets may rest on thousands of planes, of which one has changed.
         below = [each.id for f in features for each in kind_of(f).below(records, f)]
         known = self.of(records, dict.fromkeys(below)) if below else {}
-        return measure_all(records, features, self._thresholds, known)
+        return measure_all(records, features, self._otherwise, known)
 
     def forget_all_but(self, records: Records) -> None:
         for id_ in [i for i in self._kept if i not in records]:
@@ -78,6 +90,8 @@ def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:
 
 def rests_on(records: Records, feature: Feature, ids: Collection[str]) -> bool:
     """Whether a feature looks different after an edit of the records `ids`."""
+    if PROFILE_ID in ids:
+        return True
     if isinstance(feature, OnAModel) and feature.model_id in ids:
         return True
     if isinstance(feature, Typed) and feature.type_id in ids:
@@ -97,12 +111,13 @@ def rests_on(records: Records, feature: Feature, ids: Collection[str]) -> bool:
 def measure_all(
     records: Records,
     features: Sequence[Feature],
-    thresholds: Thresholds | None = None,
+    otherwise: Thresholds | None = None,
     known: Mapping[str, Measurement] | None = None,
 ) -> list[Measurement]:
     """Measure features, those of one kind in one batch; `known` are measurements of what they rest
-    on, by id, where these have been made already."""
-    thresholds = thresholds or Thresholds()
+    on, by id, where these have been made already. They are judged by the document's
+    profile, else by `otherwise`."""
+    thresholds = limits_of(records, otherwise or Thresholds())
     known = dict(known or {})
     below = {each.id: each for f in features for each in kind_of(f).below(records, f)}
     missing = [each for id_, each in below.items() if id_ not in known]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
@@ -31,6 +31,11 @@ class Thresholds:
     extent_over_resolution : two orders of magnitude between a feature and the spacing of the
         model (textbook 4.1.3); least_extent_over_resolution : below it no error can be believed
     surface_effect_deg : ours: a trace's plane this close to the outcrop face may measure the face
+    profile : the name under which these limits are printed beside every verdict
+    by : what decides, "error": how far the plane may be off; "shape": the textbook's figures as
+        hard limits: coplanarity, collinearity (eqs. 20 and 21) and extent over resolution
+    least_coplanarity, most_collinearity : ours, since the textbook gives none: the plane whose M is
+        4 and whose K is 0.8 has them
     """
 
     good_confidence95_deg: float = 5.0
@@ -40,16 +45,33 @@ class Thresholds:
     extent_over_resolution: float = 100.0
     least_extent_over_resolution: float = 10.0
     surface_effect_deg: float = 10.0
+    profile: str = "error"
+    by: Literal["error", "shape"] = "error"
+    least_coplanarity: float = 65.0
+    most_collinearity: float = 6.0
+
+    def __post_init__(self) -> None:
+        """Raises TypeError for limits that are no numbers."""
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.type == "float" and (
+                isinstance(value, bool) or not isinstance(value, int | float)
+            ):
+                raise TypeError(f"{field.name} is no number")
+        if self.by not in ("error", "shape") or not isinstance(self.profile, str):
+            raise TypeError("by or profile is unknown")
 
 
 @dataclass(frozen=True)
 class Verdict:
     """quality; reasons : what kept it from being good, and what to do about it; notes : shape and
-    extent beside their wanted values, and what only the geologist can answer. Whole sentences."""
+    extent beside their wanted values, and what only the geologist can answer. Whole sentences.
+    profile : by whose limits"""
 
     quality: Quality
     reasons: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    profile: str = "error"
 
 
 # Ours: a trace with less relief than this out of the face is a drawing on the face.
@@ -57,6 +79,9 @@ _RELIEF_OVER_RESOLUTION = 3.0
 _RELIEF_OVER_EXTENT = 0.02
 
 DEFAULTS = Thresholds()
+TEXTBOOK = Thresholds(profile="textbook", by="shape")
+PROFILES = {each.profile: each for each in (DEFAULTS, TEXTBOOK)}
+"""The profiles that every project has, by name."""
 
 
 def confidence_that_counts_deg(fit: PlaneFit, kind: Kind = "trace") -> float | None:
@@ -123,8 +148,9 @@ def judge(
     kind: Kind = "trace",
     thresholds: Thresholds = DEFAULTS,
 ) -> Verdict:
-    """The verdict on a plane: decided by how far it may be off, and by what that figure cannot
-    know. Shape and extent are notes.
+    """The verdict on a plane. By error, it is decided by how far the plane may be off, and by what
+    that figure cannot know; shape and extent are notes. By shape, it is good where all three limits
+    of the textbook are met, doubtful where one is missed, poor where more are; the error is a note.
 
     resolution_m : effective resolution of the model around the pick; None: unknown, no rule
     outcrop_normal : (3,) normal of the outcrop's face on a scale larger than the trace, either
@@ -132,7 +158,20 @@ def judge(
     kind : a patch is the outcrop face, so the surface effect is looked for in traces only
     """
     if fit.error is not None:
-        return Verdict("poor", (tr("There is no plane: {error}", error=_sentence(fit.error)),))
+        said = tr("There is no plane: {error}", error=_sentence(fit.error))
+        return Verdict("poor", (said,), profile=thresholds.profile)
+    drawn, question = _of_face(fit, kind, outcrop_normal, resolution_m, thresholds)
+    decided = _by_shape if thresholds.by == "shape" else _by_error
+    poor, reasons, notes = decided(fit, kind, resolution_m, thresholds)
+    reasons += drawn
+    quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
+    return Verdict(quality, tuple(reasons), tuple(notes + question), thresholds.profile)
+
+
+def _by_error(
+    fit: PlaneFit, kind: Kind, resolution_m: float | None, thresholds: Thresholds
+) -> tuple[bool, list[str], list[str]]:
+    """Whether it is poor, reasons and notes."""
     poor, reasons = _of_direction(fit, kind, resolution_m, thresholds)
     if fit.long_roughness:
         reasons.append(
@@ -164,21 +203,70 @@ def judge(
                     error=_deg(PlaneSizes.of_model(resolution_m).error_deg(extent) or 90.0),
                 )
             )
-    if kind == "trace" and outcrop_normal is not None:
-        face = np.asarray(outcrop_normal, dtype=np.float64)
-        drawn, question = _of_face(fit, face, resolution_m, thresholds)
-        reasons += drawn
-        notes += question
-    if poor:
-        return Verdict("poor", tuple(reasons), tuple(notes))
-    return Verdict("doubtful" if reasons else "good", tuple(reasons), tuple(notes))
+    return poor, reasons, notes
+
+
+def _by_shape(
+    fit: PlaneFit, kind: Kind, resolution_m: float | None, t: Thresholds
+) -> tuple[bool, list[str], list[str]]:
+    """Whether it is poor, reasons and notes."""
+    missed, notes = [], []
+    # None is infinite: points exactly in one plane, or along one line.
+    if fit.coplanarity is not None and fit.coplanarity < t.least_coplanarity:
+        missed.append(
+            tr(
+                "The coplanarity is {number} ({wanted:g} is the limit). Pick points that lie in "
+                "one plane.",
+                number=_number(fit.coplanarity),
+                wanted=t.least_coplanarity,
+            )
+        )
+    if fit.collinearity is None or fit.collinearity > t.most_collinearity:
+        missed.append(
+            tr(
+                "The collinearity is {number} ({wanted:g} is the limit). {more}",
+                number=_number(fit.collinearity),
+                wanted=t.most_collinearity,
+                more=_more(kind),
+            )
+        )
+    extent = feature_extent_m(fit, kind)
+    if extent is None or resolution_m is None or not resolution_m > 0.0:
+        notes.append(
+            tr(
+                "The resolution of the model is unknown, so the extent could not be held against "
+                "it."
+            )
+        )
+    elif extent < t.extent_over_resolution * resolution_m:
+        missed.append(
+            tr(
+                "The extent is {number} times the resolution of the model ({wanted:g} is the "
+                "limit). Pick a longer one or use a finer model.",
+                number=_number(extent / resolution_m),
+                wanted=t.extent_over_resolution,
+            )
+        )
+    poor = len(missed) > 1
+    _, of_error = _of_direction(fit, kind, resolution_m, t)
+    if total_error_deg(fit, resolution_m, kind) is None:
+        # Without redundancy, or with points that are the same, no shape speaks for a plane.
+        return poor, missed + of_error, notes
+    return poor, missed, notes + of_error
 
 
 def _of_face(
-    fit: PlaneFit, face: npt.NDArray[np.float64], resolution_m: float | None, t: Thresholds
+    fit: PlaneFit,
+    kind: Kind,
+    outcrop_normal: npt.ArrayLike | None,
+    resolution_m: float | None,
+    t: Thresholds,
 ) -> tuple[list[str], list[str]]:
     """A reason against a trace that is a drawing on the outcrop's face, and the question whether
     the face that it follows is the structure."""
+    if kind != "trace" or outcrop_normal is None:
+        return [], []
+    face = np.asarray(outcrop_normal, dtype=np.float64)
     angle = _axial_angle_deg(fit.normal, face)
     if angle is None or angle >= t.surface_effect_deg or fit.trace is None or fit.extent is None:
         return [], []
@@ -371,7 +459,8 @@ def judge_line(
         )
     if plane_is_gone:
         reasons.append(tr("The plane it lay on is gone or has no fit, so its rake is not known."))
-    return Verdict("poor" if poor else "doubtful" if reasons else "good", tuple(reasons))
+    quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
+    return Verdict(quality, tuple(reasons), profile=t.profile)
 
 
 def _axial_angle_deg(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> float | None:

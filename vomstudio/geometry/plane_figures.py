@@ -63,6 +63,7 @@ def figures(
     leverage = None
     if method == "regression":
         normal, residual, parallel, leverage = _regress(covariance, axis, rounding)
+        parallel |= _parallel_within_scatter(axes[:, 2, axis], values)
         rms = residual * np.abs(normal[:, axis])
         for i in np.flatnonzero(parallel & ~identical & ~collinear).tolist():
             errors[i] = tr(PARALLEL, axis="xyz"[axis])
@@ -199,6 +200,20 @@ def _distinct(xyz: Floats, starts: Ints, counts: Ints) -> Ints:
     same = (np.diff(part[order], axis=0) == 0.0).all(axis=1) & (np.diff(group[order]) == 0)
     np.subtract.at(distinct, group[order][1:][same], 1)
     return distinct
+
+
+_SCATTERS = 3.0
+_STEEP = 0.5
+"""Ours: a regression makes the angle between its axis and the plane too large by about a tenth
+where the points scatter by a third of that angle. Planes that lie flatter than 30 degrees across
+the axis are not parallel to it, however much their points scatter."""
+
+
+def _parallel_within_scatter(sine: Floats, values: Floats) -> Bools:
+    """Whether the angle between plane and axis, by its sine (m,), is hardly larger than that by
+    which the points scatter about the plane, by their variances (m, 3)."""
+    scatter = _SCATTERS * np.sqrt(values[:, 2])
+    return (np.abs(sine) < _STEEP) & (np.abs(sine) * np.sqrt(values[:, 1]) < scatter)
 
 
 def _regress(

@@ -23,7 +23,8 @@ from vomstudio.words import tr
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 Ints = npt.NDArray[np.int64]
-Axis = Literal["x", "y", "z"]
+Axis = Literal["auto", "x", "y", "z"]
+_AXES: tuple[Axis, Axis, Axis] = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +148,7 @@ def fit_plane(
     points: npt.ArrayLike,
     *,
     method: Method = "pca",
-    axis: Axis = "z",
+    axis: Axis = "auto",
     ordered: bool = True,
 ) -> PlaneFit:
     """The plane through points (n, 3); GeometryError with the reason where there is none.
@@ -170,7 +171,7 @@ def fit_planes(
     offsets: npt.ArrayLike,
     *,
     method: Method = "pca",
-    axis: Axis = "z",
+    axis: Axis = "auto",
     ordered: bool = True,
 ) -> PlaneFits:
     """Planes through many groups of points; plane i takes points[offsets[i]:offsets[i + 1]].
@@ -178,6 +179,10 @@ def fit_planes(
     points : (N, 3) World coordinates, m
     offsets : (m + 1,) non-decreasing
     method : "pca" minimises distances from the plane, "regression" those along `axis`
+    axis : "auto" takes for each group the one that is nearest the normal of its plane by "pca": a
+        regression along another attributes scatter to the coordinates that it takes for exact, and
+        makes steep planes too gentle. A named one is refused for a plane that is parallel to it
+        within its scatter
     ordered : the points follow a trace: how much the residuals of neighbours depend on each other
         is then estimated and widens the confidence. False: every point counts as independent.
     """
@@ -189,8 +194,10 @@ def fit_planes(
         raise GeometryError(
             tr("Unknown method {method!r}: use pca or regression.", method=method), field="method"
         )
-    if axis not in ("x", "y", "z"):
-        raise GeometryError(tr("Unknown axis {axis!r}: use x, y or z.", axis=axis), field="axis")
+    if axis not in ("auto", *_AXES):
+        raise GeometryError(
+            tr("Unknown axis {axis!r}: use auto, x, y or z.", axis=axis), field="axis"
+        )
     if (
         cuts.ndim != 1
         or len(cuts) < 1
@@ -202,6 +209,8 @@ def fit_planes(
             tr("Offsets must rise from 0 to the number of points at most."), field="offsets"
         )
     counts = np.diff(cuts)
+    if method == "regression" and axis == "auto":
+        return _along_nearest_axes(xyz, cuts, ordered)
     reasons, keep = _sound_groups(xyz, cuts, counts)
     result = _blank(counts, method, ordered)
     if keep.any():
@@ -209,7 +218,7 @@ def fit_planes(
             chosen = xyz[cuts[0] : cuts[-1]]
         else:
             chosen = xyz[members(cuts[:-1][keep], counts[keep])]
-        part, errors = figures(chosen, counts[keep], method, "xyz".index(axis), ordered)
+        part, errors = figures(chosen, counts[keep], method, _axis_index(axis), ordered)
         rows = np.flatnonzero(keep)
         failed = [i for i, error in enumerate(errors) if error is not None]
         for name, value in part.items():
@@ -220,6 +229,31 @@ def fit_planes(
                 blank = False if result[name].dtype == bool else np.nan
                 result[name][rows[i]] = blank
     return PlaneFits(n=counts, error=tuple(reasons), method=method, ordered=ordered, **result)
+
+
+def _axis_index(axis: Axis) -> int:
+    return 2 if axis == "auto" else _AXES.index(axis)
+
+
+def _along_nearest_axes(xyz: Floats, cuts: Ints, ordered: bool) -> PlaneFits:
+    """Regressions, each along the axis nearest the normal of its plane by inertia."""
+    upright = fit_planes(xyz, cuts, ordered=ordered)
+    nearest = np.abs(np.nan_to_num(upright.normal)).argmax(axis=1)
+    counts = np.diff(cuts)
+    result = _blank(counts, "regression", ordered)
+    reasons: list[str | None] = [None] * len(counts)
+    for k, axis in enumerate(_AXES):
+        rows = np.flatnonzero(nearest == k)
+        if not len(rows):
+            continue
+        offsets = np.concatenate([[0], np.cumsum(counts[rows])])
+        chosen = xyz[members(cuts[:-1][rows], counts[rows])]
+        part = fit_planes(chosen, offsets, method="regression", axis=axis, ordered=ordered)
+        for name in result:
+            result[name][rows] = getattr(part, name)
+        for row, reason in zip(rows, part.error, strict=True):
+            reasons[row] = reason
+    return PlaneFits(n=counts, error=tuple(reasons), method="regression", ordered=ordered, **result)
 
 
 def _blank(counts: Ints, method: str, ordered: bool) -> dict[str, npt.NDArray[Any]]:

@@ -27,7 +27,8 @@ class Settings:
     unclosed: projects that are open, or were when the program last ended without closing them.
     planes_as: "discs", "symbols" or "neither" in 3-D. hidden_columns: of the table, by title.
     window: geometry and panels as the window system keeps them, base64. limits: those of the
-    verdict's thresholds that the user has changed, by their name. point_budget: how many points of
+    verdict's thresholds that the user has changed, by their name, for projects without a profile of
+    their own. profiles: the user's own, by name. point_budget: how many points of
     a streamed cloud are held at most; a COPC file with more is streamed."""
 
     notation: str = "dipdir/dip"
@@ -39,13 +40,15 @@ class Settings:
     recent: list[str] = field(default_factory=list)
     window: dict[str, str] = field(default_factory=dict)
     limits: dict[str, float] = field(default_factory=dict)
+    profiles: dict[str, dict[str, Any]] = field(default_factory=dict)
     point_budget: int = 5_000_000
 
     @property
     def thresholds(self) -> Thresholds:
         from vomstudio.geology.quality import Thresholds
 
-        return Thresholds(**self.limits)
+        limits: dict[str, Any] = dict(self.limits)
+        return Thresholds(**limits, profile="own limits" if limits else "error")
 
     def add_recent(self, path: Path) -> None:
         text = str(path)
@@ -89,6 +92,11 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
             if known.name == "limits":
                 value = {key: float(v) for key, v in value.items()}
                 Settings(limits=value).thresholds  # noqa: B018  unknown names are refused here
+            elif known.name == "profiles":
+                from vomstudio.geology.quality import Thresholds
+
+                for limits in value.values():
+                    Thresholds(**limits)
             elif not isinstance(value, type(default)):
                 raise TypeError(f"{type(default).__name__} expected")
             setattr(settings, known.name, value)

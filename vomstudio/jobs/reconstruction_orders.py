@@ -13,6 +13,7 @@ from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
 from vomstudio.words import tr
 
 QUALITIES = ("preview", "low", "medium", "high")
+DEVICES = ("auto", "cpu", "cuda")
 NO_CONTROL = "none"
 
 
@@ -27,6 +28,7 @@ def order_reconstruction(
     scheduler: str | None = None,
     threads: int | None = None,
     seed: int = 0,
+    device: str = "auto",
 ) -> tuple[ReconstructionOrder, list[str]]:
     """The order, and sentences on what was found beside the photos and is not used.
 
@@ -42,6 +44,10 @@ def order_reconstruction(
             tr("The quality is one of {qualities}.", qualities=", ".join(QUALITIES)),
             field="--quality",
         )
+    if device not in DEVICES:
+        raise UsageError(
+            tr("The device is one of {devices}.", devices=", ".join(DEVICES)), field="--device"
+        )
     if threads is not None and threads < 1:
         raise UsageError(tr("The number of threads must be 1 or more."), field="--threads")
     if out.resolve() == folder.resolve():
@@ -52,8 +58,9 @@ def order_reconstruction(
     name = None if crs is None else _crs(crs)
     points, seen, said = _tables(folder, control, marks)
     order = ReconstructionOrder(
-        folder.resolve(), out.resolve(), quality, name, points, seen, threads, seed, scheduler
-    )
+        folder.resolve(), out.resolve(), quality, name, points, seen, threads, seed, scheduler,
+        device=device,
+    )  # fmt: skip
     return order, said
 
 

@@ -20,6 +20,7 @@ class ReconstructionOrder:
 
     scheduler : address of a Dask cluster, None for this machine's processors
     masks : by photo, in place of those that lie beside the photos; None for those
+    device : "auto", "cpu" or "cuda", for the depth maps
     """
 
     photos: Path
@@ -32,14 +33,18 @@ class ReconstructionOrder:
     seed: int = 0
     scheduler: str | None = None
     masks: Mapping[str, Path] | None = None
+    device: str = "auto"
 
 
 @dataclass(frozen=True, repr=False)
 class Reconstruction(Shown):
     """What was made, in figures and file names: the object that `vomstudio reconstruct` prints.
 
-    frame : "EPSG:n" or "local"; seconds : by stage; dense_gsd_m : a pixel of the depth maps on the
-    rock; what is left open in its type is for the report, as the stages have told it
+    frame : "EPSG:n" or "local"; unit : of the model's coordinates, "m" or "unknown"; unseen_share :
+    of the surface, in no photo; texel, photo_pixel : sizes on the rock, medians, in that unit;
+    device : "cpu" or "cuda", on which the depth maps were computed; seconds : by stage;
+    dense_gsd_m : a pixel of the depth maps on the rock; what is left open in its type is for the
+    report, as the stages have told it
     """
 
     photos: int
@@ -56,6 +61,11 @@ class Reconstruction(Shown):
     faces: int
     frame: str
     scaled: bool
+    unit: str
+    unseen_share: float
+    texel: float
+    photo_pixel: float
+    device: str
     seconds: Mapping[str, float]
     peak_memory_mb: int
     report: str
@@ -92,6 +102,7 @@ def _reconstruct(asked: ReconstructionOrder, progress: Progress) -> Reconstructi
         marks=asked.marks,
         threads=asked.threads,
         seed=asked.seed,
+        device=asked.device,
     )
     executor = make_executor(settings.threads, asked.scheduler)
     try:

@@ -5,20 +5,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geology.quality import judge
+from vomstudio.geology.quality import DEFAULTS, Thresholds, judge
 from vomstudio.geometry.plane_figures import Method
-from vomstudio.geometry.planes import Axis, PlaneFit, fit_planes
+from vomstudio.geometry.planes import Axis, fit_planes
 from vomstudio.tables.orientation_table import Row, plane_row
 
 AS_GIVEN = "as given"
 """The frame of points that name none."""
-
-_AXES: tuple[Axis, Axis, Axis] = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
@@ -35,8 +32,9 @@ def fitted_planes(
     offsets: npt.ArrayLike,
     *,
     method: Method = "pca",
-    axis: Axis | Literal["auto"] = "z",
+    axis: Axis = "auto",
     resolution_m: float | None = None,
+    thresholds: Thresholds = DEFAULTS,
 ) -> FittedPlanes:
     """Fit and judge a plane to each group of points.
 
@@ -44,25 +42,16 @@ def fitted_planes(
     axis : the coordinate that a regression minimises; "auto" takes for each group the one that is
         nearest the normal of its plane by least squares of distances
     resolution_m : of the model that the points were taken from, where it is known
+    thresholds : of the profile by which the planes are judged
     """
+    batch = fit_planes(points, offsets, method=method, axis=axis)
+    fits = [batch[i] for i in range(len(batch))]
     rows: list[Row] = []
     skipped: list[dict[str, str]] = []
-    for name, fit in zip(ids, _fits(points, offsets, method, axis), strict=True):
+    for name, fit in zip(ids, fits, strict=True):
         if fit.error is not None:
             skipped.append({"id": name, "reason": fit.error})
             continue
-        verdict = judge(fit, resolution_m=resolution_m, outcrop_normal=None)
+        verdict = judge(fit, resolution_m=resolution_m, outcrop_normal=None, thresholds=thresholds)
         rows.append(plane_row(fit, verdict, id=name, frame=AS_GIVEN, resolution_m=resolution_m))
     return FittedPlanes(rows, skipped)
-
-
-def _fits(
-    points: npt.ArrayLike, offsets: npt.ArrayLike, method: Method, axis: Axis | Literal["auto"]
-) -> list[PlaneFit]:
-    if method != "regression" or axis != "auto":
-        fits = fit_planes(points, offsets, method=method, axis="z" if axis == "auto" else axis)
-        return [fits[i] for i in range(len(fits))]
-    upright = fit_planes(points, offsets)
-    steepest = np.abs(np.nan_to_num(upright.normal)).argmax(axis=1)
-    by_axis = [fit_planes(points, offsets, method=method, axis=each) for each in _AXES]
-    return [by_axis[int(k)][i] for i, k in enumerate(steepest)]

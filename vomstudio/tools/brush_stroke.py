@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.records import Model, Painted
+from vomstudio.document.records import SURROUNDINGS_RULE, Model, Painted
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
@@ -97,6 +97,7 @@ class Stroke:
             "n_effective": known.n_effective,
             "area": self.surface.area_of(ids),
             "resolution": self.resolution,
+            "rule": SURROUNDINGS_RULE,
         }
         if not whole:
             if self.quick:

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from vomstudio.document.records import Point
+from vomstudio.document.records import (
+    SURROUNDINGS_RULE,
+    Painted,
+    Picked,
+    Point,
+    Record,
+    Surrounded,
+)
 from vomstudio.geometry.surface import Surface
 
 
@@ -17,3 +25,22 @@ def around(surface: Surface, vertices: Sequence[Point]) -> tuple[float | None, P
     found = surface.outcrop_normal(points) if len(points) > 1 else None
     normal = None if found is None else (float(found[0]), float(found[1]), float(found[2]))
     return surface.resolution_near(points), normal
+
+
+def of_earlier_rules(records: Mapping[str, Record]) -> list[Surrounded]:
+    """Features whose surroundings were measured by a rule before today's."""
+    return [
+        record
+        for record in records.values()
+        if isinstance(record, Surrounded) and record.rule < SURROUNDINGS_RULE
+    ]
+
+
+def measured_anew(surface: Surface, feature: Surrounded) -> dict[str, Any]:
+    """The fields of a feature that are measured on the surface around it."""
+    if isinstance(feature, Painted):
+        ring = feature.outline or (feature.mean,)
+        return {"resolution": surface.resolution_near(np.asarray(ring, dtype=np.float64))}
+    assert isinstance(feature, Picked)
+    resolution, normal = around(surface, feature.vertices)
+    return {"resolution": resolution, "outcrop_normal": normal, "axis": "auto"}

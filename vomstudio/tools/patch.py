@@ -442,7 +442,8 @@ class PatchTool:
         )
 
 
-_PAINTED = ("runs", "n", "mean", "scatter", "n_effective", "outline", "area", "resolution")
+_PAINTED = ("runs", "n", "mean", "scatter", "n_effective", "outline", "area", "resolution",
+            "rule")  # fmt: skip
 
 
 def _new_patch(context: ToolContext, stroke: Stroke) -> Patch:

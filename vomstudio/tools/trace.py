@@ -12,7 +12,7 @@ import numpy as np
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Model, Point
+from vomstudio.document.records import SURROUNDINGS_RULE, Model, Point
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.tools.fit_summary import WIDTH, error_text, first_reason, indices_text
 from vomstudio.tools.local_surface import around
@@ -74,6 +74,7 @@ class TraceTool(PolylineTool[Trace]):
             model_hash=model.content_hash,
             vertices=vertices,
             set_name=self._context.next_set,
+            axis="auto",
         )
 
     def _edit(self, feature: Trace) -> Edit:
@@ -86,6 +87,7 @@ class TraceTool(PolylineTool[Trace]):
             feature.vertices,
             resolution=feature.resolution,
             outcrop_normal=feature.outcrop_normal,
+            rule=feature.rule,
         )
 
     # --- drafts ------------------------------------------------------------------------------
@@ -101,6 +103,7 @@ class TraceTool(PolylineTool[Trace]):
             model_hash=str(state["model_hash"]),
             vertices=vertices,
             set_name=str(state["set_name"]),
+            axis="auto",
         )
 
     def restore(self, state: Mapping[str, Any]) -> bool:
@@ -123,10 +126,11 @@ class TraceTool(PolylineTool[Trace]):
         """Ask the surface, and fit."""
         assert self._feature is not None
         surface = self._context.surface(self._feature.model_id)
-        resolution, normal = self._feature.resolution, self._feature.outcrop_normal
         if surface is not None and self.vertices:
             resolution, normal = around(surface, self.vertices)
-        self._feature = replace(self._feature, resolution=resolution, outcrop_normal=normal)
+            self._feature = replace(
+                self._feature, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE
+            )
         super()._look()
 
     def _patch(self) -> np.ndarray | None:

@@ -9,7 +9,7 @@ import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +17,10 @@ import numpy.typing as npt
 from vomstudio.document import edits
 from vomstudio.document.edit import change
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import FeatureType, Model, Point, Record, get
+from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point, Record, get
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError, InputError, UsageError, VomError
+from vomstudio.geology.quality import PROFILES
 from vomstudio.geometry import transform
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.geometry.surface import Surface
@@ -28,7 +29,7 @@ from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.project.folder import Project
 from vomstudio.io.settings import Settings
 from vomstudio.progress import Progress, Silent
-from vomstudio.tools.local_surface import around
+from vomstudio.tools.local_surface import around, measured_anew, of_earlier_rules
 from vomstudio.words import tr
 from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 from vomstudio.workspace.models import name_of, new_model
@@ -192,6 +193,41 @@ class HeadlessProject:
         self.session.apply(change(self.session.records, f"Add {what}", after))
         return AddedPicks(tuple(traces), tuple(skipped), warnings)
 
+    def judge_by(self, profile: str) -> None:
+        """Judge all features by a profile that every project has, "error" or "textbook".
+
+        Raises DocumentError where the project is judged by it already, UsageError for another.
+        """
+        if profile not in PROFILES:
+            raise UsageError(
+                tr("The profile is one of {profiles}.", profiles=", ".join(PROFILES)),
+                field="profile",
+            )
+        self.session.apply(edits.judge_by(self.session.records, PROFILES[profile]))
+
+    def update_surroundings(self) -> tuple[int, tuple[str, ...]]:
+        """Measure resolution and outcrop face anew around features of an earlier rule.
+
+        Returns how many, and a sentence on each model that is not at hand. Raises DocumentError
+        where there is none.
+        """
+        measured: dict[str, dict[str, Any]] = {}
+        left: list[str] = []
+        records = self.session.records
+        features = of_earlier_rules(records)
+        for model in self.session.of(Model):
+            mine = [f for f in features if f.model_id == model.id]
+            if not mine:
+                continue
+            surface, said = self._surface(model)
+            left += said
+            if surface is not None:
+                measured |= {f.id: measured_anew(surface, f) for f in mine}
+        if features and not measured:
+            return 0, tuple(left)
+        self.session.apply(edits.update_surroundings(records, measured))
+        return len(measured), tuple(left)
+
     def undo(self) -> str:
         """Undo the last edit and return its label. Raises DocumentError where there is none."""
         label = self.session.undo_label
@@ -282,8 +318,9 @@ def _trace(
         model_hash=model.content_hash,
         vertices=vertices,
         set_name=set_name,
+        axis="auto",
     )
     if surface is None:
         return trace
     resolution, normal = around(surface, vertices)
-    return replace(trace, resolution=resolution, outcrop_normal=normal)
+    return replace(trace, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE)

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Record
 from vomstudio.document.session import Session
+from vomstudio.files.user_folders import home_is_writable
 from vomstudio.io.project.folder import Project, create_untitled, is_free, untitled_projects
 from vomstudio.signals import Signal
 from vomstudio.words import tr
@@ -33,6 +34,7 @@ class Projects:
         self.saved: Signal[()] = Signal()
         self._preferences, self._notices = preferences, notices
         self._project: Project | None = None
+        self._told = False
 
     # --- the open one ------------------------------------------------------------------------
     @property
@@ -75,6 +77,16 @@ class Projects:
     def new(self) -> None:
         """Create an untitled project and open it."""
         self._adopt(create_untitled(self._preferences.settings.affecting_results))
+        if not self._told and not home_is_writable():
+            self._told = True
+            self._notices.warn(
+                tr(
+                    "Your home folder cannot be written, so settings are not kept, and unsaved "
+                    "work lies in {folder}, which the system may empty. Save the project in "
+                    "another folder.",
+                    folder=self.project.folder.parent,
+                )
+            )
 
     def open(self, folder: Path) -> None:
         """Raises VomError with the present project untouched."""

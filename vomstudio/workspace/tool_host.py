@@ -57,6 +57,7 @@ class ToolHost:
         self.active_name = NAVIGATE
         self.next_type_id = "bedding"
         self.next_set = ""
+        self._next_of: dict[str, tuple[str, str]] = {}
         self.tools: dict[str, Tool] = {entry.name: entry.tool(self) for entry in TOOLS}
 
     def of(self, kind: type[T]) -> T:
@@ -79,8 +80,15 @@ class ToolHost:
             self._notices.info(
                 tr("The open feature stays unfinished. Finish it with Enter or cancel it with Esc.")
             )
+        self._next_of[self.active_name] = (self.next_type_id, self.next_set)
         self.active_name = name
         self.active_changed.emit(name)
+        # Each tool goes on with its own type and set: beds are traced while joints are painted.
+        wanted = self._next_of.get(name)
+        if name != NAVIGATE and open_tool is None and wanted is not None:
+            self.next_type_id, self.next_set = wanted
+            self.keep_next_type()
+            self.next_changed.emit()
 
     @property
     def active(self) -> Tool | None:
@@ -112,6 +120,13 @@ class ToolHost:
         self.next_type_id, self.next_set = type_id, set_name
         for tool in self.tools.values():
             tool.set_type(type_id, set_name)
+        self.next_changed.emit()
+
+    def begin(self) -> None:
+        """Another project is opened: neither its types nor its sets are those of the last one."""
+        self._next_of.clear()
+        self.next_type_id, self.next_set = "bedding", ""
+        self.keep_next_type()
         self.next_changed.emit()
 
     def keep_next_type(self) -> None:

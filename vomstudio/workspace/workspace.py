@@ -24,6 +24,7 @@ from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
+from vomstudio.workspace.surroundings import Surroundings
 from vomstudio.workspace.tool_host import ToolHost
 from vomstudio.workspace.visibility import Visibility
 
@@ -69,6 +70,9 @@ class Workspace:
             self.preferences,
             self.notices,
         )
+        self.surroundings = Surroundings(
+            self.projects, self.models, self.editing, self.notices, hand_over
+        )
         self.history = History(self.projects, self.editing, self.tools, self.notices)
         self.photos = PhotoLinks(self.projects, self.models, hand_over)
         self.layers = GisLayers(self.projects, self.jobs, self.notices, later)
@@ -83,12 +87,13 @@ class Workspace:
         self.projects.saved.connect(self.layers.write)
         self.tools.undo_changed.connect(self.history_changed.emit)
         self.models.loaded.connect(self.photos.look)
+        self.models.loaded.connect(self.surroundings.offer)
 
     # --- coming and going of a project -------------------------------------------------------
     def _begin(self) -> None:
         session = self.projects.session
         self.visibility.load()
-        self.tools.keep_next_type()
+        self.tools.begin()
         self.display.load(self.projects.view("display"))
         self.selection.set(())
         self.photos.forget_all()

@@ -17,7 +17,7 @@ from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.io.project import compaction
 from vomstudio.io.project.assets import asset_path, is_sound, keep_asset
 from vomstudio.io.project.folder import Project
-from vomstudio.io.project.journal import SqliteJournal, read_replay
+from vomstudio.io.project.journal import SCHEMA_VERSION, SqliteJournal, read_replay
 from vomstudio.io.project.verify import verify
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
@@ -391,7 +391,7 @@ def test_a_project_is_counted_and_looked_through(worn: Project) -> None:
     kept = [mask(worn, b"first"), mask(worn, b"second"), mask(worn, b"third")]
     session.undo()
     found = verify(worn.folder)
-    assert (found.schema, found.models, found.features, found.assets) == (3, 1, 2, 3)
+    assert (found.schema, found.models, found.features, found.assets) == (SCHEMA_VERSION, 1, 2, 3)
     # The birth, the model, the bed, its note, another bed, the photos and two masks.
     assert found.steps == 8
     assert found.sound

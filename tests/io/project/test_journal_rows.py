@@ -25,6 +25,7 @@ from vomstudio.io.project import journal as journals
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import (
     APPLICATION_ID,
+    SCHEMA_VERSION,
     SqliteJournal,
     own_files,
     read_replay,
@@ -290,7 +291,7 @@ def test_a_damaged_row_takes_no_other_with_it(four_beds: Path) -> None:
 
 def test_a_sound_journal_has_nothing_to_say(four_beds: Path) -> None:
     schema, played = read_schema_and_replay(four_beds)
-    assert (schema, played.problems) == (3, [])
+    assert (schema, played.problems) == (SCHEMA_VERSION, [])
     assert traces(four_beds) == {"t0", "t1", "t2", "t3"}
     journal = SqliteJournal(four_beds / "journal.sqlite")
     assert all(not row.problem and not row.notice for row in journal.rows())
@@ -415,7 +416,7 @@ def test_what_cannot_be_read_is_refused_with_its_name(tmp_path: Path, what: str)
         changed(path, "CREATE TABLE journal (seq INTEGER)")
     elif what == "newer":
         SqliteJournal(path, create=True).close()
-        changed(path, "PRAGMA user_version = 4")
+        changed(path, f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
     before = path.read_bytes() if path.is_file() else None
     for read in (read_replay, SqliteJournal if path.is_file() else read_replay):
         with pytest.raises(InputError, match=words.get(what, "journal")) as caught:
@@ -448,10 +449,10 @@ def test_a_journal_is_made_where_none_is_and_opened_where_one_is(path: Path) -> 
         SqliteJournal(path)
     assert not path.exists()
     made = SqliteJournal(path, create=True)
-    assert (made.opened_schema, made.last, list(made.rows())) == (3, 0, [])
+    assert (made.opened_schema, made.last, list(made.rows())) == (SCHEMA_VERSION, 0, [])
     made.close()
     assert asked(path, "PRAGMA application_id") == [(APPLICATION_ID,)] == [(0x564F4D31,)]
-    assert asked(path, "PRAGMA user_version") == [(3,)]
+    assert asked(path, "PRAGMA user_version") == [(SCHEMA_VERSION,)]
     whole = path.read_bytes()
     with pytest.raises(TargetError, match="already a project here"):
         SqliteJournal(path, create=True)

@@ -18,6 +18,7 @@ from vomstudio.errors import InputError, TargetError
 from vomstudio.io.project import journal as journals
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import (
+    SCHEMA_VERSION,
     TAKING_IN,
     SqliteJournal,
     read_replay,
@@ -70,7 +71,7 @@ def test_every_row_stays_to_the_letter_and_is_vouched_for(old: Path) -> None:
     assert project.journal.view("camera") == [1.5]
     project.close()
     assert asked(path, ROWS)[:8] == rows
-    assert asked(path, "PRAGMA user_version") == [(3,)]
+    assert asked(path, "PRAGMA user_version") == [(SCHEMA_VERSION,)]
     total = ""
     for *values, stored in asked(path, ROWS.replace(" FROM", ", checksum FROM")):
         text = total + "".join(
@@ -80,7 +81,7 @@ def test_every_row_stays_to_the_letter_and_is_vouched_for(old: Path) -> None:
         assert stored == total
     assert asked(path, "SELECT id, rows, seq, checksum FROM head") == [(1, 9, 9, total)]
     found = verify(old)
-    assert (found.schema, found.sound) == (3, True)
+    assert (found.schema, found.sound) == (SCHEMA_VERSION, True)
 
 
 def test_the_journal_of_before_is_kept_beside_it(old: Path) -> None:
@@ -92,7 +93,7 @@ def test_the_journal_of_before_is_kept_beside_it(old: Path) -> None:
     # A second opening has nothing left to do.
     kept = (old / KEPT).read_bytes()
     project = Project.open(old)
-    assert project.journal.opened_schema == 3
+    assert project.journal.opened_schema == SCHEMA_VERSION
     project.close()
     assert (old / KEPT).read_bytes() == kept
 
@@ -103,7 +104,7 @@ def test_a_copy_that_is_kept_already_is_the_better_one(old: Path) -> None:
     project = Project.open(old)
     project.close()
     assert (old / KEPT).read_bytes() == b"of an earlier try"
-    assert read_schema_and_replay(old)[0] == 3
+    assert read_schema_and_replay(old)[0] == SCHEMA_VERSION
 
 
 def test_reading_does_not_bring_an_old_journal_up_to_date(old: Path) -> None:

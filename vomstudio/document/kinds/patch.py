@@ -20,8 +20,9 @@ from vomstudio.document.measurement import (
     is_metric,
     of_fit,
     rows_of,
+    told_of_rule,
 )
-from vomstudio.document.records import Painted, Point, Typed
+from vomstudio.document.records import Painted, Point, Surrounded, Typed
 from vomstudio.errors import GeometryError
 from vomstudio.geology.quality import judge
 from vomstudio.geometry import transform
@@ -32,11 +33,11 @@ from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
-class Patch(Painted, Typed):
+class Patch(Painted, Surrounded, Typed):
     """element, runs, n, mean, outline: as in Painted. scatter, n_effective: with n and mean the
     moments of its points in the file frame (geometry/patches.py), so that the plane survives a
-    missing model. area: of the faces, in file units squared, None for points. Other fields as in
-    Trace.
+    missing model. area: of the faces, in file units squared, None for points. rule: by which the
+    resolution was measured. Other fields as in Trace.
     """
 
     id: str
@@ -56,6 +57,7 @@ class Patch(Painted, Typed):
     set_name: str = ""
     overturned: bool = False
     notes: str = ""
+    rule: int = 0
 
 
 def measure(at: Measuring, patches: Sequence[Patch]) -> list[Measurement]:
@@ -85,6 +87,7 @@ def _measure(at: Measuring, patch: Patch) -> Measurement:
     verdict = judge(
         fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=at.thresholds
     )
+    verdict = told_of_rule(verdict, patch.rule, measured=resolution is not None)
     return Measurement(middle, resolution, None, fit, verdict, None, **of_fit(fit), **own)
 
 

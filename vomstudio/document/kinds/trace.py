@@ -29,26 +29,30 @@ from vomstudio.document.measurement import (
     is_metric,
     of_fit,
     rows_of,
+    told_of_rule,
     world_points,
 )
-from vomstudio.document.records import Picked, Point, Typed
+from vomstudio.document.records import Picked, Point, Surrounded, Typed
 from vomstudio.geology.quality import judge
 from vomstudio.geometry import transform
-from vomstudio.geometry.planes import PlaneFit, fit_planes
+from vomstudio.geometry.plane_figures import Method
+from vomstudio.geometry.planes import Axis, PlaneFit, fit_planes
 from vomstudio.words import to_translate
 from vomstudio.words import to_translate as _
 
 METHODS = (
     ("pca", to_translate("moment of inertia (PCA)")),
-    ("regression", to_translate("planar regression of Z")),
+    ("regression", to_translate("planar regression")),
 )
 
 
 @dataclass(frozen=True)
-class Trace(Picked, Typed):
+class Trace(Picked, Surrounded, Typed):
     """vertices: in order, model file frame. resolution: effective, of the model's vertices or
     points around the pick, in file units, None where unknown. outcrop_normal: unit normal of the
-    outcrop face around the trace, file frame, None where unknown.
+    outcrop face around the trace, file frame, None where unknown. rule: by which these two were
+    measured, 0 for an earlier one. axis: along which a regression is made; traces of schemas before
+    4 name none, and theirs is z.
     """
 
     id: str
@@ -63,6 +67,8 @@ class Trace(Picked, Typed):
     overturned: bool = False
     notes: str = ""
     method: Literal["pca", "regression"] = "pca"
+    rule: int = 0
+    axis: Axis = "z"
 
 
 def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
@@ -83,7 +89,11 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
         verdict = (
             None
             if fit is None
-            else judge(fit, resolution_m=resolution, outcrop_normal=face, thresholds=at.thresholds)
+            else told_of_rule(
+                judge(fit, resolution_m=resolution, outcrop_normal=face, thresholds=at.thresholds),
+                trace.rule,
+                measured=resolution is not None or face is not None,
+            )
         )
         result.append(
             Measurement(
@@ -106,14 +116,16 @@ def _fits(
 ) -> list[tuple[PlaneFit | None, str | None]]:
     """The plane of each trace, or why there is none."""
     fits: list[tuple[PlaneFit | None, str | None]] = [(None, None)] * len(traces)
-    for method in ("pca", "regression"):
-        chosen = [i for i, trace in enumerate(traces) if trace.method == method]
-        if not chosen:
-            continue
+    ways: dict[tuple[Method, Axis], list[int]] = {}
+    for i, trace in enumerate(traces):
+        axis = trace.axis if trace.method == "regression" else "auto"
+        ways.setdefault((trace.method, axis), []).append(i)
+    for (method, axis), chosen in ways.items():
         batch = fit_planes(
             np.concatenate([points[i] for i in chosen]),
             np.concatenate([[0], np.cumsum([len(points[i]) for i in chosen])]),
             method=method,
+            axis=axis,
         )
         for row, i in enumerate(chosen):
             problem = batch.error[row]

@@ -10,11 +10,13 @@ from __future__ import annotations
 from vomstudio.document.records.basics import IDENTITY, Matrix, Point
 from vomstudio.document.records.feature_types import DEFAULT_TYPES, FeatureType
 from vomstudio.document.records.features import (
+    SURROUNDINGS_RULE,
     Feature,
     Group,
     OnAModel,
     Painted,
     Picked,
+    Surrounded,
     Typed,
     get,
     get_feature,
@@ -29,15 +31,18 @@ from vomstudio.document.records.photos import (
     PhotoSet,
     Reconstruction,
 )
+from vomstudio.document.records.profiles import PROFILE_ID, VerdictProfile, limits_of
 from vomstudio.document.records.registrations import Registration
 
 Resting = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
 """What models rest on."""
-Record = Model | FeatureType | Resting | Feature
+Record = Model | FeatureType | VerdictProfile | Resting | Feature
 
 __all__ = [
     "DEFAULT_TYPES",
     "IDENTITY",
+    "PROFILE_ID",
+    "SURROUNDINGS_RULE",
     "UNDECLARED",
     "Asset",
     "Feature",
@@ -59,8 +64,11 @@ __all__ = [
     "Record",
     "Registration",
     "Resting",
+    "Surrounded",
     "Typed",
     "UpAxis",
+    "VerdictProfile",
     "get",
     "get_feature",
+    "limits_of",
 ]

@@ -15,6 +15,10 @@ from vomstudio.document.records.basics import Point
 
 R = TypeVar("R")
 
+SURROUNDINGS_RULE = 1
+"""By which rule the program measures the resolution and the outcrop's face around a pick
+(`tools/local_surface.py`). Features keep the number of theirs; 0 stands for every rule before."""
+
 
 class Feature:
     """Anything measured."""
@@ -42,6 +46,17 @@ class OnAModel(Feature):
 
     model_id: str
     model_hash: str
+
+
+class Surrounded(OnAModel):
+    """A feature with a plane that is judged by the surface around it.
+
+    resolution: of the model there, file units, None where unknown. rule: by which it was measured,
+    0 for an earlier one.
+    """
+
+    resolution: float | None
+    rule: int
 
 
 class Picked(OnAModel):

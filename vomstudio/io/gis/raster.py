@@ -121,7 +121,10 @@ def size_and_bands(path: Path) -> tuple[int, int, list[str]]:
                 return dataset.width, dataset.height, [_BANDS.get(k.kind, k.name) for k in kinds]
     except RasterioError as error:
         raise InputError(
-            tr("The GeoTIFF is damaged or truncated and cannot be read. Copy or export it again."),
+            tr(
+                "The GeoTIFF cannot be read: it is damaged, cut short, or of a kind that this "
+                "program does not know. Copy or export it again."
+            ),
             file=path,
         ) from error
 

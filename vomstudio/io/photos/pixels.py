@@ -39,10 +39,10 @@ def opened(path: str | Path) -> Iterator[Image.Image]:
     except FileNotFoundError as error:
         raise InputError(tr("There is no such file. Check its name."), file=path) from error
     except UnidentifiedImageError as error:
-        said = tr("This is not a picture, or it is damaged.")
+        said = tr("This is no picture of a kind that can be read, or it is damaged.")
         if Path(path).suffix.lower() in (".tif", ".tiff"):
             said = tr(
-                "This TIFF is damaged or of a kind that cannot be read (16 bits per channel). "
+                "This TIFF is of a kind that cannot be read (16 bits per channel), or damaged. "
                 "Save it with 8 bits per channel."
             )
         raise InputError(said, file=path) from error
@@ -52,7 +52,12 @@ def opened(path: str | Path) -> Iterator[Image.Image]:
         # What Pillow's decoders raise for damaged data.
         reason = str(error) or type(error).__name__
         raise InputError(
-            tr("This picture is damaged ({reason}). Copy it again.", reason=reason), file=path
+            tr(
+                "This picture cannot be read ({reason}). It is damaged, or of a kind that this "
+                "program does not know. Copy or save it again.",
+                reason=reason,
+            ),
+            file=path,
         ) from error
 
 

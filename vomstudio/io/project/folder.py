@@ -20,6 +20,7 @@ from vomstudio.document.records import Feature, Model
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, InputError, TargetError, VomError
 from vomstudio.files.lock import ProjectLock
+from vomstudio.files.user_folders import state_folder
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.io.project import compaction
 from vomstudio.io.project.assets import FOLDER as ASSETS
@@ -326,9 +327,7 @@ def is_project(path: Path) -> bool:
 
 def untitled_folder() -> Path:
     """Where projects without a name live."""
-    from platformdirs import user_state_path
-
-    return user_state_path("vomstudio", appauthor=False) / "untitled"
+    return state_folder() / "untitled"
 
 
 def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project:

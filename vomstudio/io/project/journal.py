@@ -19,7 +19,7 @@ from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 APPLICATION_ID = 0x564F4D31  # "VOM1"
 NAME = "journal.sqlite"
 TAKING_IN = "taking in the files of schema 1"
@@ -291,8 +291,13 @@ def _to_schema_3(db: sqlite3.Connection) -> None:
     before lack the field and are read as they are."""
 
 
+def _to_schema_4(db: sqlite3.Connection) -> None:
+    """A project may have a profile of verdicts, and features tell by which rule their surroundings
+    were measured; programs of before can read neither. Rows of before are read as they are."""
+
+
 # _STEPS[n] brings schema n to n + 1.
-_STEPS = {1: _to_schema_2, 2: _to_schema_3}
+_STEPS = {1: _to_schema_2, 2: _to_schema_3, 3: _to_schema_4}
 
 
 def copy_database(db: sqlite3.Connection, path: Path) -> None:

@@ -109,7 +109,7 @@ def read_rows(path: Path) -> TextRows:
         )
         raise InputError(said, file=path)
     delimiter = sniff(data[:_SAMPLE])
-    _refuse_decimal_commas_between_spaces(path, data, numbers, delimiter)
+    refuse_decimal_commas_between_spaces(path, data, numbers, delimiter)
     rows: list[list[str]] | None = None
     if '"' in text:
         rows, numbers, comments, separators = _quoted_rows(path, lines, delimiter)
@@ -333,7 +333,7 @@ def _cut_sample(sample: list[str], delimiter: str, quoted: bool) -> list[list[st
     return list(csv.reader(text, delimiter=delimiter, skipinitialspace=True))
 
 
-def _refuse_decimal_commas_between_spaces(
+def refuse_decimal_commas_between_spaces(
     path: Path, data: list[str], numbers: list[int], delimiter: str
 ) -> None:
     """`1,5 2,5 3,5` looks like comma-separated words; say what it is instead."""
@@ -341,7 +341,10 @@ def _refuse_decimal_commas_between_spaces(
         return
     for line, number in zip(data[:2], numbers[:2], strict=True):
         cells = line.split()
-        if len(cells) > 1 and all(is_comma_number(c) and c[-1] != "," for c in cells):
+        commas = [c for c in cells if is_comma_number(c) and c[-1] != ","]
+        others = [c for c in cells if c not in commas]
+        plain = all(parse_number(c, decimal_comma=False) is not None for c in others)
+        if len(cells) > 1 and commas and plain:
             raise InputError(
                 tr(
                     "Decimal commas cannot be told from delimiters where columns are separated "

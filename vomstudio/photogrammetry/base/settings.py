@@ -33,6 +33,9 @@ QUALITIES = {
 }
 
 
+DEVICES = ("auto", "cpu", "cuda")
+
+
 @dataclass(frozen=True)
 class Settings:
     """quality : one of QUALITIES
@@ -40,6 +43,8 @@ class Settings:
     control, marks : tables of ground control points and where they are seen in the photos; marks
         of other labels tie photos together
     threads : None for as many as there are processors; with 1, the same seed gives the same model
+    device : one of DEVICES, on which depth maps are computed; "auto" takes the GPU where the
+        installed COLMAP can use one
     """
 
     quality: str = "medium"
@@ -48,13 +53,19 @@ class Settings:
     marks: Path | None = None
     threads: int | None = None
     seed: int = 0
+    device: str = "auto"
 
     def __post_init__(self) -> None:
-        """Raises UsageError for a quality that there is not."""
+        """Raises UsageError for a quality or a device that there is not."""
         if self.quality not in QUALITIES:
             raise UsageError(
                 tr("The quality must be one of {qualities}.", qualities=", ".join(QUALITIES)),
                 field="quality",
+            )
+        if self.device not in DEVICES:
+            raise UsageError(
+                tr("The device must be one of {devices}.", devices=", ".join(DEVICES)),
+                field="device",
             )
         if self.threads is not None and self.threads < 1:
             raise UsageError(tr("The number of threads must be 1 or more."), field="threads")

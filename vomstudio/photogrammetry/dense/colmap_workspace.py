@@ -6,7 +6,6 @@ COLMAP.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,42 +13,36 @@ from typing import Any
 import numpy as np
 
 from vomstudio.errors import GeometryError
+from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.pairs import Pairs
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
+from vomstudio.progress import Progress
 from vomstudio.words import tr
 
 
 def has_cuda() -> bool:
     """Whether the COLMAP that is installed can use a GPU."""
-    import pycolmap
-
-    return bool(pycolmap.has_cuda)
+    return bool(colmap().has_cuda)
 
 
 def cuda_depth_maps(
-    scene: SparseScene, pairs: Pairs, photos: Sequence[Undistorted], folder: Path | None = None
+    scene: SparseScene,
+    pairs: Pairs,
+    photos: Sequence[Undistorted],
+    folder: Path,
+    progress: Progress,
 ) -> list[DepthMap]:
     """The maps of all plans by COLMAP's PatchMatch, for the same fusion as the others.
 
     photos : one for each of the scene's views
-    folder : for the workspace, empty; None for a temporary one
+    folder : for the workspace, empty
 
-    Raises GeometryError where no GPU can be used.
+    Raises RuntimeError or ValueError, as COLMAP does, where no GPU can be used or it fails, and
+    Cancelled.
     """
-    import pycolmap
-
-    if not has_cuda():
-        raise GeometryError(
-            tr(
-                "The installed COLMAP cannot use a GPU. Install vomstudio[cuda], or let the "
-                "program choose the method."
-            )
-        )
-    if folder is None:
-        with tempfile.TemporaryDirectory() as temporary:
-            return cuda_depth_maps(scene, pairs, photos, Path(temporary))
+    pycolmap = colmap()
     # COLMAP counts pixels as we do: no shift here.
     files = write_workspace(folder, scene, photos, shift=0.0)
     lines = []
@@ -61,7 +54,14 @@ def cuda_depth_maps(
     options.depth_min = min(plan.near for plan in pairs.plans)
     options.depth_max = max(plan.far for plan in pairs.plans)
     options.geom_consistency = True
-    pycolmap.patch_match_stereo(folder, options=options)
+    made = folder / "stereo" / "depth_maps"
+    cancellable(
+        lambda token: pycolmap.patch_match_stereo(
+            folder, options=options, cancellation_token=token
+        ),
+        progress,
+        lambda: len(list(made.glob("*.geometric.bin"))),
+    )
     maps = []
     for plan in pairs.plans:
         name = f"{files[plan.view]}.geometric.bin"
@@ -83,8 +83,8 @@ def write_workspace(
     shift : added to the principal points
     """
     import cv2
-    import pycolmap
 
+    pycolmap = colmap()
     for part in ("images", "sparse", "stereo/depth_maps", "stereo/normal_maps"):
         (folder / part).mkdir(parents=True)
     model = pycolmap.Reconstruction()

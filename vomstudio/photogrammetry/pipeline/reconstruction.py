@@ -17,6 +17,7 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.photogrammetry.base.stage_folders import WORK
 from vomstudio.photogrammetry.pipeline import report_data
+from vomstudio.photogrammetry.pipeline.gpu_depths import device_of, put_depths_of_gpu
 from vomstudio.photogrammetry.pipeline.outputs import (
     Outputs,
     claim_folder,
@@ -110,6 +111,7 @@ class _Run:
     ) -> None:
         self.photos, self.folder, self.outputs = photos, photos.folder, outputs
         self.settings, self.executor, self.log = settings, executor, log
+        self.device = device_of(settings)
         self.checkpoints = Checkpoints(outputs.folder / WORK)
         self.checkpoints.tidy()
 
@@ -154,7 +156,7 @@ class _Run:
         size, seed = self.settings.steps.align_px, self.settings.seed
         stage = self.checkpoints.stage(
             "alignment",
-            versions("pycolmap"),
+            report_data.versions("pycolmap"),
             size,
             seed,
             self.hashes,
@@ -244,7 +246,9 @@ class _Run:
         views = placed.scene.views
         size = self._dense_size(placed)
         self.dense_px = size
-        stage = self.checkpoints.stage("straight", placed.stage.key, versions("cv2"), size)
+        stage = self.checkpoints.stage(
+            "straight", placed.stage.key, report_data.versions("cv2"), size
+        )
         by_name = {photo.name: photo for photo in photos.photos}
 
         def task(number: int) -> undistortion.UndistortTask:
@@ -287,15 +291,26 @@ class _Run:
         from vomstudio.photogrammetry.dense import depthmaps
         from vomstudio.photogrammetry.dense.pairs import choose_pairs
 
-        stage = self.checkpoints.stage("depths", flat.key, versions("cv2", "numba"))
         pairs = choose_pairs(scene)
         for text in pairs.left_out:
             self.log.note(text)
+        names = [scene.views[plan.view].name for plan in pairs.plans]
+        if self.device == "cuda":
+            stage = self.checkpoints.stage(
+                "depths", flat.key, report_data.versions("pycolmap"), "cuda"
+            )
+            kept = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
+            if stage.done:
+                return pairs, kept.at(stage.folder), stage
+            if put_depths_of_gpu(scene, pairs, straight, kept.put, self.settings, self.log):
+                stage.finish()
+                return pairs, kept.at(stage.folder), stage
+            self.device = "cpu"
+        stage = self.checkpoints.stage("depths", flat.key, report_data.versions("cv2", "numba"))
 
         def task(number: int) -> depthmaps.DepthTask:
             return depthmaps.make_task(pairs.plans[number], straight.__getitem__)
 
-        names = [scene.views[plan.view].name for plan in pairs.plans]
         kept = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
         lenses = [view.intrinsics for view in scene.views]
         scales = [min(1.0, self.dense_px / max(n.width, n.height)) for n in lenses]
@@ -352,7 +367,7 @@ class _Run:
         )
 
         faces = self.settings.steps.faces
-        stage = self.checkpoints.stage("surface", fused.key, versions("open3d"), faces)
+        stage = self.checkpoints.stage("surface", fused.key, report_data.versions("open3d"), faces)
         if not stage.done:
             threads = self.settings.threads or os.cpu_count() or 1
             options = SurfaceOptions(faces=faces, threads=threads, max_points=fitting_points())
@@ -448,6 +463,8 @@ class _Run:
             "faces": len(textured.faces),
             "frame": scene.crs or "local",
             "scaled": scene.scaled,
+            **report_data.sizes(scene, dressed.facts["report"]),
+            "device": self.device,
             "seconds": {
                 s.name: round(s.seconds, 2) for s in self.checkpoints.stages if s.name != _SIZE
             },
@@ -464,23 +481,13 @@ class _Run:
             "registration": placed.registration,
             "model": report_data.model(cloud, textured, dressed.facts["report"]),
             "settings": self.settings.as_dict(),
-            "versions": versions("pycolmap", "open3d", "cv2", "numba"),
+            "versions": report_data.versions("pycolmap", "open3d", "cv2", "numba"),
             "drawing": report_data.drawing(scene),
         }
         self.checkpoints.sweep()
         result["work_mb"] = round(self.checkpoints.size() / 1e6, 1)
         write_whole(outputs.result, lambda path: write_json(path, result))
         return result
-
-
-def versions(*packages: str) -> dict[str, str]:
-    """Of this program and of what its results rest on."""
-    import importlib
-
-    found = {"vomstudio": __version__}
-    for name in packages:
-        found[name] = str(importlib.import_module(name).__version__)
-    return found
 
 
 def _save_map(path: Path, made: DepthMap) -> None:

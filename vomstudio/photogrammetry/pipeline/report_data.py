@@ -11,7 +11,9 @@ import numpy as np
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.plane_sizes import PlaneSizes
+from vomstudio.photogrammetry.align.scene_check import photo_pixel_sizes
 from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.version import __version__
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -235,6 +237,16 @@ def planes_of_model(
     return PlaneSizes.of_model(max(known), registration_deg=rotation95_deg(registration))
 
 
+def sizes(scene: SparseScene, texture: Mapping[str, Any]) -> dict[str, Any]:
+    """Sizes on the rock, medians, in the unit of the model, and the share that no photo sees."""
+    return {
+        "unit": "m" if scene.scaled else "unknown",
+        "unseen_share": float(texture["unseen_share"]),
+        "texel": float(texture["texel_m"]),
+        "photo_pixel": float(np.nanmedian(photo_pixel_sizes(scene))),
+    }
+
+
 def drawing(scene: SparseScene) -> dict[str, Any]:
     """Some tie points, the cameras and their directions, less the origin."""
     step = max(1, len(scene.points) // _DRAWN)
@@ -243,3 +255,13 @@ def drawing(scene: SparseScene) -> dict[str, Any]:
         "at": np.round(scene.centres, 3).tolist(),
         "looks": [np.round(view.direction, 4).tolist() for view in scene.views],
     }
+
+
+def versions(*packages: str) -> dict[str, str]:
+    """Of this program and of what its results rest on."""
+    import importlib
+
+    found = {"vomstudio": __version__}
+    for name in packages:
+        found[name] = str(importlib.import_module(name).__version__)
+    return found

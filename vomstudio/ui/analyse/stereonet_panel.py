@@ -132,8 +132,8 @@ class StereonetPanel(QWidget):
         self._stale = True
         self._path: list[tuple[float, float]] = []
         self._projection = ComboBox()
-        self._projection.addItem(tr("Equal area"), tr("area"))
-        self._projection.addItem(tr("Equal angle"), tr("angle"))
+        self._projection.addItem(tr("Equal area"), "area")
+        self._projection.addItem(tr("Equal angle"), "angle")
         self._projection.setCurrentIndex(self._projection.findData(studio.settings.projection))
         self._projection.activated.connect(self._chosen)
         self._circles = self._toggle(

@@ -29,6 +29,8 @@ PLANES_AS = (
 def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
     """open_types : opens the dialog of feature types"""
 
+    surroundings = studio.workspace.surroundings
+
     def chosen() -> list[str]:
         return chosen_features(studio)
 
@@ -51,6 +53,10 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
     table = [
         Command("feature_types", tr("Feature &types…"), open_types, "shape-outline", (),
                 tr("Add, rename, colour and remove feature types: bedding, fault, joint …")),
+        Command("update_surroundings", tr("&Update earlier features"), surroundings.update,
+                None, (), tr("Measure the resolution and the outcrop face anew around features "
+                             "that were measured by an earlier rule."),
+                surroundings.why_not),
         Command("show_chosen", tr("&Show"), lambda: studio.set_visible(chosen(), True),
                 "eye-outline", (),
                 tr("Show the selected features, in the outcrop and on the stereonet."),

@@ -35,10 +35,10 @@ MENUS = (
         "export_model", "remove_model")),
     (to_translate("&Interpret"), (
         "navigate", "+tools", "|", "finish", "cancel", "continue_trace", "delete_vertex", "|",
-        "+of_tools", "feature_types")),
+        "+of_tools", "feature_types", "update_surroundings")),
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
-        "intersection_of_sets", "|", "orthophoto", "|", "show_stereonet")),
+        "intersection_of_sets", "|", "orthophoto", "|", "verdict_profile", "|", "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip

@@ -14,7 +14,7 @@ from vomstudio.errors import VomError
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.registry import extensions
 from vomstudio.io.project.export import export_records
-from vomstudio.io.project.folder import SUFFIX, is_project, untitled_projects
+from vomstudio.io.project.folder import SUFFIX, is_project
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
 from vomstudio.ui.common.command_targets import current_model, start_folder
@@ -22,6 +22,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog
 from vomstudio.words import to_translate, tr
+from vomstudio.workspace.discarded_work import discarded_works
 
 _EXPORTS = {
     "csv": to_translate("Orientation table (*.csv)"),
@@ -259,9 +260,9 @@ class Files(QObject):
     def fill_discarded(self, menu: QMenu) -> None:
         """Untitled projects that were closed without saving, the newest 20."""
         menu.clear()
-        for folder in untitled_projects(finished=True)[:20]:
-            action = menu.addAction(folder.stem)
+        for work in discarded_works():
+            action = menu.addAction(work.in_words())
             action.setToolTip(tr("Opens the project; Undo restores the discarded work."))
-            action.triggered.connect(lambda _=False, p=folder: self.open_path(p))
+            action.triggered.connect(lambda _=False, p=work.folder: self.open_path(p))
         if menu.isEmpty():
             menu.addAction(tr("No discarded work")).setEnabled(False)

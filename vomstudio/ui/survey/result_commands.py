@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QUrl
-from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.document.records import Model
 from vomstudio.photogrammetry.base.stage_folders import is_aligned
 from vomstudio.rendering.view.scalars import FieldStyle
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.html_page import open_page
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
@@ -69,7 +68,7 @@ def commands(
 
     def open_report() -> None:
         if (out := results()) is not None:
-            QDesktopServices.openUrl(QUrl.fromLocalFile(str(out / REPORT)))
+            open_page(parent, out / REPORT)
 
     return [
         Command("show_alignment", tr("&Alignment…"), show_alignment, "vector-link", (),

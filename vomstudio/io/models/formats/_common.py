@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -104,6 +105,28 @@ def values_not_numbers(count: int, line: int) -> str:
         count,
         line=line,
     )
+
+
+_DECIMAL_COMMA = re.compile(rb"(?<![\w.,])[+-]?\d+,\d+(?:[eE][+-]?\d+)?(?![\w.,])")
+
+
+def refuse_decimal_commas(path: Path, text: bytes, line: int | None = None) -> None:
+    """Of formats whose numbers are parted by blanks. text : the line or word that is no number.
+
+    Raises InputError where it holds a number as a program with a comma locale writes it: left out,
+    most of the model would be lost, and the rest would be wrong.
+    """
+    found = _DECIMAL_COMMA.search(text)
+    if found is not None:
+        raise InputError(
+            tr(
+                "The numbers have decimal commas ('{example}'), which this format does not know. "
+                "Export the file with decimal points.",
+                example=found.group().decode("ascii"),
+            ),
+            file=path,
+            line=line,
+        )
 
 
 def points_missing(found: int, promised: int) -> str:

@@ -9,7 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.models.formats._common import points_missing, values_not_numbers
+from vomstudio.io.models.formats._common import (
+    points_missing,
+    refuse_decimal_commas,
+    values_not_numbers,
+)
 from vomstudio.io.models.formats._ply_header import Element, Header
 from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
@@ -215,6 +219,7 @@ def read_text(
         said.append(tr("The last line has no line end: its last number may be incomplete."))
     if first_wrong is not None:
         line = 1 + buffer.count(b"\n", 0, first_wrong)
+        refuse_decimal_commas(path, bytes(buffer[first_wrong : first_wrong + 60]).split()[0], line)
         said.append(values_not_numbers(wrong, line))
     return tables
 

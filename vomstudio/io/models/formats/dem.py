@@ -67,9 +67,16 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             step = _step_of(dataset, said)
             heights, unit = _heights(dataset, step, progress, said)
             transform = dataset.transform
-    except (RasterioError, OSError, ValueError, MemoryError) as error:
+    except MemoryError as error:
         raise InputError(
-            tr("The GeoTIFF is damaged or truncated and cannot be read. Copy or export it again."),
+            tr("The GeoTIFF is larger than the free memory. Export a part of it."), file=path
+        ) from error
+    except (RasterioError, OSError, ValueError) as error:
+        raise InputError(
+            tr(
+                "The GeoTIFF cannot be read: it is damaged, cut short, or of a kind that this "
+                "program does not know. Copy or export it again."
+            ),
             file=path,
         ) from error
     if not np.isfinite(heights).any():

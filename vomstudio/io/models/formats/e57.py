@@ -65,16 +65,22 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             crs = _crs(image)
         finally:
             image.close()
+    except MemoryError as error:
+        raise InputError(
+            tr("The E57 file is larger than the free memory. Export a part of it."), file=path
+        ) from error
     except (
         libe57.E57Exception,
         RuntimeError,
         ValueError,
         TypeError,
         KeyError,
-        MemoryError,
     ) as error:
         raise InputError(
-            tr("The E57 file is damaged or truncated and cannot be read. Copy or export it again."),
+            tr(
+                "The E57 file cannot be read: it is damaged, cut short, or of a kind that this "
+                "program does not know. Copy or export it again."
+            ),
             file=path,
         ) from error
     return LoadedModel(

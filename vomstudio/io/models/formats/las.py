@@ -100,7 +100,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 def _damaged(path: Path, error: BaseException) -> InputError:
     return InputError(
         tr(
-            "The LAS or LAZ file is damaged and cannot be read ({error}). Copy or export it again.",
+            "The LAS or LAZ file cannot be read ({error}). It is damaged, or of a kind that this "
+            "program does not know. Copy or export it again.",
             error=_short(error),
         ),
         file=path,

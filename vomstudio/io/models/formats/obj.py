@@ -26,6 +26,7 @@ from vomstudio.io.models.formats._common import (
     faces_without_area,
     in_utf8,
     read_whole,
+    refuse_decimal_commas,
     scale_colors,
     values_not_numbers,
 )
@@ -120,6 +121,13 @@ class _Reading:
         """The 1-based line of a byte, in the file as it stands on the disk."""
         ends = int(np.count_nonzero(self.data[:offset] == 10))
         return 1 + ends + bisect.bisect(self.joined, offset)
+
+    def _refuse_decimal_commas(self, offset: int) -> None:
+        ends = self.data[:offset] == 10
+        begin = len(ends) - int(np.argmax(ends[::-1])) if ends.any() else 0
+        stop = self.data[offset : offset + 1000] == 10
+        end = offset + (int(np.argmax(stop)) if stop.any() else len(stop))
+        refuse_decimal_commas(self.path, self.data[begin:end].tobytes(), self._line(offset))
 
     def _settle_line_ends(self) -> None:
         """Old line ends become new ones, continued lines become one line, all in place."""
@@ -290,6 +298,7 @@ class _Reading:
                     value = float("nan")
                 targets[target][at] = value
         if where:
+            self._refuse_decimal_commas(min(where))
             self.said.append(values_not_numbers(wrong, self._line(min(where))))
         bad, line = self._first(k.R_BAD_CORNERS, k.R_FIRST_BAD_CORNER)
         if bad:
@@ -449,8 +458,8 @@ class _Reading:
 
 def _not_understood(count: int) -> str:
     return tr_n(
-        "{count:,} line that is not understood left out.",
-        "{count:,} lines that are not understood left out.",
+        "{count:,} line was not understood and was left out.",
+        "{count:,} lines were not understood and were left out.",
         count,
     )
 

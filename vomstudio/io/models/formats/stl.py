@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.formats._common import drop_unsound, read_whole
+from vomstudio.io.models.formats._common import drop_unsound, read_whole, refuse_decimal_commas
 from vomstudio.io.models.formats._decimals import python_number
 from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
@@ -118,6 +118,10 @@ def _text(
     if not len(found):
         raise InputError(tr("The file has no corners ('vertex x y z')."), file=path)
     numbers = _numbers(found)
+    wrong = np.flatnonzero(np.isnan(numbers).any(axis=1))
+    if len(wrong):
+        at = int(starts[wrong[0]])
+        refuse_decimal_commas(path, b" ".join(found[wrong[0]]), 1 + text.count(b"\n", 0, at))
     loop = np.searchsorted(facets, starts)
     kept, first, counts = np.unique(loop, return_index=True, return_counts=True)
     whole = (counts == 3) & (kept > 0)

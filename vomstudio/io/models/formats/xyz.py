@@ -27,6 +27,7 @@ from vomstudio.io.text.rows import (
     is_header,
     parse_number,
     refuse_binary,
+    refuse_decimal_commas_between_spaces,
     sniff,
 )
 from vomstudio.io.text.tables import FARTHEST_M, TextTable, coordinate_columns, plain, read_points
@@ -116,6 +117,8 @@ def _layout(head: bytes, more: bool, path: Path) -> Layout:
         rows = rows[1:]  # the number of points, as .pts files begin
     sample = [line.replace('"', "") for _, line in rows[:SAMPLE_ROWS]]
     delimiter = sniff(sample)
+    places = [n + 1 for n, _ in rows[:SAMPLE_ROWS]]
+    refuse_decimal_commas_between_spaces(path, sample, places, delimiter)
     first = cut(sample[0], delimiter)
     header: list[str] | None = None
     at, header_line = 0, 0

@@ -1,0 +1,102 @@
+"""A project's profile is one record: choosing it judges everything anew, in one undoable step."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vomstudio.document import edits
+from vomstudio.document.codec import decode_edit, encode_edit
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.measurement_cache import Measurements, rests_on
+from vomstudio.document.records import DEFAULT_TYPES, PROFILE_ID, Model, Record
+from vomstudio.errors import DocumentError
+from vomstudio.geology.quality import DEFAULTS, TEXTBOOK
+from vomstudio.io.project.folder import Project
+
+OWN = replace(TEXTBOOK, profile="strict", least_coplanarity=1e6)
+
+
+@pytest.fixture
+def records() -> dict[str, Record]:
+    random = np.random.default_rng(0)
+    xyz = random.uniform(-2.0, 2.0, (40, 3)) * [1.0, 0.8, 0.0] + random.normal(0, 0.01, (40, 3))
+    model = Model("m", "cliff", "cliff.obj", "0", "mesh")
+    trace = Trace("t", "B01", "bedding", "m", "0", tuple(map(tuple, xyz.tolist())), 0.01)
+    return {each.id: each for each in (*DEFAULT_TYPES, model, trace)}
+
+
+def test_the_figures_stay_and_the_verdict_follows_the_profile(records: dict[str, Record]) -> None:
+    measurements = Measurements()
+    before = measurements.of(records, ["t"])["t"]
+    judged = {**records, **edits.judge_by(records, OWN).after}
+    after = measurements.of(judged, ["t"])["t"]
+    assert before.verdict is not None
+    assert after.verdict is not None
+    assert (before.verdict.quality, before.verdict.profile) == ("good", "error")
+    assert (after.verdict.quality, after.verdict.profile) == ("doubtful", "strict")
+    assert before.fit is not None
+    assert after.fit is not None
+    assert np.array_equal(before.fit.normal, after.fit.normal)
+    assert measurements.of(records, ["t"])["t"].verdict == before.verdict
+
+
+def test_a_profile_touches_every_feature(records: dict[str, Record]) -> None:
+    trace = records["t"]
+    assert isinstance(trace, Trace)
+    assert rests_on(records, trace, {PROFILE_ID})
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        (replace(DEFAULTS, good_M=5.0), "fixed"),
+        (replace(OWN, profile="  "), "name"),
+        (replace(OWN, least_coplanarity=0.0), "positive"),
+        (replace(OWN, most_collinearity=float("nan")), "positive"),
+        (replace(OWN, good_confidence95_deg=20.0), "cannot be larger"),
+    ],
+)
+def test_limits_that_cannot_be_are_refused(
+    records: dict[str, Record], limits: object, said: str
+) -> None:
+    with pytest.raises(DocumentError, match=said):
+        edits.judge_by(records, limits)  # type: ignore[arg-type]
+
+
+def test_the_profile_of_today_is_no_step(records: dict[str, Record]) -> None:
+    judged = {**records, **edits.judge_by(records, OWN).after}
+    with pytest.raises(DocumentError, match="already"):
+        edits.judge_by(judged, OWN)  # type: ignore[arg-type]
+
+
+def test_it_is_written_and_read_again(records: dict[str, Record]) -> None:
+    first = edits.judge_by(records, OWN)
+    again = decode_edit(first.label, *encode_edit(first), records)
+    assert again.after == first.after
+    judged = {**records, PROFILE_ID: first.after[PROFILE_ID]}
+    second = edits.judge_by(judged, TEXTBOOK)  # type: ignore[arg-type]
+    assert decode_edit(second.label, *encode_edit(second), judged).after == second.after  # type: ignore[arg-type]
+
+
+def test_a_damaged_profile_is_named(records: dict[str, Record]) -> None:
+    edit = edits.judge_by(records, OWN)
+    before, after = encode_edit(edit)
+    after[PROFILE_ID]["limits"]["good_M"] = "four"
+    with pytest.raises(DocumentError, match="cannot be read"):
+        decode_edit(edit.label, before, after, records)
+
+
+def test_a_project_keeps_its_profile_and_undo_takes_it_back(tmp_path: Path) -> None:
+    with closing(Project.create(tmp_path / "cliff.vom")) as project:
+        project.session.apply(edits.judge_by(project.session.records, OWN))
+        project.session.save()
+    with closing(Project.open(tmp_path / "cliff.vom")) as project:
+        assert project.session.records[PROFILE_ID].limits == OWN  # type: ignore[union-attr]
+        assert project.session.undo_label == "Judge by the profile strict"
+        project.session.undo()
+        assert PROFILE_ID not in project.session.records

@@ -1,0 +1,87 @@
+"""The textbook's profile: its figures are computed by numpy from points in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vomstudio.geology.quality import DEFAULTS, PROFILES, TEXTBOOK, Thresholds, judge
+from vomstudio.geometry.planes import fit_plane
+
+
+def points(length: float, width: float, rough: float, n: int = 60) -> np.ndarray:
+    """A rectangle of points whose variances along three axes are known to be what they are."""
+    random = np.random.default_rng(3)
+    box = random.uniform(-0.5, 0.5, (n, 3)) * [length, width, 0.0]
+    return np.asarray(box + random.normal(0.0, 1.0, (n, 3)) * [0.0, 0.0, rough])
+
+
+def indices(xyz: np.ndarray) -> tuple[float, float]:
+    """Coplanarity and collinearity by equations 20 and 21 of the textbook."""
+    values = np.sort(np.linalg.eigvalsh(np.cov(xyz.T)))[::-1]
+    return float(values.sum() / values[2]), float(values[0] / values[1])
+
+
+def test_the_limits_are_where_m_is_4_and_k_is_0_8() -> None:
+    # ln(l1 / l3) = 4 and ln(l1 / l2) = 0.8 ln(l2 / l3).
+    second = np.exp(4.0 / 1.8)
+    first = np.exp(4.0)
+    assert first + second + 1.0 == pytest.approx(TEXTBOOK.least_coplanarity, rel=0.01)
+    assert first / second == pytest.approx(TEXTBOOK.most_collinearity, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("shape", "resolution", "quality", "missed"),
+    [
+        ((4.0, 3.0, 0.02), 0.01, "good", ()),
+        ((4.0, 3.0, 0.6), 0.01, "doubtful", ("coplanarity",)),
+        ((4.0, 0.6, 0.02), 0.01, "doubtful", ("collinearity",)),
+        ((4.0, 3.0, 0.02), 0.1, "doubtful", ("extent",)),
+        ((4.0, 0.6, 0.02), 0.1, "poor", ("collinearity", "extent")),
+        ((4.0, 0.7, 0.17), 0.1, "poor", ("coplanarity", "collinearity", "extent")),
+    ],
+)
+def test_one_missed_limit_makes_a_plane_doubtful_and_two_make_it_poor(
+    shape: tuple[float, float, float], resolution: float, quality: str, missed: tuple[str, ...]
+) -> None:
+    xyz = points(*shape)
+    coplanarity, collinearity = indices(xyz)
+    assert (coplanarity < 65.0, collinearity > 6.0) == (
+        "coplanarity" in missed, "collinearity" in missed,
+    )  # fmt: skip
+    fit = fit_plane(xyz, ordered=False)
+    verdict = judge(fit, resolution_m=resolution, outcrop_normal=None, thresholds=TEXTBOOK)
+    assert (verdict.quality, verdict.profile) == (quality, "textbook")
+    assert len(verdict.reasons) == len(missed)
+    for word, reason in zip(missed, verdict.reasons, strict=True):
+        assert f"The {word} is" in reason
+
+
+def test_what_the_error_rule_demotes_is_a_note_of_the_textbook() -> None:
+    # 40 centimetres of roughness on 3 metres: known to some ten degrees.
+    fit = fit_plane(points(4.0, 3.0, 0.3, n=12), ordered=False)
+    by_error = judge(fit, resolution_m=None, outcrop_normal=None)
+    assert by_error.quality != "good"
+    by_shape = judge(fit, resolution_m=None, outcrop_normal=None, thresholds=replace(
+        TEXTBOOK, profile="loose", least_coplanarity=10.0, most_collinearity=50.0
+    ))  # fmt: skip
+    assert (by_shape.quality, by_shape.profile) == ("good", "loose")
+    assert set(by_error.reasons) < set(by_shape.notes)
+
+
+def test_three_points_are_at_most_doubtful_and_no_plane_is_poor_by_every_profile() -> None:
+    three = fit_plane([[0, 0, 0], [3, 0, 1], [0, 3, 1]])
+    for limits in PROFILES.values():
+        verdict = judge(three, resolution_m=0.001, outcrop_normal=None, thresholds=limits)
+        assert verdict.quality == "doubtful"
+        assert "three points" in verdict.reasons[0]
+
+
+def test_limits_that_are_no_numbers_are_refused() -> None:
+    assert Thresholds(good_confidence95_deg=4).good_confidence95_deg == 4
+    for wrong in ({"good_M": "4"}, {"good_K": True}, {"by": "taste"}, {"profile": 3}):
+        with pytest.raises(TypeError):
+            Thresholds(**wrong)  # type: ignore[arg-type]
+    assert DEFAULTS.profile == "error"

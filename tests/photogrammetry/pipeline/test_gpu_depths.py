@@ -1,0 +1,67 @@
+"""The GPU is used where it can be, and its failure costs nobody the model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.photogrammetry.dense.dense_truth import look, lying_face, tie_points
+from tests.photogrammetry.rock_face import photograph
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geometry.cameras import Intrinsics
+from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.dense.colmap_workspace import has_cuda
+from vomstudio.photogrammetry.dense.pairs import choose_pairs
+from vomstudio.photogrammetry.dense.undistortion import Undistorted, UndistortTask, undistort
+from vomstudio.photogrammetry.pipeline.gpu_depths import device_of, put_depths_of_gpu
+from vomstudio.photogrammetry.pipeline.stage_log import StageLog
+from vomstudio.progress import Silent
+
+without_gpu = pytest.mark.skipif(has_cuda(), reason="This COLMAP can use a GPU.")
+
+
+def test_a_device_that_there_is_not_is_refused() -> None:
+    with pytest.raises(UsageError, match="auto, cpu, cuda"):
+        Settings(device="gpu")
+
+
+@without_gpu
+def test_without_cuda_auto_is_the_processor_and_cuda_is_refused_before_any_work() -> None:
+    assert device_of(Settings()) == "cpu"
+    assert device_of(Settings(device="cpu")) == "cpu"
+    with pytest.raises(GeometryError, match=r"vomstudio\[cuda\]"):
+        device_of(Settings(device="cuda"))
+
+
+@without_gpu
+def test_a_failing_gpu_is_said_and_the_processor_takes_over(tmp_path: Path) -> None:
+    face = lying_face(size=(6.0, 5.0), spacing=0.05)
+    lens = Intrinsics.pinhole(160, 120, 150.0, 80.0, 60.0)
+    centres = np.array([[x, 0.0, 4.0] for x in (-0.5, 0.0, 0.5)])
+    views = [look(f"{i}.png", lens, c, [*c[:2], 0.0]) for i, c in enumerate(centres)]
+    scene = tie_points(face, views, count=400)
+    photos = [_photo(face, view) for view in views]
+    pairs = choose_pairs(scene)
+    put: list[Any] = []
+
+    def log() -> StageLog:
+        return StageLog(tmp_path / "log.txt", Silent())
+
+    first = log()
+    assert not put_depths_of_gpu(scene, pairs, photos, put.append, Settings(), first)  # type: ignore[arg-type]
+    assert not put
+    assert len(first.notes) == 1
+    assert "computed on the processor" in first.notes[0]
+    with pytest.raises(GeometryError, match="device “cpu”"):
+        put_depths_of_gpu(scene, pairs, photos, put.append, Settings(device="cuda"), log())  # type: ignore[arg-type]
+
+
+def _photo(face: Any, view: Any) -> Undistorted:
+
+    pixels = photograph(face, view, samples=1, seed=1)
+    png = cv2.imencode(".png", np.ascontiguousarray(pixels[..., ::-1]))[1].tobytes()
+    return undistort(UndistortTask(png, None, view, None, True))

@@ -1,0 +1,28 @@
+"""Type and set of what is made next belong to the tool, and to the project."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def test_each_tool_goes_on_with_its_own_type_and_set(studio: Any) -> None:
+    studio.activate("trace")
+    studio.set_next("fault", "F1")
+    studio.activate("patch")
+    assert (studio.next_type_id, studio.next_set) == ("fault", "F1")
+    studio.set_next("joint", "J1")
+    studio.activate("trace")
+    assert (studio.next_type_id, studio.next_set) == ("fault", "F1")
+    studio.activate("navigate")
+    studio.activate("patch")
+    assert (studio.next_type_id, studio.next_set) == ("joint", "J1")
+
+
+def test_another_project_begins_without_them(studio: Any) -> None:
+    studio.activate("trace")
+    studio.set_next("fault", "F1")
+    studio.activate("navigate")
+    studio.new_project()
+    assert (studio.next_type_id, studio.next_set) == ("bedding", "")
+    studio.activate("trace")
+    assert (studio.next_type_id, studio.next_set) == ("bedding", "")

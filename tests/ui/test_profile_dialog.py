@@ -1,0 +1,83 @@
+"""The profile of verdicts, chosen in the window."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from vomstudio.document import edits
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import PROFILE_ID, Model
+from vomstudio.geology.quality import TEXTBOOK
+from vomstudio.ui.analyse.profile_dialog import ProfileDialog
+
+
+@pytest.fixture
+def dialog(window: Any, studio: Any) -> ProfileDialog:
+    session = studio.session
+    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64)
+    session.apply(edits.add_model(session.records, model))
+    random = np.random.default_rng(1)
+    for number, thick in enumerate((0.01, 0.5)):
+        xyz = random.uniform(-2, 2, (60, 3)) * [1, 0.9, 0] + random.normal(0, 1, (60, 3)) * thick
+        session.apply(edits.add_trace(session.records, Trace(
+            f"t{number}", "", "bedding", "m1", "0" * 64, tuple(map(tuple, xyz.tolist())), 0.01,
+            axis="auto",
+        )))  # fmt: skip
+    window.actions_table.run("verdict_profile")
+    (made,) = window.findChildren(ProfileDialog)
+    return made
+
+
+def choose(dialog: ProfileDialog, profile: str) -> None:
+    dialog.profile.setCurrentIndex(dialog.profile.findData(profile))
+    dialog.profile.activated.emit(dialog.profile.currentIndex())
+
+
+def qualities(studio: Any) -> list[str]:
+    return [m.verdict.quality for m in studio.measured(["t0", "t1"]).values()]
+
+
+def test_the_textbook_is_chosen_in_one_step_that_undo_takes_back(
+    dialog: ProfileDialog, studio: Any
+) -> None:
+    before = qualities(studio)
+    assert not dialog.apply.isEnabled()
+    assert "already" in dialog.apply.toolTip()
+    choose(dialog, "textbook")
+    assert dialog.apply.isEnabled()
+    assert dialog.form.isRowVisible(dialog.boxes["least_coplanarity"])
+    assert not dialog.form.isRowVisible(dialog.boxes["good_confidence95_deg"])
+    QTest.mouseClick(dialog.apply, Qt.MouseButton.LeftButton)
+    assert studio.records[PROFILE_ID].limits == TEXTBOOK
+    assert qualities(studio) == ["good", "doubtful"]
+    studio.undo()
+    assert PROFILE_ID not in studio.records
+    assert qualities(studio) == before
+    assert dialog.profile.currentData() == "error"
+
+
+def test_what_is_shown_beforehand_is_what_comes(dialog: ProfileDialog, studio: Any) -> None:
+    choose(dialog, "textbook")
+    assert "1 good, 1 doubtful, 0 poor" in dialog.effect.text().split(":")[-1]
+
+
+def test_a_changed_limit_makes_a_profile_of_ones_own_that_is_kept(
+    dialog: ProfileDialog, studio: Any
+) -> None:
+    choose(dialog, "textbook")
+    dialog.boxes["least_coplanarity"].setValue(5.0)
+    assert dialog.name.text() == "own limits"
+    dialog.name.selectAll()
+    QTest.keyClicks(dialog.name, "rough outcrops")
+    QTest.mouseClick(dialog.apply, Qt.MouseButton.LeftButton)
+    limits = studio.records[PROFILE_ID].limits
+    assert (limits.profile, limits.by, limits.least_coplanarity) == ("rough outcrops", "shape", 5.0)
+    assert qualities(studio) == ["good", "good"]
+    assert studio.settings.profiles == {"rough outcrops": asdict(limits)}
+    assert dialog.profile.findData("rough outcrops") >= 0

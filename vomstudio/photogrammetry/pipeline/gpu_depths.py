@@ -1,0 +1,79 @@
+"""Depth maps on a GPU, where the installed COLMAP can use one."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vomstudio.errors import GeometryError
+from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.dense.colmap_workspace import cuda_depth_maps, has_cuda
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.photogrammetry.base.scene import SparseScene
+    from vomstudio.photogrammetry.dense.depthmaps import DepthMap
+    from vomstudio.photogrammetry.dense.pairs import Pairs
+    from vomstudio.photogrammetry.dense.undistortion import Undistorted
+    from vomstudio.photogrammetry.pipeline.stage_log import StageLog
+
+
+def device_of(settings: Settings) -> str:
+    """ "cpu" or "cuda", on which the depth maps are to be computed.
+
+    Raises GeometryError where "cuda" is asked for and the installed COLMAP cannot use a GPU.
+    """
+    if settings.device == "cpu":
+        return "cpu"
+    if has_cuda():
+        return "cuda"
+    if settings.device == "cuda":
+        raise GeometryError(
+            tr(
+                "The installed COLMAP cannot use a GPU. Install vomstudio[cuda], or reconstruct "
+                "with the device “cpu”."
+            ),
+            field="device",
+        )
+    return "cpu"
+
+
+def put_depths_of_gpu(
+    scene: SparseScene,
+    pairs: Pairs,
+    photos: Sequence[Undistorted],
+    put: Callable[[int, DepthMap], None],
+    settings: Settings,
+    log: StageLog,
+) -> bool:
+    """Give `put` the map of each plan. False, with a note, where the GPU failed and the settings
+    leave the choice of the device to the program.
+
+    Raises GeometryError where the GPU failed and was asked for, and Cancelled.
+    """
+    log.stage(tr("Computing depth maps on the GPU"), len(pairs.plans))
+    try:
+        with tempfile.TemporaryDirectory(prefix="vomstudio-") as folder:
+            for number, made in enumerate(cuda_depth_maps(scene, pairs, photos, Path(folder), log)):
+                put(number, made)
+    # COLMAP raises these for a GPU without driver or memory.
+    except (RuntimeError, ValueError) as error:
+        reason = (str(error).strip() or type(error).__name__).splitlines()[-1]
+        if settings.device == "cuda":
+            raise GeometryError(
+                tr(
+                    "The depth maps could not be computed on the GPU ({reason}). Reconstruct with "
+                    "the device “cpu”.",
+                    reason=reason,
+                )
+            ) from error
+        log.note(
+            tr(
+                "The GPU failed ({reason}), and the depth maps were computed on the processor.",
+                reason=reason,
+            )
+        )
+        return False
+    return True

@@ -1,0 +1,124 @@
+"""Features whose surroundings were measured by an earlier rule are measured anew, in one step."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from vomstudio.document import edits
+from vomstudio.document.records import Model, Surrounded, get
+from vomstudio.errors import VomError
+from vomstudio.failures import exception_hooks
+from vomstudio.geometry.surface import Surface
+from vomstudio.tools.local_surface import measured_anew, of_earlier_rules
+from vomstudio.words import tr, tr_n
+from vomstudio.workspace.editing import Editing
+from vomstudio.workspace.models import Models
+from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.projects import Projects
+
+
+class Surroundings:
+    """update : measure those whose models are open, in a thread, as one edit"""
+
+    def __init__(
+        self,
+        projects: Projects,
+        models: Models,
+        editing: Editing,
+        notices: Notices,
+        hand_over: Callable[[Callable[[], object]], object],
+    ) -> None:
+        self._projects, self._models, self._editing = projects, models, editing
+        self._notices, self._hand_over = notices, hand_over
+        self._running = False
+        self._told = ""
+
+    def why_not(self) -> str | None:
+        """Why there is nothing to update; None where there is."""
+        if self._running:
+            return tr("The surroundings are being measured.")
+        if not of_earlier_rules(self._projects.records):
+            return tr("No feature was measured by an earlier rule.")
+        if not self._at_hand():
+            return tr("The models of these features are not open. Locate their files first.")
+        return None
+
+    def offer(self, model_id: str) -> None:
+        """Say once of a project that some features on this model can be updated."""
+        folder = str(self._projects.project.folder)
+        count = sum(feature.model_id == model_id for feature in self._at_hand())
+        if not count or self._told == folder:
+            return
+        self._told = folder
+        self._notices.info(
+            tr_n(
+                "The resolution and outcrop face of {count} feature were measured by an earlier "
+                "rule. Interpret > Update earlier features measures them anew.",
+                "The resolution and outcrop face of {count} features were measured by an earlier "
+                "rule. Interpret > Update earlier features measures them anew.",
+                count,
+            )
+        )
+
+    def update(self) -> None:
+        """Begin; the edit comes when all are measured."""
+        if self.why_not() is not None:
+            return
+        self._running = True
+        features = self._at_hand()
+        surfaces = {f.model_id: self._models.surface(f.model_id) for f in features}
+        threading.Thread(
+            target=self._measure, args=(features, surfaces), name="surroundings", daemon=True
+        ).start()
+
+    def _at_hand(self) -> list[Surrounded]:
+        records = self._projects.records
+        return [
+            feature
+            for feature in of_earlier_rules(records)
+            if self._models.surface(feature.model_id) is not None
+            and (model := get(records, feature.model_id, Model)) is not None
+            and model.content_hash == feature.model_hash
+        ]
+
+    def _measure(self, features: list[Surrounded], surfaces: Mapping[str, Surface | None]) -> None:
+        found: dict[str, dict[str, Any]] = {}
+        try:
+            for feature in features:
+                surface = surfaces[feature.model_id]
+                if surface is not None:
+                    found[feature.id] = measured_anew(surface, feature)
+        except VomError as error:
+            problem = str(error)
+            self._hand_over(lambda: self._notices.warn(problem, "error"))
+        except Exception as error:  # noqa: BLE001 - shown like every unexpected error
+            exception_hooks.report_as_uncaught(error)
+        self._hand_over(lambda: self._finish(features, found))
+
+    def _finish(self, features: list[Surrounded], found: Mapping[str, dict[str, Any]]) -> None:
+        self._running = False
+        records = self._projects.records
+        # What was changed meanwhile has been measured by today's rule.
+        still = {f.id: found[f.id] for f in features if f.id in found and records.get(f.id) is f}
+        if not still or not self._editing.attempt(edits.update_surroundings, still):
+            return
+        left = len(of_earlier_rules(self._projects.records))
+        self._notices.info(
+            tr_n(
+                "The surroundings of {count} feature were measured anew. Undo takes it back.",
+                "The surroundings of {count} features were measured anew. Undo takes it back.",
+                len(still),
+            )
+            + (
+                ""
+                if not left
+                else " "
+                + tr_n(
+                    "{count} feature keeps its earlier values, since its model is not open.",
+                    "{count} features keep their earlier values, since their models are not open.",
+                    left,
+                )
+            )
+        )
