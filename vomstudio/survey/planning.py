@@ -229,15 +229,8 @@ def plan_survey(
         },
     )
     warnings: list[str] = []
-    if camera.f_number is not None and f_number not in (None, camera.f_number):
-        warnings.append(
-            tr(
-                "The aperture of the {camera} cannot be set: f/{own:g} is used.",
-                camera=camera.name,
-                own=camera.f_number,
-            )
-        )
-    aperture = camera.f_number or f_number or _USUAL_F_NUMBER
+    aperture, kept = _aperture(camera, f_number)
+    warnings += kept
     distance_m, gsd, too_far = _distance(camera, distance_m, gsd_m, plane_m)
     warnings += too_far
     footprint = gsd * camera.width_px, gsd * camera.height_px
@@ -276,6 +269,20 @@ def plan_survey(
         middle,
         tuple(warnings),
     )
+
+
+def _aperture(camera: PlanCamera, f_number: float | None) -> tuple[float, list[str]]:
+    """The f-number that counts, and a warning where another was asked for."""
+    if camera.f_number is None:
+        return _USUAL_F_NUMBER if f_number is None else f_number, []
+    if f_number in (None, camera.f_number):
+        return camera.f_number, []
+    said = tr(
+        "The aperture of the {camera} cannot be set: f/{own:g} is used.",
+        camera=camera.name,
+        own=camera.f_number,
+    )
+    return camera.f_number, [said]
 
 
 def _distance(

@@ -112,6 +112,8 @@ def test_figures_are_those_of_the_cameras() -> None:
     normal = face_normal(made)
     assert normal == pytest.approx([0, 0, 1], abs=0.01)
     assert obliquity_deg(made, normal) == pytest.approx([0, 0, 0, 30], abs=0.6)
+    # The same photos from behind are as oblique: their side is the one on which they stand.
+    assert obliquity_deg(made, -normal) == pytest.approx([0, 0, 0, 30], abs=0.6)
     assert 2 <= mean_views(made).min() <= mean_views(made).max() <= 4
     assert places_seen(made).min() >= 2
 

@@ -177,9 +177,10 @@ def face_normal(scene: SparseScene) -> Array:
 
 
 def obliquity_deg(scene: SparseScene, normal: Array) -> Array:
-    """(v,) angle between each view direction and the perpendicular to the face."""
+    """(v,) angle between each view direction and the perpendicular to the face, on whichever side
+    of it the camera stands: an object may be photographed all around."""
     axes = np.array([view.direction for view in scene.views])
-    return np.asarray(np.degrees(np.arccos(np.clip(-(axes @ normal), -1.0, 1.0))))
+    return np.asarray(np.degrees(np.arccos(np.clip(np.abs(axes @ normal), 0.0, 1.0))))
 
 
 def _lies_on(view: View, points: Array) -> npt.NDArray[np.bool_]:
