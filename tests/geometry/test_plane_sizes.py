@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from vomstudio.geometry.plane_errors import confidence_axes_rad, joint_quantile
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.geometry.planes import fit_plane
 
@@ -51,6 +52,16 @@ def test_for_many_points_the_error_is_the_closed_form():
     slope = math.sqrt(-2 * math.log(0.05)) * 20.0 / math.sqrt(count) / (size / 4)
     expected = math.degrees(slope / (1 - (20.0 / (size / 4)) ** 2))
     assert sizes.error_deg(size) == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize("noise", [0.1, 0.6, 4.0, 40.0])
+def test_the_error_is_that_of_the_confidence_region_of_planes(noise):
+    sizes, size = PlaneSizes(RESOLUTION, noise), 60 * RESOLUTION
+    values = np.array([[(size / 4) ** 2, (size / 4) ** 2, noise**2]])
+    quantile = joint_quantile(np.array([math.pi / 4 * 60.0**2 - 3]))
+    axis = np.degrees(confidence_axes_rad(values, quantile, quantile)[0][0])
+    tilt = math.degrees(math.atan(0.5 / (60 * math.sqrt(12) / 4)))
+    assert sizes.error_deg(size) == pytest.approx(max(axis if noise < 1.5 else 90.0, tilt))
 
 
 def test_without_noise_the_resolution_is_the_floor():

@@ -13,10 +13,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from vomstudio.geometry.plane_errors import confidence_axes_rad, joint_quantile
-
 PIXELS_PER_RESOLUTION = 10.0
 """A cloud from photos resolves about ten pixels of them (textbook 3.2.1)."""
 NOISE_PIXELS = 0.5
@@ -35,6 +31,17 @@ _TOLD = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 def resolution_tilt_deg(resolution: float, across: float) -> float:
     """Half of the resolution over the shorter axis of a feature, degrees."""
     return math.degrees(math.atan2(0.5 * resolution, across))
+
+
+def _confidence95_deg(spread: float, noise: float, free: float) -> float:
+    """`plane_errors.confidence_axes_rad` for one round plane, without the libraries that it needs:
+    the window starts with this module. Variances in the plane and across it."""
+    quantile = math.expm1(-2.0 / free * math.log(0.05))
+    gap = spread - noise
+    if gap <= 0.0:
+        return 90.0
+    sine = 2.0 * math.sqrt(quantile * spread * noise) / gap
+    return 0.5 * math.degrees(math.asin(sine)) if sine < 1.0 else 90.0
 
 
 @dataclass(frozen=True)
@@ -87,12 +94,9 @@ class PlaneSizes:
         if not size >= self.least * (1.0 - 1e-9):
             return None
         # One point for each square of the resolution; three are spent on the plane.
-        free = np.array([math.pi / 4.0 * (size / self.resolution) ** 2 - 3.0])
+        free = math.pi / 4.0 * (size / self.resolution) ** 2 - 3.0
         # A uniform disc has a variance of (d / 4)^2 along each diameter.
-        spread = (size / 4.0) ** 2
-        values = np.array([[spread, spread, self.noise**2]])
-        quantile = joint_quantile(free)
-        fit = math.degrees(float(confidence_axes_rad(values, quantile, quantile)[0][0]))
+        fit = _confidence95_deg((size / 4.0) ** 2, self.noise**2, free)
         # A strip with the same variance is sqrt(12) d / 4 wide.
         tilt = resolution_tilt_deg(self.resolution, math.sqrt(12.0) * size / 4.0)
         return min(90.0, math.hypot(max(fit, tilt), self.registration_deg))

@@ -29,6 +29,19 @@ class Tree(Protocol):
     def query(self, x: Array, k: int) -> tuple[Array, npt.NDArray[np.int64]]: ...
 
 
+class FewPoints:
+    """A tree of few points without the import of scipy, which takes longer than the search."""
+
+    def __init__(self, points: Array) -> None:
+        self._points, self.n = points, len(points)
+
+    def query(self, x: Array, k: int) -> tuple[Array, npt.NDArray[np.int64]]:
+        off = x[:, None] - self._points[None]
+        square = (off * off).sum(axis=2)
+        rows = np.argsort(square, axis=1, kind="stable")[:, :k]
+        return np.sqrt(np.take_along_axis(square, rows, axis=1)), rows
+
+
 def effective_resolution(
     points: npt.NDArray[np.floating], tree: Tree, places: Array
 ) -> float | None:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.resolution import effective_resolution
+from vomstudio.geometry.resolution import FewPoints, effective_resolution
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import (
     UNKNOWN,
@@ -194,6 +194,10 @@ def _of_cloud(points: npt.NDArray[np.float64]) -> float:
     n = len(points)
     if n < 2:
         return float("nan")
+    if n <= FEW_POINTS:
+        local = points - points[0]
+        found = effective_resolution(local, FewPoints(local), local)
+        return float("nan") if found is None else found
     from scipy.spatial import cKDTree
 
     if n <= 10 * SAMPLED_POINTS:
