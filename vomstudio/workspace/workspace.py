@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.records import Model, get_feature
+from vomstudio.document.records import Feature, Model, get_feature
 from vomstudio.document.selection import Selection
 from vomstudio.io.settings import Settings
 from vomstudio.signals import Signal
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
@@ -155,12 +156,37 @@ class Workspace:
             if isinstance(record, Model) and id_ not in self.models.open:
                 self.models.load(record)
         self.tools.keep_next_type()
+        self._warn_of_namesakes(edit)
         self.derived.refresh()
         self.selection.keep(self.projects.records)
         self.edited.emit(edit)
         self.photos.edited(edit)
         self.tools.document_changed()
         self.layers.write_soon()
+
+    def _warn_of_namesakes(self, edit: Edit) -> None:
+        """Names are free, but tables and layers tell features apart by them. A single new feature
+        has the next free number, so only renamed and imported ones are looked at."""
+        new = {id_: r for id_, r in edit.after.items() if isinstance(r, Feature) and r.name}
+        old = {id_: edit.before[id_] for id_ in new}
+        renamed = {i for i, r in old.items() if isinstance(r, Feature) and r.name != new[i].name}
+        added = {i for i, r in old.items() if r is None}
+        looked_at = renamed | (added if len(added) > 1 else set())
+        if not looked_at:
+            return
+        count = Counter(feature.name for feature in self.projects.session.features())
+        twice = sorted({new[i].name for i in looked_at if count[new[i].name] > 1})
+        if twice:
+            self.notices.warn(
+                tr_n(
+                    "{count} name belongs to more than one feature: {names}. Tables tell them "
+                    "apart by their ids only. Rename one with F2.",
+                    "{count} names belong to more than one feature: {names}. Tables tell them "
+                    "apart by their ids only. Rename some with F2.",
+                    len(twice),
+                    names=", ".join(twice[:5]) + (" …" if len(twice) > 5 else ""),
+                )
+            )
 
     def delete_selected(self) -> None:
         """Delete the selected features, as one edit."""

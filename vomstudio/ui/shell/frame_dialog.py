@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFormLayout,
     QLabel,
-    QLineEdit,
     QRadioButton,
     QVBoxLayout,
     QWidget,
@@ -23,6 +22,7 @@ from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import crs_name, parse_crs
+from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.model_loading import OpenModel
 
@@ -93,7 +93,7 @@ class FrameDialog(QDialog):
         for button in buttons:
             group.addButton(button)
             button.toggled.connect(self._check)
-        self._crs = QLineEdit(crs)
+        self._crs = CrsField(crs)
         self._crs.setPlaceholderText(tr("EPSG:32633"))
         self._crs.setObjectName("frame_crs")
         self._crs.textChanged.connect(self._typed)
@@ -150,7 +150,9 @@ class FrameDialog(QDialog):
             ok.setEnabled(True)
             return
         if not self._crs.text().strip():
-            self._crs_says.setText(tr("Enter the EPSG code, such as EPSG:32633 (UTM zone 33N)."))
+            self._crs_says.setText(
+                tr("Enter a code, name or country, such as EPSG:32633, UTM 33N or Iceland.")
+            )
             ok.setEnabled(False)
             return
         try:

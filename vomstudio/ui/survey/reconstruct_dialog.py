@@ -33,6 +33,7 @@ from vomstudio.errors import VomError
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.jobs.survey_tasks import ControlFacts, MemoryFacts, PointFacts
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.number_formatting import gigabytes
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox, file_field
@@ -115,7 +116,7 @@ class ReconstructDialog(QDialog):
         self._control_rows = (control_row, marks_row)
         for field in (self.control, self.marks):
             field.textEdited.connect(self._typing)
-        self.crs = QLineEdit()
+        self.crs = CrsField()
         self.crs.setObjectName("make_crs")
         self.crs.textEdited.connect(self._typing)
         self.crs.setMaximumWidth(170)

@@ -1,0 +1,38 @@
+"""Reference systems are found as people name them; PROJ says what the codes mean."""
+
+from __future__ import annotations
+
+import pytest
+from pyproj import CRS
+
+from vomstudio.io.gis.crs_names import matching, projected_systems
+
+
+@pytest.mark.parametrize(
+    ("typed", "code"),
+    [
+        ("32633", "EPSG:32633"),
+        ("EPSG:32633", "EPSG:32633"),
+        ("wgs 84 utm 33n", "EPSG:32633"),
+        ("British National Grid", "EPSG:27700"),
+        ("lambert-93", "EPSG:2154"),
+        ("italy utm 32n etrs89", "EPSG:25832"),
+    ],
+)
+def test_every_word_is_looked_for_in_code_name_and_area(typed: str, code: str) -> None:
+    assert code in [each.code for each in matching(typed)][:12]
+
+
+def test_names_are_those_of_proj_and_all_are_projected() -> None:
+    systems = projected_systems()
+    assert len(systems) > 3000
+    for each in systems[:: len(systems) // 40]:
+        crs = CRS(each.code)
+        assert crs.is_projected
+        assert crs.name == each.name
+
+
+def test_what_is_nowhere_finds_nothing() -> None:
+    assert matching("atlantis grid") == []
+    assert matching("   ") == []
+    assert len(matching("utm")) == 50

@@ -1,0 +1,37 @@
+"""The reference system is typed by name and chosen with the keys."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from vomstudio.ui.common.crs_field import CrsField
+
+
+def test_a_name_is_typed_and_its_code_chosen(qtbot: Any) -> None:
+    field = CrsField()
+    qtbot.addWidget(field)
+    field.show()
+    qtbot.waitExposed(field)
+    field.setFocus()
+    told: list[str] = []
+    field.textEdited.connect(told.append)
+    QTest.keyClicks(field, "wgs 84 utm 33n")
+    popup = field.completer_.popup()
+    assert popup.isVisible()
+    QTest.keyClick(popup, Qt.Key.Key_Down)
+    QTest.keyClick(popup, Qt.Key.Key_Return)
+    assert field.text() == "EPSG:32633"
+    assert told[-1] == "EPSG:32633"
+    assert not popup.isVisible()
+
+
+def test_a_whole_code_opens_no_list(qtbot: Any) -> None:
+    field = CrsField()
+    qtbot.addWidget(field)
+    field.show()
+    QTest.keyClicks(field, "EPSG:32633")
+    assert field.text() == "EPSG:32633"
+    assert not field.completer_.popup().isVisible()
