@@ -91,7 +91,10 @@ def test_an_extent_under_a_hundred_resolutions_is_a_note_and_under_ten_a_reason(
     assert GOOD.extent is not None
     at = GOOD.extent
     assert judged(GOOD, resolution_m=at / 100.0) == Verdict("good", ())
-    note = "The extent is 99 times the resolution of the model (100 recommended)."
+    note = (
+        "The extent is 99 times the resolution of the model (100 recommended): planes of this size "
+        "can be expected within 0.3°."
+    )
     assert judged(GOOD, resolution_m=at / 99.0) == Verdict("good", (), (note,))
     assert judged(GOOD, resolution_m=at / 10.0).quality == "good"
     quality, reasons = verdict(GOOD, resolution_m=at / 9.9)

@@ -53,7 +53,7 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
     assert planner.figures["Footprint"].text() == "30 x 20 m"
     # 30 % of the footprint is new at 70 % overlap.
     assert planner.figures["Spacing"].text() == "9 m along, 6 m up"
-    assert planner.figures["Smallest plane"].text() == "5 m across"
+    assert planner.figures["Planes across"].text().endswith("5 m (1000 px) ± 0.3°")
     driver.keep_picture(planner, "planner")
     QTest.keyClick(planner.overlap, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
     QTest.keyClicks(planner.overlap, "80")
@@ -82,7 +82,7 @@ def test_the_target_may_be_a_gsd_or_a_plane(planner) -> None:
     retype(planner.value, "2,5")
     settled(planner)
     assert planner.figures["Distance"].text() == "12.5 m"
-    assert planner.figures["Smallest plane"].text() == "2.5 m across"
+    assert planner.figures["Planes across"].text().endswith("2.5 m (1000 px) ± 0.3°")
 
 
 def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:

@@ -44,7 +44,8 @@ def test_figures_stand_with_their_units(plan: SurveyPlan) -> None:
     assert said["Outcrop"] == "30 x 10 m"
     assert said["Distance"] == "20 m"
     assert said["Pixel size (GSD)"] == "3.33 mm"
-    assert said["Smallest plane"] == "3.3 m across"
+    # A tenth of the textbook's limit: half a resolution of 33 mm over 0.866 times that.
+    assert said["Planes across"] == "33 cm ± 3.3°, 3.3 m (1000 px) ± 0.3°"
     assert said["Footprint"] == "20 x 13.3 m"
     assert said["Spacing"] == "6 m along, 4 m up"
     assert said["Overlap"] == "70 %"

@@ -259,3 +259,30 @@ def test_a_sheet_of_another_kind_is_refused(tmp_path: Path) -> None:
     plan = plan_survey(APSC, 30.0, 10.0, distance_m=20.0)
     with pytest.raises(UsageError, match=r"\.pdf"):
         write_field_sheet(tmp_path / "a.docx", plan)
+
+
+@pytest.mark.parametrize(
+    ("name", "width"),
+    # As the textbook's photos of the Mi 9T Pro (exercise 4) and their makers' usual photos are.
+    [("Mi 9T Pro", 4000), ("Mavic Air 2", 4000), ("Mini 3 Pro", 4032), ("iPhone 15 Pro", 4032)],
+)
+def test_cameras_have_their_true_pixels_not_those_of_an_enlarged_mode(
+    name: str, width: int
+) -> None:
+    camera = camera_of(name)
+    assert camera.width_px == width
+    gsd = plan_survey(camera, 30.0, 10.0, distance_m=20.0).gsd_m
+    assert gsd == pytest.approx(camera.sensor_width_mm / width * 20.0 / camera.focal_mm)
+
+
+def test_an_aperture_that_cannot_be_set_is_kept_and_said() -> None:
+    phone = camera_of("Mi 9T Pro")
+    plan = plan_survey(phone, 30.0, 10.0, distance_m=20.0)
+    assert plan.f_number == 1.75
+    assert not any("aperture" in text for text in plan.warnings)
+    asked = plan_survey(phone, 30.0, 10.0, distance_m=20.0, f_number=8.0)
+    assert asked.f_number == 1.75
+    assert asked.depth_of_field_m == plan.depth_of_field_m
+    assert any("cannot be set: f/1.75 is used" in text for text in asked.warnings)
+    assert plan_survey(APSC, 30.0, 10.0, distance_m=20.0).f_number == 8.0
+    assert plan_survey(APSC, 30.0, 10.0, distance_m=20.0, f_number=11.0).f_number == 11.0

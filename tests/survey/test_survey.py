@@ -3,14 +3,14 @@ from __future__ import annotations
 import pytest
 
 from vomstudio.errors import UsageError
-from vomstudio.survey.photo_limits import ground_sampling_distance, smallest_plane
+from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane
 
 
 def test_a_pixel_covers_what_the_pinhole_says():
     # 23.5 mm sensor, 6000 px: 3.9167 um pixels; 35 mm lens at 50 m: 50 / 0.035 * 3.9167 um.
     gsd = ground_sampling_distance(23.5, 35.0, 50.0, 6000)
     assert gsd == pytest.approx(50.0 / 0.035 * 23.5e-3 / 6000, rel=1e-12)
-    assert smallest_plane(gsd) == pytest.approx(1000 * gsd)
+    assert gsd_for_plane(1000 * gsd) == pytest.approx(gsd)
 
 
 def test_twice_the_distance_doubles_it_and_twice_the_focal_length_halves_it():

@@ -11,10 +11,11 @@ import pytest
 
 from tests.io.photos import photo_maker
 from tests.photogrammetry.surface import wall_maker as wall
+from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.io.photos.reading import read_photos
 from vomstudio.survey.camera_positions import metres_from_gps, rotation_error95_deg, straightness
 from vomstudio.survey.check import check_photos, pixel_size
-from vomstudio.survey.check_results import Finding, SurveyReport, length, verdict_of
+from vomstudio.survey.check_results import Finding, SurveyReport, verdict_of
 from vomstudio.survey.overlap import (
     choose_pairs,
     compare_pair,
@@ -22,6 +23,7 @@ from vomstudio.survey.overlap import (
     features_of,
     optical_axes,
 )
+from vomstudio.survey.photo_limits import length
 from vomstudio.survey.photo_quality import blur, interpolation_period, linear_light
 
 
@@ -412,7 +414,12 @@ def test_lengths_read_as_people_say_them(metres: float, words: str) -> None:
     assert length(0.25, "model units") == "0.25 model units"
 
 
-def test_the_verdict_states_the_smallest_plane() -> None:
-    assert "18 m across" in verdict_of([], 0.018)
+def test_the_verdict_never_states_the_size_of_a_plane_without_its_angle() -> None:
+    said = verdict_of([], 0.018)
+    assert "1.8 m across can be expected within 3.3°" in said
+    assert "18 m across, the textbook's limit of 1000 pixels, within 0.3°" in said
+    off = verdict_of([], 0.018, planes=PlaneSizes(0.2, 0.01, 7.0))
+    assert "No plane can be expected within 5°" in off
+    assert "7.0° (95 %)" in off
     grave = Finding("blurred", "error", (), "")
     assert verdict_of([grave], None).startswith("These photos will not give")

@@ -15,7 +15,7 @@ from vomstudio.api.checking import one_of, warn
 from vomstudio.geometry import cloud as clouds
 from vomstudio.geometry import mesh as meshes
 from vomstudio.geometry import transform
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES, Axes
 from vomstudio.progress import Progress
 from vomstudio.reprs import html_table, in_lines
 
@@ -106,7 +106,8 @@ class _Model:
         if self._source.unit_m != 1.0 and self.crs is not None:
             data = moved(data, np.diag([*[1.0 / self._source.unit_m] * 3, 1.0]))
         inputs = [self.path, *companions(self.path)] if self.path.is_file() else []
-        warn(write_model(data, self.crs, path, force=force, inputs=inputs))
+        axes = Axes(self._source.metric, self._source.placed)
+        warn(write_model(data, self.crs, path, force=force, inputs=inputs, axes=axes))
         return Path(path)
 
     def plot(self) -> Any:

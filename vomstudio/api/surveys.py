@@ -92,7 +92,7 @@ def plan(
     plane_m: float | None = None,
     overlap: float = 0.7,
     manner: Literal["handheld", "drone", "terrain"] = "handheld",
-    aperture: float = 8.0,
+    aperture: float | None = None,
     focal_mm: float | None = None,
     sheet: str | Path | None = None,
     force: bool = False,
@@ -107,7 +107,8 @@ def plan(
     distance_m, gsd_m, plane_m : one of: distance from camera to rock; size of a pixel on the rock;
         size of the smallest plane to be measured; all in metres
     overlap : 0.6 to 0.95; manner : on foot, by drone before a cliff, or by drone over flat ground
-    aperture : f-number; focal_mm : of the lens, where the camera's name does not say it
+    aperture : f-number of a camera whose aperture can be set; None: 8
+    focal_mm : of the lens, where the camera's name does not say it
     sheet : a field sheet to print as well (.pdf, .svg, .html); force : replace it
 
     Returns

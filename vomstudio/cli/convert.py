@@ -15,6 +15,7 @@ from vomstudio.words import tr
 if TYPE_CHECKING:
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
+    from vomstudio.geometry.units import Axes
     from vomstudio.io.models.reader import LoadedModel
 
 
@@ -84,7 +85,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings.append(tr("Coordinates stay in the unit of the CRS, {metres:.9g} m.", metres=unit))
     data = _in_world(loaded, args.up, METRES[args.unit] if args.unit and crs is None else 1.0)
     inputs = [loaded.path, *companions(loaded.path)]
-    warnings += write_model(data, crs, target, force=args.force, inputs=inputs, progress=progress)
+    warnings += write_model(
+        data,
+        crs,
+        target,
+        force=args.force,
+        inputs=inputs,
+        progress=progress,
+        axes=_axes(loaded, crs, args.unit),
+    )
     out.result({"in": args.input, "out": args.output, "crs": crs, "warnings": warnings})
     out.warn(warnings)
     out.text(
@@ -92,6 +101,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
         if loaded.kind == "cloud"
         else tr("{output}: mesh from {input}", output=args.output, input=args.input)
     )
+
+
+def _axes(loaded: LoadedModel, crs: str | None, unit: str | None) -> Axes:
+    """What is known of x, y and z: by the CRS, the cameras beside the model, or what was given."""
+    from vomstudio.geometry.units import Axes
+    from vomstudio.io.photos.cameras_file import scale_known
+
+    known = crs is not None or scale_known(loaded.path) is True
+    return Axes(metric=known or unit is not None or loaded.unit_m is not None, north=known)
 
 
 def _in_world(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | PointCloud:

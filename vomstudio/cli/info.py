@@ -233,9 +233,9 @@ def _extent_in_words(found: dict[str, Any]) -> list[str]:
             label = axis if shown == "unknown" else f"{axis}, {shown}"
             lines.append(f"  {label:<12}{said}")
     if spacing := found.get("resolution_m"):
-        lines.append(f"  {tr('spacing, m'):<12}{spacing:.4g}")
+        lines.append(f"  {tr('resolution, m'):<12}{spacing:.4g}")
     elif spacing := found.get("resolution"):
-        lines.append(f"  {tr('spacing'):<12}{spacing:.4g}")
+        lines.append(f"  {tr('resolution'):<12}{spacing:.4g}")
     if found.get("units"):
         stated = tr("unknown") if set(units) == {"unknown"} else ", ".join(units)
         lines.append(f"  {tr('file units'):<12}{stated}")

@@ -54,7 +54,10 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("on foot, by drone before a cliff, or by drone over flat ground"),
     )
     parser.add_argument(
-        "--aperture", type=float, default=8.0, metavar="N", help=tr("f-number (default 8)")
+        "--aperture",
+        type=float,
+        metavar="N",
+        help=tr("f-number (default 8), where the camera's aperture can be set"),
     )
     add_output(parser, tr("a field sheet to print (.pdf, .svg, .html)"))
 
@@ -89,6 +92,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _in_words(plan: SurveyPlan) -> str:
+    from vomstudio.survey.photo_limits import planes_in_short
+
     near, far = plan.depth_of_field_m
     c = plan.camera
     rows = [
@@ -107,10 +112,7 @@ def _in_words(plan: SurveyPlan) -> str:
         ),
         (tr("distance"), f"{plan.distance_m:.4g} m"),
         (tr("GSD"), f"{1000 * plan.gsd_m:.3g} mm"),
-        (
-            tr("smallest plane"),
-            tr("{size:.3g} m (1000 pixels)", size=plan.smallest_plane_m),
-        ),
+        (tr("planes across"), planes_in_short(plan.planes)),
         (tr("photo footprint"), f"{plan.footprint_m[0]:.3g} x {plan.footprint_m[1]:.3g} m"),
         (
             tr("spacing"),

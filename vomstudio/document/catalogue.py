@@ -407,7 +407,7 @@ TOTAL = _degrees(
 RESOLUTION = _metres(
     "resolution_m",
     _("Resolution"),
-    _("Spacing of the model's points around the feature"),
+    _("Effective resolution of the model around the feature: spacing or noise of its points"),
     _measured("resolution_m"),
     short="resolution",
 )

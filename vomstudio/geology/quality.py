@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.lines import LineFit
+from vomstudio.geometry.plane_sizes import PlaneSizes
+from vomstudio.geometry.plane_sizes import resolution_tilt_deg as tilt_of_resolution_deg
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.words import tr
 
@@ -76,7 +78,7 @@ def resolution_tilt_deg(fit: PlaneFit, resolution_m: float | None) -> float | No
         return None
     # The variance of a strip of width w is w^2 / 12 across it.
     shorter = float(np.sqrt(12.0 * max(fit.trace * fit.eigenvalues[1], 0.0)))
-    return float(np.degrees(np.arctan2(0.5 * resolution_m, shorter)))
+    return tilt_of_resolution_deg(resolution_m, shorter)
 
 
 def total_error_deg(
@@ -103,7 +105,7 @@ def judge(
     that figure cannot know; shape and extent are notes. By shape, it is good where all three limits
     of the textbook are met, doubtful where one is missed, poor where more are; the error is a note.
 
-    resolution_m : mean vertex or point spacing of the model around the pick; None: unknown, no rule
+    resolution_m : effective resolution of the model around the pick; None: unknown, no rule
     outcrop_normal : (3,) normal of the outcrop's face on a scale larger than the trace, either
         sense; None: unknown
     kind : a patch is the outcrop face, so the surface effect is looked for in traces only
@@ -147,10 +149,11 @@ def _by_error(
             notes.append(
                 tr(
                     "The extent is {number:g} times the resolution of the model ({wanted:g} "
-                    "recommended).",
+                    "recommended): planes of this size can be expected within {error}.",
                     # Rounded down: never the recommended figure itself.
                     number=np.floor(10.0 * ratio) / 10.0 if ratio < 10.0 else np.floor(ratio),
                     wanted=thresholds.extent_over_resolution,
+                    error=_deg(PlaneSizes.of_model(resolution_m).error_deg(extent) or 90.0),
                 )
             )
     return poor, reasons, notes

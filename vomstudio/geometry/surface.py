@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.resolution import COUNTS, larger, of_neighbours
+
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
@@ -28,7 +30,8 @@ class Surface(Protocol):
     """All in the model's file frame."""
 
     def resolution_near(self, points: Array) -> float | None:
-        """Mean spacing of the model's vertices or points around `points` (k, 3)."""
+        """Effective resolution of the model around `points` (k, 3): the larger of the mean spacing
+        of its vertices or points and of their noise, see `geometry.resolution`."""
 
     def outcrop_normal(self, points: Array) -> Array | None:
         """Unit normal (3,) of the outcrop face around the line through `points` (k, 3), on a scale
@@ -69,15 +72,19 @@ class VertexSurface:
         return float(np.linalg.norm(np.ptp(self._coarse, axis=0)))
 
     def resolution_near(self, points: Array) -> float | None:
-        spacing = []
-        for point in _sample(points, _SAMPLES):
-            nearest = self._nearest(self._nearest(point, 1)[0], 16)
-            gaps = np.linalg.norm(nearest - nearest[0], axis=1)
-            # Vertices on a seam of the texture stand twice, at distance zero.
-            gaps = gaps[gaps > 0]
-            if len(gaps):
-                spacing.append(float(gaps.min()))
-        return float(np.mean(spacing)) if spacing else None
+        places = [self._nearest(point, 1)[0] for point in _sample(points, _SAMPLES)]
+        areas, noises = [], []
+        for count in COUNTS:
+            # All at once: a single 3 x 3 matrix takes as long as all of them.
+            near = [self._nearest(place, count) for place in places]
+            if not near or len(near[0]) < 2:
+                break
+            area, noise, flat = of_neighbours(np.stack(near))
+            done = flat | (len(near[0]) < count) | (count == COUNTS[-1])
+            areas.append(area[done])
+            noises.append(noise[done])
+            places = [place for place, end in zip(places, done, strict=True) if not end]
+        return larger(np.concatenate(areas), np.concatenate(noises)) if areas else None
 
     def outcrop_normal(self, points: Array) -> Array | None:
         from scipy.spatial import cKDTree

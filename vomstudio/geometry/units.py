@@ -3,11 +3,53 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from vomstudio.words import tr
 
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048, "us-ft": 1200 / 3937}
 """By the name of a unit of length as users type it."""
+
+
+@dataclass(frozen=True)
+class Axes:
+    """What is known of the axes in which coordinates are written. All files and labels take from
+    here what they say of axes and units.
+
+    metric : the unit is the metre, else it is the model's own, of unknown length
+    north : y is North and z Up, else no direction is known
+    """
+
+    metric: bool = True
+    north: bool = True
+
+    @property
+    def unit(self) -> str:
+        """The unit of coordinates and lengths, for the heads of files, in English."""
+        return "metres" if self.metric else "model units"
+
+    @property
+    def in_words(self) -> str:
+        """For the heads of files, in English."""
+        if self.metric and self.north:
+            return "x East, y North, z Up, metres"
+        return f"x, y, z of a local frame without north, in {self.unit}"
+
+    @property
+    def wkt(self) -> str:
+        """An engineering CRS for a frame without a place on Earth. GIS programs would read a file
+        without one as East and North."""
+        unit = 'UNIT["metre",1]' if self.metric else 'UNIT["unknown",1]'
+        if self.metric and self.north:
+            name, axes = "Local frame", 'AXIS["Easting",EAST],AXIS["Northing",NORTH]'
+        else:
+            name, axes = "Model frame without north", 'AXIS["X",OTHER],AXIS["Y",OTHER]'
+        name += ", metres" if self.metric else ", model units"
+        return f'LOCAL_CS["{name}",LOCAL_DATUM["Model",32767],{unit},{axes}]'
+
+
+WORLD = Axes()
+UNPLACED = Axes(metric=False, north=False)
 
 NOTHING_M = 1e-7
 """A length below this is rounding, not measurement."""

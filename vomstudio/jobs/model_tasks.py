@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.jobs.job import Job, Lane, Nothing
 from vomstudio.progress import Progress
 
@@ -173,6 +174,7 @@ class ModelExport:
     to_world: Matrix
     crs: str | None
     out: Path
+    axes: Axes = WORLD
 
 
 @dataclass(frozen=True)
@@ -214,6 +216,7 @@ def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
         force=True,
         inputs=[asked.path, *companions(asked.path)],
         progress=progress,
+        axes=asked.axes,
     )
     return ExportedModel(tuple(warnings))
 

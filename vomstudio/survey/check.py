@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.progress import Progress, Silent
 from vomstudio.survey import picture_checks, station_checks
 from vomstudio.survey.camera_positions import metres_from_gps
@@ -22,12 +23,11 @@ from vomstudio.survey.check_results import (
     SurveyReport,
     advice_for,
     by_severity,
-    length,
     named,
     verdict_of,
 )
 from vomstudio.survey.overlap import compare_photos, features_of, optical_axes
-from vomstudio.survey.photo_limits import ground_sampling_distance, smallest_plane
+from vomstudio.survey.photo_limits import ground_sampling_distance, length, planes_in_words
 from vomstudio.survey.photo_quality import measure_quality
 from vomstudio.words import tr, tr_n
 
@@ -88,6 +88,7 @@ def report(
     findings = list(by_severity(findings))
     known = [value for value in gsd if value is not None]
     middle = float(np.median(known)) if known else None
+    planes = None if middle is None else PlaneSizes.of_pixels(middle)
     figures = tuple(
         PhotoFigures(
             photo.name,
@@ -105,8 +106,9 @@ def report(
         tuple(findings),
         verdict_of(findings, middle, hint=_hint(photos)),
         middle,
-        None if middle is None else smallest_plane(middle),
+        None if planes is None else planes.textbook,
         advice_for(findings),
+        () if planes is None else planes.curve(),
     )
 
 
@@ -130,12 +132,8 @@ def _hint(photos: Sequence[Photo]) -> str:
     if not focal:
         return tr("The pixel size is unknown, since neither focal length nor distance is known.")
     per_10_m = 10.0 / float(np.median(focal))
-    return tr(
-        "At 10 m from the rock one pixel would cover {pixel}, and planes down to about {plane} "
-        "across could be measured (1000 pixels).",
-        pixel=length(per_10_m),
-        plane=length(smallest_plane(per_10_m)),
-    )
+    pixel = tr("At 10 m from the rock one pixel would cover {pixel}.", pixel=length(per_10_m))
+    return f"{pixel} {planes_in_words(PlaneSizes.of_pixels(per_10_m))}"
 
 
 def _of_the_folder(folder: PhotoFolder, seen: SurveyMeasurements, limits: Limits) -> list[Finding]:

@@ -24,6 +24,8 @@ class Limits:
     stops : of brightness in the pictures; light_stops : of the exposure that the light asked for
     gsd_ratio : an order of magnitude (3.2.1)
     rotation_deg : 95 % error of an orientation by GPS that the user should hear of
+    registration_deg : 95 % error of a model's rotation that is no longer small beside the 5 degrees
+        up to which a plane is good
     straight : width over length of camera positions that counts as one line
     resampled : see photo_quality.interpolation_period; enlarged_px : blur that confirms it
     """
@@ -45,6 +47,7 @@ class Limits:
     burnt: float = 0.6
     gsd_ratio: float = 10.0
     rotation_deg: float = 5.0
+    registration_deg: float = 2.0
     straight: float = 0.05
     resampled: float = 25.0
     enlarged_px: float = 1.25

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
+from vomstudio.survey.photo_limits import length, planes_in_words
 from vomstudio.words import to_translate, tr
 
 Severity = Literal["info", "warning", "error"]
@@ -60,7 +62,9 @@ class PhotoFigures:
 
 @dataclass(frozen=True)
 class SurveyReport:
-    """stage : "before" or "after" the alignment; next_time : what to shoot, the gravest first"""
+    """stage : "before" or "after" the alignment; next_time : what to shoot, the gravest first
+    smallest_plane_m : the textbook's limit for a plane worth measuring, 100 times the resolution
+    planes : the expected error of planes against their size, empty where no pixel size is known"""
 
     stage: str
     photos: tuple[PhotoFigures, ...]
@@ -69,6 +73,7 @@ class SurveyReport:
     gsd_m: float | None = None
     smallest_plane_m: float | None = None
     next_time: tuple[str, ...] = field(default=())
+    planes: tuple[PlaneError, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         return {
@@ -78,6 +83,7 @@ class SurveyReport:
             "verdict": self.verdict,
             "gsd_m": self.gsd_m,
             "smallest_plane_m": self.smallest_plane_m,
+            "planes": [plane.as_dict() for plane in self.planes],
             "next_time": list(self.next_time),
         }
 
@@ -131,6 +137,9 @@ ADVICE = {
     "gps-equal": to_translate(
         "Lay out control points or a scale bar: these positions cannot register a model."
     ),
+    "rotation": to_translate(
+        "Lay out at least four control points, spread over the whole outcrop and not in one line."
+    ),
     "gps-noise": to_translate(
         "Lay out at least four control points: these positions cannot orient the model."
     ),
@@ -150,14 +159,18 @@ def advice_for(findings: Sequence[Finding]) -> tuple[str, ...]:
 
 
 def verdict_of(
-    findings: Sequence[Finding], gsd_m: float | None, unit: str = "m", *, hint: str = ""
+    findings: Sequence[Finding],
+    gsd_m: float | None,
+    unit: str = "m",
+    *,
+    planes: PlaneSizes | None = None,
+    hint: str = "",
 ) -> str:
-    """One or two sentences for a geologist.
+    """Two or three sentences for a geologist.
 
     gsd_m : median pixel size on the rock in `unit`, None where unknown; then `hint` follows
+    planes : of the model, where there is one; None: what photos of this pixel size let expect
     """
-    from vomstudio.survey.photo_limits import smallest_plane
-
     errors = [f for f in findings if f.severity == "error"]
     warnings = [f for f in findings if f.severity == "warning"]
     grave = [*errors, *warnings]
@@ -172,15 +185,13 @@ def verdict_of(
         first = tr("These photos can give a model, with reservations: {reasons}.", reasons=reasons)
     else:
         first = tr("These photos should give a sound model.")
-    if gsd_m is not None:
-        second = tr(
-            "One pixel covers {pixel}, so that planes down to about {plane} across can be measured "
-            "(1000 pixels).",
-            pixel=length(gsd_m, unit),
-            plane=length(smallest_plane(gsd_m), unit),
-        )
-    else:
-        second = hint
+    second = hint
+    if planes is not None:
+        second = tr("The model resolves {size}.", size=length(planes.resolution, unit))
+        second += " " + planes_in_words(planes, unit, by_pixels=False)
+    elif gsd_m is not None:
+        second = tr("One pixel covers {pixel}.", pixel=length(gsd_m, unit))
+        second += " " + planes_in_words(PlaneSizes.of_pixels(gsd_m), unit)
     return f"{first} {second}" if second else first
 
 
@@ -207,19 +218,10 @@ _SHORT = {
     "gps-equal": to_translate("unusable GPS positions"),
     "gps-noise": to_translate("GPS too inaccurate for the scene"),
     "unregistered": to_translate("photos without a pose"),
+    "rotation": to_translate("an uncertain orientation"),
     "weak-photos": to_translate("weakly connected photos"),
     "high-error": to_translate("large residuals"),
 }
-
-
-def length(value: float, unit: str = "m") -> str:
-    """A length as people say it: `3.2 mm`, `1.8 m`; figures of a local frame keep their unit."""
-    if unit != "m":
-        return f"{value:.3g} {unit}"
-    for factor, name in ((1e3, "mm"), (1e2, "cm"), (1.0, "m")):
-        if value * factor < 100 or name == "m":
-            return f"{value * factor:.2g} {name}" if value * factor < 100 else f"{value:.0f} m"
-    return f"{value:g} m"
 
 
 def named(names: Sequence[str]) -> str:

@@ -1,13 +1,17 @@
-"""Resolution of a photo survey: pixel size on the rock and the smallest plane it resolves."""
+"""Resolution of a photo survey: pixel size on the rock, and how well it tells planes of a size."""
 
 from __future__ import annotations
 
-from vomstudio.errors import UsageError
-from vomstudio.words import tr
+from typing import Any
 
-# A cloud resolves about 10 pixels (textbook 3.2.1), and a plane should span 100 times the
-# resolution (4.1.3).
-PIXELS_PER_SMALLEST_PLANE = 1000.0
+from vomstudio.errors import UsageError
+from vomstudio.geometry.plane_sizes import (
+    PIXELS_PER_RESOLUTION,
+    TEXTBOOK_RESOLUTIONS,
+    WANTED_DEG,
+    PlaneSizes,
+)
+from vomstudio.words import tr
 
 
 def ground_sampling_distance(
@@ -33,11 +37,68 @@ def ground_sampling_distance(
     return sensor_width_mm * distance_m / (focal_length_mm * image_width_px)
 
 
-def smallest_plane(gsd_m: float) -> float:
-    """Extent in metres of the smallest plane worth measuring on a model of this resolution."""
-    return PIXELS_PER_SMALLEST_PLANE * gsd_m
-
-
 def gsd_for_plane(extent_m: float) -> float:
-    """Pixel size in metres on the rock with which a plane of this extent can just be measured."""
-    return extent_m / PIXELS_PER_SMALLEST_PLANE
+    """Pixel size in metres on the rock with which a plane of this extent reaches the textbook's
+    limit of 1000 pixels."""
+    return extent_m / (PIXELS_PER_RESOLUTION * TEXTBOOK_RESOLUTIONS)
+
+
+def length(value: float, unit: str = "m") -> str:
+    """A length as people say it: `3.2 mm`, `1.8 m`; figures of a local frame keep their unit."""
+    if unit != "m":
+        return f"{value:.3g} {unit}"
+    for factor, name in ((1e3, "mm"), (1e2, "cm"), (1.0, "m")):
+        if value * factor < 100 or name == "m":
+            return f"{value * factor:.2g} {name}" if value * factor < 100 else f"{value:.0f} m"
+    return f"{value:g} m"
+
+
+def planes_in_words(planes: PlaneSizes, unit: str = "m", *, by_pixels: bool = True) -> str:
+    """How well the direction of planes is known, in one sentence: of the smallest for which the
+    verdict is good, and of the textbook's limit.
+
+    by_pixels : whether the resolution is that of photos, else it is that of a model
+    """
+    smallest = planes.size_for(WANTED_DEG)
+    if smallest is None:
+        return tr(
+            "No plane can be expected within {wanted:g}°, since the registration may be off by "
+            "{off:.1f}° (95 %).",
+            wanted=WANTED_DEG,
+            off=planes.registration_deg,
+        )
+    values: dict[str, Any] = {
+        "small": length(smallest, unit),
+        "within": f"{planes.error_deg(smallest):.1f}",
+        "large": length(planes.textbook, unit),
+        "better": f"{planes.error_deg(planes.textbook):.1f}",
+    }
+    if by_pixels:
+        return tr(
+            "Planes {small} across can be expected within {within}°, those {large} across, the "
+            "textbook's limit of 1000 pixels, within {better}° (95 %).",
+            **values,
+        )
+    return tr(
+        "Planes {small} across can be expected within {within}°, those {large} across, the "
+        "textbook's limit of 100 times the resolution, within {better}° (95 %).",
+        **values,
+    )
+
+
+def planes_in_short(planes: PlaneSizes, unit: str = "m") -> str:
+    """The same for a line of a table, for the resolution of photos."""
+    large = tr(
+        "{large} (1000 px) ± {better:.1f}°",
+        large=length(planes.textbook, unit),
+        better=planes.error_deg(planes.textbook),
+    )
+    smallest = planes.size_for(WANTED_DEG)
+    if smallest is None:
+        return large
+    small = tr(
+        "{small} ± {within:.1f}°",
+        small=length(smallest, unit),
+        within=planes.error_deg(smallest),
+    )
+    return f"{small}, {large}"

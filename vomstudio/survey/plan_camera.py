@@ -14,7 +14,7 @@ from vomstudio.words import tr
 @dataclass(frozen=True)
 class PlanCamera:
     """Sensor and picture in landscape format; focal_mm of the lens itself, not its 35 mm
-    equivalent."""
+    equivalent; f_number of an aperture that cannot be set, else None."""
 
     name: str
     sensor_width_mm: float
@@ -22,6 +22,7 @@ class PlanCamera:
     focal_mm: float
     width_px: int
     height_px: int
+    f_number: float | None = None
 
     @property
     def pixel_pitch_mm(self) -> float:
@@ -72,7 +73,13 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
             field="--focal",
         )
     return PlanCamera(
-        model.label, model.width_mm, model.height_mm, focal, model.width_px, model.height_px
+        model.label,
+        model.width_mm,
+        model.height_mm,
+        focal,
+        model.width_px,
+        model.height_px,
+        model.f_number,
     )
 
 
@@ -85,6 +92,7 @@ def _is_file(words: str) -> bool:
 
 
 def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
+    from vomstudio.io.photos.camera_table import find_camera
     from vomstudio.io.photos.reading import read_photo
 
     photo = read_photo(path)
@@ -102,6 +110,7 @@ def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
             file=path,
             field="--camera",
         )
+    known = find_camera(photo.camera)
     return PlanCamera(
         photo.camera or Path(path).name,
         sensor,
@@ -109,6 +118,7 @@ def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
         focal,
         long_side,
         short_side,
+        None if known is None else known.f_number,
     )
 
 

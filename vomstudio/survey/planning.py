@@ -16,8 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import UsageError
+from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.reprs import Shown
-from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane, smallest_plane
+from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane
 from vomstudio.survey.plan_camera import PlanCamera
 from vomstudio.words import tr, tr_n
 
@@ -30,6 +31,7 @@ OBLIQUE_DEG = 30.0
 degrees plunging at a cliff, zenithal and 60 degrees plunging over flat ground (3.2.1)."""
 LEAST_OVERLAP, MOST_OVERLAP = 0.6, 0.95
 WANTED_VIEWS = 4
+_USUAL_F_NUMBER = 8.0
 _BLUR_PIXELS = 2.0
 _REACH_M = 2.5
 _TARGET_PIXELS = 20.0
@@ -118,8 +120,13 @@ class SurveyPlan(Shown):
 
     @property
     def smallest_plane_m(self) -> float:
-        """Extent of the smallest plane that can be measured."""
-        return smallest_plane(self.gsd_m)
+        """The textbook's limit for a plane worth measuring: 1000 pixels."""
+        return self.planes.textbook
+
+    @property
+    def planes(self) -> PlaneSizes:
+        """How well planes will be known against their size, without an error of registration."""
+        return PlaneSizes.of_pixels(self.gsd_m)
 
     @property
     def photos(self) -> int:
@@ -142,6 +149,7 @@ class SurveyPlan(Shown):
             "spacing_m": list(self.spacing_m),
             "photos": self.photos,
             "smallest_plane_m": self.smallest_plane_m,
+            "planes": [plane.as_dict() for plane in self.planes.curve()],
             "depth_of_field_m": list(self.depth_of_field_m),
             "distance_m": self.distance_m,
             "overlap": self.overlap,
@@ -197,11 +205,13 @@ def plan_survey(
     plane_m: float | None = None,
     overlap: float = 0.7,
     manner: Manner = "handheld",
-    f_number: float = 8.0,
+    f_number: float | None = None,
 ) -> SurveyPlan:
     """Stations, control points and figures of a survey.
 
     width_m, height_m : of the outcrop (or of the ground, for manner "terrain").
+
+    f_number : of the aperture, None: 8; a camera whose aperture cannot be set keeps its own
 
     One of `distance_m`, `gsd_m` (the wanted size of a pixel) and `plane_m` (across the smallest
     plane to be measured) must be given. With several, the distance counts, and a warning tells
@@ -219,6 +229,8 @@ def plan_survey(
         },
     )
     warnings: list[str] = []
+    aperture, kept = _aperture(camera, f_number)
+    warnings += kept
     distance_m, gsd, too_far = _distance(camera, distance_m, gsd_m, plane_m)
     warnings += too_far
     footprint = gsd * camera.width_px, gsd * camera.height_px
@@ -236,7 +248,7 @@ def plan_survey(
         camera, distance_m, width_m, height_m, footprint, spacing, manner
     )
     sharp = depth_of_field(
-        camera.focal_mm, f_number, distance_m, _BLUR_PIXELS * camera.pixel_pitch_mm
+        camera.focal_mm, aperture, distance_m, _BLUR_PIXELS * camera.pixel_pitch_mm
     )
     warnings += _warnings(manner, stations, distance_m, width_m, height_m, footprint, least)
     return SurveyPlan(
@@ -249,7 +261,7 @@ def plan_survey(
         gsd,
         footprint,
         spacing,
-        f_number,
+        aperture,
         sharp,
         stations,
         _control_points(width_m, height_m),
@@ -257,6 +269,20 @@ def plan_survey(
         middle,
         tuple(warnings),
     )
+
+
+def _aperture(camera: PlanCamera, f_number: float | None) -> tuple[float, list[str]]:
+    """The f-number that counts, and a warning where another was asked for."""
+    if camera.f_number is None:
+        return _USUAL_F_NUMBER if f_number is None else f_number, []
+    if f_number in (None, camera.f_number):
+        return camera.f_number, []
+    said = tr(
+        "The aperture of the {camera} cannot be set: f/{own:g} is used.",
+        camera=camera.name,
+        own=camera.f_number,
+    )
+    return camera.f_number, [said]
 
 
 def _distance(

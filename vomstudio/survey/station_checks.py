@@ -16,8 +16,9 @@ from vomstudio.survey.camera_positions import (
     straightness,
 )
 from vomstudio.survey.check_limits import Limits, SurveyMeasurements
-from vomstudio.survey.check_results import Finding, length, named
+from vomstudio.survey.check_results import Finding, named
 from vomstudio.survey.overlap import FEWEST_MATCHES, SetOverlap
+from vomstudio.survey.photo_limits import length
 from vomstudio.words import tr
 
 if TYPE_CHECKING:

@@ -20,6 +20,7 @@ from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.measurement import Measurement, of_fit
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.version import __version__
 
 if TYPE_CHECKING:
@@ -37,8 +38,8 @@ NOTATION = (
     "right-hand rule (dip direction - 90); pole = downward normal; normal = upward"
 )
 UNITS = (
-    "x east, y north, z up, extent, rms and resolution in metres, area in square metres; lambda1 "
-    "to 3 sum to 1; confidence95 = semi-axes of the joint 95 % region; empty = not applicable"
+    "{axes}; extent, rms and resolution in {unit}, area in square {unit}; lambda1 to 3 sum to 1; "
+    "confidence95 = semi-axes of the joint 95 % region; empty = not applicable"
 )
 
 
@@ -105,12 +106,13 @@ def write_orientation_csv(
     crs: str | None = None,
     north: str | None = None,
     notes: Sequence[str] = (),
+    axes: Axes = WORLD,
     force: bool = False,
 ) -> None:
     """Write rows as UTF-8 CSV, whole or not at all.
 
     crs: of x, y, z ("EPSG:32615"), None where none was declared. north: what azimuths count from.
-    notes: further lines for the `#` block. Raises `TargetError`.
+    notes: further lines for the `#` block. axes: what is known of x, y, z. Raises `TargetError`.
     """
     if north is None:
         north = "y axis of the coordinates as given" if crs is None else f"grid north of {crs}"
@@ -119,7 +121,7 @@ def write_orientation_csv(
         f"CRS: {crs or 'none declared, coordinates as given'}",
         f"north: {north}",
         f"notation: {NOTATION}",
-        f"units: {UNITS}",
+        f"units: {UNITS.format(axes=axes.in_words, unit=axes.unit)}",
         *notes,
     ]
     lines = [f"# {' '.join(text.split())}" for text in head]

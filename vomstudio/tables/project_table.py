@@ -14,6 +14,7 @@ from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.reading_comparison import nearest_picks
 from vomstudio.document.records import Feature, Model, OnAModel, Record, get
 from vomstudio.document.records.frames import crs_label
+from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.tables.orientation_table import Row, row_of
 from vomstudio.words import tr
 
@@ -34,6 +35,8 @@ class ProjectTable:
     """What an export has written."""
     unit_m: float = 1.0
     """Metres in a unit of `crs`; the rows are in metres whatever it is."""
+    axes: Axes = WORLD
+    """What is known of x, y, z and lengths of all rows."""
 
 
 def project_table(
@@ -56,7 +59,8 @@ def project_table(
         else:
             rows.append(row)
     crs, north, unit_m = _frame(records, features)
-    return ProjectTable(rows, skipped, crs, north, unit_m=unit_m)
+    axes = _axes(records, features)
+    return ProjectTable(rows, skipped, crs, north, unit_m=unit_m, axes=axes)
 
 
 def feature_row(subject: Subject) -> Row | None:
@@ -69,6 +73,13 @@ def feature_row(subject: Subject) -> Row | None:
     said = [subject.feature.notes, *kind.remarks(subject)]
     row["notes"] = "; ".join(filter(None, said)) or None
     return row
+
+
+def _axes(records: Mapping[str, Record], features: list[Feature]) -> Axes:
+    """What is known of the axes of every model that was measured on."""
+    models = [get(records, f.model_id, Model) for f in features if isinstance(f, OnAModel)]
+    axes = [model.frame.axes for model in models if model is not None]
+    return Axes(all(a.metric for a in axes), all(a.north for a in axes))
 
 
 def _frame(records: Mapping[str, Record], features: list[Feature]) -> tuple[str | None, str, float]:

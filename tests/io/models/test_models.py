@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.opening import describe, read_model, resolution
+from vomstudio.io.models.opening import describe, point_spacing, read_model, resolution
 
 OFFSET = np.array([5e5, 5e6, 0.0])
 
@@ -54,11 +54,11 @@ def test_resolution_of_a_grid_of_points_is_its_spacing(side: int) -> None:
     x, y = np.meshgrid(np.arange(side) * 0.05, np.arange(side) * 0.05)
     points = np.stack([x, y, 0 * x], -1).reshape(-1, 3) + OFFSET
     order = np.random.default_rng(2).permutation(len(points))
-    assert resolution(PointCloud(points[order])) == pytest.approx(0.05, rel=1e-4)
+    assert resolution(PointCloud(points[order])) == pytest.approx(0.05, rel=0.05)
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_resolution_of_few_points_is_what_a_tree_says_to_the_bit(seed: int) -> None:
+def test_the_spacing_of_few_points_is_what_a_tree_says_to_the_bit(seed: int) -> None:
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(int(rng.integers(2, 300)), 3)) * 10.0 ** rng.uniform(-3, 6)
     points = np.round(points, 1) if seed % 3 == 0 else points
@@ -67,21 +67,22 @@ def test_resolution_of_few_points_is_what_a_tree_says_to_the_bit(seed: int) -> N
     # Itself, and with it those that stand at the same place.
     near = np.sort(cKDTree(local).query(local, k=len(local))[0][:, :4], axis=1)
     nearest = [row[row > 0][0] for row in near if (row > 0).any()]
-    found = resolution(PointCloud(points))
+    found = point_spacing(PointCloud(points))
     assert found == np.mean(nearest) if nearest else np.isnan(found)
 
 
 def test_resolution_of_random_points_is_that_of_a_poisson_process() -> None:
-    # Mean nearest neighbour in a plane: 1 / (2 sqrt(density)) (Clark & Evans 1954).
     rng = np.random.default_rng(8)
     points = np.column_stack([rng.random((600_000, 2)) * 100, np.zeros(600_000)])
-    assert resolution(PointCloud(points)) == pytest.approx(0.5 / np.sqrt(60.0), rel=0.03)
+    assert resolution(PointCloud(points)) == pytest.approx(1.0 / np.sqrt(60.0), rel=0.05)
+    # Mean nearest neighbour in a plane: 1 / (2 sqrt(density)) (Clark & Evans 1954).
+    assert point_spacing(PointCloud(points)) == pytest.approx(0.5 / np.sqrt(60.0), rel=0.03)
 
 
 def test_points_that_stand_twice_do_not_make_a_model_finer() -> None:
     x, y = np.meshgrid(np.arange(20.0), np.arange(20.0))
     points = np.stack([x, y, 0 * x], -1).reshape(-1, 3)
-    assert resolution(PointCloud(np.repeat(points, 2, axis=0))) == pytest.approx(1.0)
+    assert resolution(PointCloud(np.repeat(points, 2, axis=0))) == pytest.approx(1.0, rel=0.08)
     assert np.isnan(resolution(PointCloud(points[:1])))
     assert np.isnan(resolution(PointCloud(np.zeros((300_000, 3)))))
 

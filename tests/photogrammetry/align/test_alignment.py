@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sqlite3
 from dataclasses import replace
 from pathlib import Path
@@ -13,8 +14,9 @@ from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
-from vomstudio.photogrammetry.align.mapping import residuals
+from vomstudio.photogrammetry.align.mapping import _largest_first, residuals, scene_of
 from vomstudio.photogrammetry.align.match_database import matches_of_pair
+from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.progress import Silent
 from vomstudio.registration.similarity import fit_similarity
 
@@ -162,6 +164,27 @@ def test_parts_without_connection_are_all_kept_the_larger_first(tmp_path: Path) 
     assert np.median(camera_errors(alignment, two, 0)) < 0.01
     assert np.median(camera_errors(alignment, one, 1)) < 0.01
     assert any("2 disconnected components (8, 5 photos)" in note for note in alignment.notes)
+
+
+def test_a_photo_that_two_components_share_belongs_to_the_larger_alone(
+    arc: tuple[Made, Alignment, Path],
+) -> None:
+    made, _, work = arc
+
+    def component(*rows: int) -> object:
+        """COLMAP's, of these photos of the arc, as its mapper gives components that overlap."""
+        found = colmap().Reconstruction(work / "part0" / "colmap")
+        for image in set(found.reg_image_ids()) - {row + 1 for row in rows}:
+            found.deregister_frame(found.image(image).frame_id)
+        return found
+
+    overlapping = {0: component(0, 1, 2), 1: component(2, 3, 4, 5, 6, 7), 2: component(2, 3, 0)}
+    parts = [scene_of(part, made.photos, made.features) for part in _largest_first(overlapping)]
+    names = [[view.name for view in part.views] for part in parts]
+    assert [len(part) for part in names] == [6, 2]
+    assert sorted(itertools.chain(*names)) == sorted(photo.name for photo in made.photos)
+    # What is left are observations of the photos that are left, at points that two of them see.
+    assert all(part.track_lengths.min() >= 2 for part in parts)
 
 
 def test_photos_that_cannot_be_used_are_named_with_a_reason(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from tests.photogrammetry.surface.wall_maker import rotation_to
 from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.photogrammetry.align.scene_check import (
     check_scene,
     face_normal,
@@ -79,6 +80,25 @@ def test_a_good_alignment_is_left_in_peace() -> None:
     assert report.smallest_plane_m == pytest.approx(10, rel=0.03)
 
 
+def test_a_registration_that_is_off_by_seven_degrees_is_no_sound_model() -> None:
+    report = check_scene(scene(good_views()), planes=PlaneSizes(0.02, 0.005, 7.0))
+    assert grave(report) == {"rotation"}
+    assert "sound model" not in report.verdict
+    assert "an uncertain orientation" in report.verdict
+    assert "No plane can be expected within 5°" in report.verdict
+    assert report.next_time[0].startswith("Lay out at least four control points")
+
+
+def test_what_can_be_told_of_planes_rests_on_the_model_not_on_the_pixels() -> None:
+    """8 m over 800 px are 1 cm, but the model resolves 30 mm."""
+    report = check_scene(scene(good_views()), planes=PlaneSizes(0.03, 0.005))
+    assert report.gsd_m == pytest.approx(0.01, rel=0.03)
+    assert report.smallest_plane_m == pytest.approx(3.0)
+    assert "The model resolves 30 mm." in report.verdict
+    assert "1000 pixels" not in report.verdict
+    assert grave(report) == set()
+
+
 def test_figures_are_those_of_the_cameras() -> None:
     views = [view("a", (0, 4, 8), (0, 4, 0)), view("b", (2, 4, 8), (2, 4, 0)),
              view("c", (0, 4, 16), (0, 4, 0)), view("d", (4.62, 4, 8), (0, 4, 0))]  # fmt: skip
@@ -92,6 +112,8 @@ def test_figures_are_those_of_the_cameras() -> None:
     normal = face_normal(made)
     assert normal == pytest.approx([0, 0, 1], abs=0.01)
     assert obliquity_deg(made, normal) == pytest.approx([0, 0, 0, 30], abs=0.6)
+    # The same photos from behind are as oblique: their side is the one on which they stand.
+    assert obliquity_deg(made, -normal) == pytest.approx([0, 0, 0, 30], abs=0.6)
     assert 2 <= mean_views(made).min() <= mean_views(made).max() <= 4
     assert places_seen(made).min() >= 2
 

@@ -70,14 +70,6 @@ def test_faces_are_counter_clockwise_from_the_air(base):
     assert length[cross[:, 1] > 0.3 * length].sum() < 0.002 * length.sum()
 
 
-def test_normals_that_all_point_into_the_rock_are_turned_to_the_cameras():
-    cloud = patch()
-    inward = PointCloud(cloud.points, cloud.colors, -cloud.normals)
-    made = build_surface(inward, OPTIONS, centres=[[0, -5.0, 0]])
-    assert cross_products(made.mesh.vertices, made.mesh.faces)[:, 1].sum() < 0
-    assert any("reversed" in text for text in made.warnings)
-
-
 def test_a_step_stays_sharp_and_the_surface_on_the_points():
     cloud = patch(noise=0.002)
     sharp = build_surface(cloud, OPTIONS).mesh

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.document.records.basics import Matrix
+from vomstudio.geometry.units import Axes
 from vomstudio.words import tr
 
 FrameKind = Literal["crs", "local", "scaled", "undeclared"]
@@ -36,6 +37,11 @@ class Frame:
     @property
     def has_metres(self) -> bool:
         return self.kind != "undeclared"
+
+    @property
+    def axes(self) -> Axes:
+        """What files and labels say of World's axes."""
+        return Axes(self.has_metres, self.has_north)
 
     def to_world(self) -> Matrix:
         """4x4 similarity from the file frame to World (x East, y North, z Up, metres)."""

@@ -23,14 +23,20 @@ from vomstudio.words import tr
 BLOCK = 512
 """Side of the blocks inside the files, pixels."""
 
-VIEW_PLANE_CRS = 'LOCAL_CS["VOM Studio view plane",UNIT["metre",1]]'
-"""Metres of a picture's own plane: x right, y up. Engineering, so that no GIS puts it on a map."""
+_VIEW_PLANE = 'LOCAL_CS["VOM Studio view plane",UNIT["metre",1]]'
+_UNSCALED_PLANE = 'LOCAL_CS["VOM Studio view plane, model units",UNIT["unknown",1]]'
 
 _BANDS = {"f": "F", "i": "I", "u": "I"}
 
 Affine = tuple[float, float, float, float, float, float]
 """(a, b, c, d, e, f): x = a column + b row + c, y = d column + e row + f; the outer corner of the
 top left pixel is (c, f)."""
+
+
+def view_plane_crs(metric: bool) -> str:
+    """A picture's own plane: x right, y up, in metres or in units of the model. Engineering, so
+    that no GIS puts it on a map."""
+    return _VIEW_PLANE if metric else _UNSCALED_PLANE
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ from vomstudio.io.models.reader import LoadedModel
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
-VERSION = 4
+VERSION = 5
 META = "meta.json"
 _BESIDE = {"offset_mtime_ns": offset_path, "prj_mtime_ns": sidecar_path}
 """Files beside a model that move, or scale, what is read from it."""

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.resolution import FewPoints, effective_resolution
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import (
     UNKNOWN,
@@ -34,6 +35,7 @@ from vomstudio.words import tr
 HASH_BLOCK_BYTES = 4 * 1024 * 1024
 SAMPLED_FACES = 200_000
 SAMPLED_POINTS = 20_000
+SAMPLED_PLACES = 1_000
 WINDOWS = 16
 FEW_POINTS = 300
 
@@ -120,12 +122,22 @@ class _Hasher(threading.Thread):
 
 
 def resolution(data: Mesh | PointCloud) -> float:
-    """Mean spacing in units of the file: of a mesh the mean edge length, of a cloud the mean
-    distance from a point to its nearest neighbour (points that stand twice not counted).
+    """Effective resolution in units of the file: of a mesh the mean edge length, of a cloud the
+    larger of mean spacing and noise, see `geometry.resolution` (points that stand twice count
+    once).
 
     Of big models a sample is taken: every k-th face; all points within windows around points spread
-    over the file. NaN where there is no spacing (one point).
+    over the file. NaN where there is none (one point).
     """
+    if not isinstance(data, Mesh):
+        return _of_cloud(data.points)
+    return point_spacing(data)
+
+
+def point_spacing(data: Mesh | PointCloud) -> float:
+    """How far drawn points must reach to meet: of a mesh the mean edge length, of a cloud the mean
+    distance from a point to its nearest neighbour, in units of the file; NaN where there is
+    none."""
     if isinstance(data, Mesh):
         step = max(1, len(data.faces) // SAMPLED_FACES)
         corners = data.vertices[data.faces[::step]]
@@ -146,11 +158,7 @@ def _point_spacing(points: npt.NDArray[np.float64]) -> float:
     if n <= 10 * SAMPLED_POINTS:
         local = points - points[0]
         return _mean_nearest(cKDTree(local), local[:: max(1, n // SAMPLED_POINTS)])
-    # The spacing of a thinned cloud tells how large a window holds some hundred points of the full
-    # one (points lie on a surface, so spacing goes with the root of their number).
-    step = n // SAMPLED_POINTS
-    thin = np.ascontiguousarray(points[::step]) - points[0]
-    rough = _mean_nearest(cKDTree(thin), thin) / np.sqrt(step)
+    rough = _rough_spacing(points)
     if not np.isfinite(rough) or rough <= 0:
         return float("nan")
     half = 15.0 * rough
@@ -170,6 +178,50 @@ def _point_spacing(points: npt.NDArray[np.float64]) -> float:
     distances = np.concatenate(found) if found else np.empty(0)
     distances = distances[np.isfinite(distances)]
     return float(distances.mean()) if len(distances) else float(rough)
+
+
+def _rough_spacing(points: npt.NDArray[np.float64]) -> float:
+    """By a thinned cloud: points lie on a surface, so spacing goes with the root of their
+    number."""
+    from scipy.spatial import cKDTree
+
+    step = len(points) // SAMPLED_POINTS
+    thin = np.ascontiguousarray(points[::step]) - points[0]
+    return float(_mean_nearest(cKDTree(thin), thin) / np.sqrt(step))
+
+
+def _of_cloud(points: npt.NDArray[np.float64]) -> float:
+    n = len(points)
+    if n < 2:
+        return float("nan")
+    if n <= FEW_POINTS:
+        local = points - points[0]
+        found = effective_resolution(local, FewPoints(local), local)
+        return float("nan") if found is None else found
+    from scipy.spatial import cKDTree
+
+    if n <= 10 * SAMPLED_POINTS:
+        local = points - points[0]
+        found = effective_resolution(local, cKDTree(local), local[:: max(1, n // SAMPLED_PLACES)])
+        return float("nan") if found is None else found
+    spacing = _rough_spacing(points)
+    if not np.isfinite(spacing) or spacing <= 0:
+        return float("nan")
+    # Some thousand points, of which the inner ones have all their neighbours there.
+    half = 30.0 * spacing
+    found_there = []
+    x = np.ascontiguousarray(points[:, 0])
+    for row in np.linspace(0, n - 1, WINDOWS).astype(np.int64):
+        centre = points[row]
+        near = np.flatnonzero((x >= centre[0] - half) & (x <= centre[0] + half))
+        local = points[near] - centre
+        local = local[(np.abs(local[:, 1:]) <= half).all(axis=1)]
+        inner = local[(np.abs(local) <= 0.4 * half).all(axis=1)]
+        inner = inner[:: max(1, len(inner) // (SAMPLED_PLACES // WINDOWS))]
+        one = effective_resolution(local, cKDTree(local), inner) if len(local) > 1 else None
+        if one is not None:
+            found_there.append(one)
+    return float(np.median(found_there)) if found_there else float(spacing)
 
 
 def _mean_nearest(tree: object, queries: npt.NDArray[np.float64]) -> float:

@@ -8,14 +8,18 @@ from pathlib import Path
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.progress import Progress
 
 
 @dataclass(frozen=True)
 class Outgoing:
-    """What is to be written. data : in World (x East, y North, z Up, metres); crs : "EPSG:n", WKT,
-    or None; force : whether files that are there may be replaced, save `inputs`, which the model
-    was read from."""
+    """What is to be written.
+
+    data : in World, of whose x, y and z is known what `axes` says; crs : "EPSG:n", WKT, or None
+    force : whether files that are there may be replaced, save `inputs`, which the model was read
+        from
+    """
 
     data: Mesh | PointCloud
     crs: str | None
@@ -23,6 +27,7 @@ class Outgoing:
     force: bool
     progress: Progress
     inputs: tuple[Path, ...] = ()
+    axes: Axes = WORLD
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from vomstudio.errors import UsageError
 from vomstudio.files.atomic import check_target
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.plugins import Found, find_plugins
 from vomstudio.progress import Progress, Silent
@@ -58,8 +59,11 @@ def write_model(
     force: bool = False,
     inputs: Iterable[Path] = (),
     progress: Progress | None = None,
+    axes: Axes = WORLD,
 ) -> list[str]:
     """Write a model in World by the ending of `path`, whole or not at all.
+
+    axes : what is known of x, y and z, which the file says
 
     Returns one sentence for each thing that the format cannot hold. Raises UsageError for an
     unknown ending, TargetError, or Cancelled.
@@ -68,4 +72,4 @@ def write_model(
     writer = choose_writer(path)
     given = tuple(inputs)
     check_target(path, force=force, inputs=given)
-    return writer.write(Outgoing(data, crs, path, force, progress or Silent(), given))
+    return writer.write(Outgoing(data, crs, path, force, progress or Silent(), given, axes))

@@ -12,8 +12,9 @@ from vomstudio.paths import resource
 
 @dataclass(frozen=True)
 class CameraModel:
-    """width_mm, height_mm: imaging area of the sensor. width_px, height_px: of its largest photos.
-    focal_mm: of a lens that is built in and does not zoom. names: the first as EXIF has it."""
+    """width_mm, height_mm: imaging area of the sensor. width_px, height_px: of its largest photos
+    that are not enlarged. focal_mm: of a lens that is built in and does not zoom. f_number: of an
+    aperture that cannot be set. names: the first as EXIF has it."""
 
     make: str
     names: tuple[str, ...]
@@ -22,6 +23,7 @@ class CameraModel:
     width_px: int
     height_px: int
     focal_mm: float | None
+    f_number: float | None = None
 
     @property
     def label(self) -> str:
@@ -52,6 +54,7 @@ def camera_models() -> tuple[CameraModel, ...]:
             int(row["width_px"]),
             int(row["height_px"]),
             float(row["focal_mm"]) if row["focal_mm"] else None,
+            float(row["f_number"]) if row["f_number"] else None,
         )
         for row in rows
     )

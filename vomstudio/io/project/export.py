@@ -69,7 +69,9 @@ def export_records(
         named = table.crs
         if table.crs is not None and table.unit_m != 1.0:
             named = tr("{crs}, its axes in metres", crs=table.crs)
-        write_orientation_csv(out, table.rows, crs=named, north=table.north, force=force)
+        write_orientation_csv(
+            out, table.rows, crs=named, north=table.north, axes=table.axes, force=force
+        )
         return replace(table, files=(out,))
     if format_ == "gpkg":
         from vomstudio.io.project.geopackage import write_layers
@@ -82,7 +84,9 @@ def export_records(
     layers = project_layers(records, table, measurements)
     if format_ == "shp":
         return replace(table, files=tuple(write_shapefiles(out, layers, crs, force=force)))
-    return replace(table, files=tuple(write_dxf(out, layers, records, crs, force=force)))
+    return replace(
+        table, files=tuple(write_dxf(out, layers, records, crs, axes=table.axes, force=force))
+    )
 
 
 def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:

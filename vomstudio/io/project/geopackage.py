@@ -31,7 +31,8 @@ def write_layers(
     force: bool = False,
 ) -> None:
     """Layers in World coordinates, as `project_layers` has them. Raises TargetError."""
-    crs = world_crs(table.crs, table.unit_m)
+    # Without a CRS, GDAL would say East and North.
+    crs = world_crs(table.crs, table.unit_m) or table.axes.wkt
     with atomic_write(out, force=force) as part:
         append = False
         for layer in project_layers(records, table, measurements):

@@ -14,6 +14,7 @@ from vomstudio.document.records import FeatureType, Record
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.plane_discs import disc
+from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.io.gis import dxf, shapefile
 from vomstudio.io.models.writers._common import prj_text, says_the_same
 from vomstudio.tables.project_layers import Layer
@@ -77,6 +78,7 @@ def write_dxf(
     records: Mapping[str, Record],
     crs: str | None,
     *,
+    axes: Axes = WORLD,
     force: bool = False,
 ) -> list[Path]:
     """Polylines of what was traced and measured on a DXF layer for each feature type; each plane
@@ -109,7 +111,7 @@ def write_dxf(
         for prj in rest:
             prj.write_text(text or "", encoding="utf-8")
         with open(temporary, "w", encoding="ascii", newline="\n") as file:
-            comment = f"VOM Studio, coordinates of {crs or 'a local frame'}, metres"
+            comment = f"VOM Studio, coordinates of {crs or 'a local frame'}, {axes.unit}"
             drawing = dxf.Drawing(file, shades, bounds, comment)
             for layer in layers:
                 kinds = _row_kinds(layer)

@@ -187,15 +187,21 @@ def _known_cameras(database: Path) -> set[int]:
 
 
 def _largest_first(found: dict[int, Any]) -> list[Any]:
-    """Without the parts whose photos nearly all are in a larger one."""
+    """The parts with most photos first. COLMAP may place a photo in several parts, which overlap
+    there: it is kept in the largest, and parts of which fewer than two photos are left fall away.
+    """
     order = sorted(found, key=lambda k: (-found[k].num_reg_images(), -found[k].num_points3D(), k))
     parts: list[Any] = []
     taken: set[int] = set()
     for key in order:
-        images = set(found[key].reg_image_ids())
-        if len(images) >= 2 and len(images - taken) >= 2:
-            parts.append(found[key])
-            taken |= images
+        part = found[key]
+        images = set(part.reg_image_ids())
+        if len(images) < 2 or len(images - taken) < 2:
+            continue
+        for image in sorted(images & taken):
+            part.deregister_frame(part.image(image).frame_id)
+        parts.append(part)
+        taken |= images
     return parts
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.photogrammetry.align.lens_check import of_lenses
 from vomstudio.survey.camera_positions import straightness
 from vomstudio.survey.check_limits import Limits
@@ -18,11 +19,10 @@ from vomstudio.survey.check_results import (
     SurveyReport,
     advice_for,
     by_severity,
-    length,
     named,
     verdict_of,
 )
-from vomstudio.survey.photo_limits import smallest_plane
+from vomstudio.survey.photo_limits import length
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def check_scene(
     other_parts: Sequence[SparseScene] = (),
     blur: dict[str, float] | None = None,
     cameras: Sequence[Calibration] = (),
+    planes: PlaneSizes | None = None,
     limits: Limits | None = None,
 ) -> SurveyReport:
     """Findings, figures and verdict for an aligned scene.
@@ -51,6 +52,8 @@ def check_scene(
     other_parts : further disconnected components
     blur : sigma by name, from the check before
     cameras : their calibration by the alignment
+    planes : what the finished model tells of planes, where there is one; None: what photos of this
+        pixel size let expect, without a registration
     """
     limits = limits or Limits()
     unit = "m" if scene.scaled or scene.crs is not None else tr("model units")
@@ -78,10 +81,12 @@ def check_scene(
         *_of_places(scene, gsd, limits),
         *_of_line(scene, limits),
         *of_lenses(cameras),
+        *_of_orientation(planes, limits),
     ]
     findings = list(by_severity(findings))
     known = gsd[np.isfinite(gsd)]
     middle = float(np.median(known)) if len(known) else None
+    told = planes or (None if middle is None else PlaneSizes.of_pixels(middle))
     figures = tuple(
         PhotoFigures(
             view.name,
@@ -98,10 +103,11 @@ def check_scene(
         "after",
         figures,
         tuple(findings),
-        verdict_of(findings, middle, unit),
+        verdict_of(findings, middle, unit, planes=planes),
         middle,
-        None if middle is None else smallest_plane(middle),
+        None if told is None else told.textbook,
         advice_for(findings),
+        () if told is None else told.curve(),
     )
 
 
@@ -171,9 +177,10 @@ def face_normal(scene: SparseScene) -> Array:
 
 
 def obliquity_deg(scene: SparseScene, normal: Array) -> Array:
-    """(v,) angle between each view direction and the perpendicular to the face."""
+    """(v,) angle between each view direction and the perpendicular to the face, on whichever side
+    of it the camera stands: an object may be photographed all around."""
     axes = np.array([view.direction for view in scene.views])
-    return np.asarray(np.degrees(np.arccos(np.clip(-(axes @ normal), -1.0, 1.0))))
+    return np.asarray(np.degrees(np.arccos(np.clip(np.abs(axes @ normal), 0.0, 1.0))))
 
 
 def _lies_on(view: View, points: Array) -> npt.NDArray[np.bool_]:
@@ -187,6 +194,25 @@ def _or_none(value: float) -> float | None:
 
 
 # ------------------------------------------------------------------------------------------------
+def _of_orientation(planes: PlaneSizes | None, limits: Limits) -> list[Finding]:
+    """Every direction on the model is off by what its registration is."""
+    if planes is None or planes.registration_deg <= limits.registration_deg:
+        return []
+    return [
+        Finding(
+            "rotation",
+            "warning",
+            (),
+            tr(
+                "The registration may be off by {angle:.1f}° (95 %), and with it every direction "
+                "measured on the model. Add control points that are far apart and not in one line.",
+                angle=planes.registration_deg,
+            ),
+            planes.registration_deg,
+        )
+    ]
+
+
 def _of_registration(
     scene: SparseScene, unregistered: Sequence[str], parts: Sequence[SparseScene]
 ) -> list[Finding]:

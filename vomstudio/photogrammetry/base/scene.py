@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.cameras import View
+from vomstudio.geometry.units import UNPLACED, WORLD, Axes
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
 from vomstudio.words import tr
 
@@ -56,6 +57,11 @@ class SparseScene:
     def track_points(self) -> npt.NDArray[np.int64]:
         """(m,) the point of each observation."""
         return np.repeat(np.arange(len(self.points)), self.track_lengths)
+
+    @property
+    def axes(self) -> Axes:
+        """What is known of the frame of all positions, for every file and label."""
+        return WORLD if self.scaled or self.crs is not None else UNPLACED
 
     @property
     def centres(self) -> npt.NDArray[np.float64]:

@@ -67,8 +67,9 @@ def fuse(
     photos : for the colours, or None
     neighbours : see `neighbours_by_name`; None compares all with all
 
-    Points have colours, normals (unit, towards the photos), and the fields "confidence" (from 0 to
-    1, float32) and "views" (uint8).
+    Points have colours, normals (unit), and the fields "confidence" (from 0 to 1, float32) and
+    "views" (uint8). A normal points to the side from which its photo saw the point, whatever lies
+    between the point and the other photos: an object may be photographed all around.
 
     Raises GeometryError where nothing agrees.
     """
@@ -214,8 +215,7 @@ def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOpti
     chosen = sums[j, i].astype(np.float64)
     points = rays * one.depth[j, i, None].astype(np.float64)
     points += one.normals[j, i] * (chosen[:, 1] / np.maximum(chosen[:, 0], 1e-300))[:, None]
-    mean = chosen[:, 3:]
-    mean = mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    mean = _toward_photo(chosen[:, 3:], one.normals[j, i].astype(np.float64), rays)
     turn = one.view.rotation
     return (
         j,
@@ -225,3 +225,13 @@ def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOpti
         confidence[j, i],
         votes[j, i, 0] + np.uint8(1),
     )
+
+
+def _toward_photo(
+    mean: npt.NDArray[np.float64], own: npt.NDArray[np.float64], rays: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Unit normals (n, 3) that face the camera along its rays: the mean of those that agree, or
+    the photo's own where that mean has gone over the edge."""
+    chosen = np.where(((mean * rays).sum(axis=1) < 0.0)[:, None], mean, own)
+    chosen = np.where(((chosen * rays).sum(axis=1) <= 0.0)[:, None], chosen, -chosen)
+    return np.asarray(chosen / np.maximum(np.linalg.norm(chosen, axis=1, keepdims=True), 1e-300))

@@ -371,7 +371,7 @@ class _Run:
         if not stage.done:
             threads = self.settings.threads or os.cpu_count() or 1
             options = SurfaceOptions(faces=faces, threads=threads, max_points=fitting_points())
-            made = build_surface(cloud, options, self.log, placed.scene.centres)
+            made = build_surface(cloud, options, self.log)
             write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
             stage.finish(facts=made.facts, warnings=list(made.warnings))
         for warning in stage.facts["warnings"]:
@@ -441,6 +441,7 @@ class _Run:
             unregistered=missing,
             other_parts=alignment.parts[1:],
             cameras=cameras,
+            planes=report_data.planes_of_model(cloud, textured, placed.registration),
         )
         lengths = scene.track_lengths
         rows = report_data.photo_rows(photos.photos, scene, placed.registration)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.photogrammetry.align.scene_check import photo_pixel_sizes
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.version import __version__
@@ -210,6 +212,29 @@ def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str
         "texel": texture["texel_m"],
         "share_of_the_surface_that_no_photo_sees": texture["unseen_share"],
     }
+
+
+def rotation95_deg(registration: Mapping[str, Any]) -> float:
+    """95 % half-angle by which the registration can turn a plane's normal, about its worst axis;
+    0 where the model was not registered, and directions on it mean nothing outside of it."""
+    errors = registration.get("rotation_error_deg")
+    if not errors:
+        return 0.0
+    # The tilt of a normal has two components, each with at most this standard error.
+    return min(90.0, math.sqrt(-2.0 * math.log(0.05)) * max(map(float, errors.values())))
+
+
+def planes_of_model(
+    cloud: PointCloud, mesh: Mesh, registration: Mapping[str, Any]
+) -> PlaneSizes | None:
+    """How well planes are known on the finished model: its resolution is the largest of its
+    points' spacing, their noise, and the edges of its mesh."""
+    from vomstudio.io.models.opening import resolution
+
+    known = [value for value in (resolution(cloud), resolution(mesh)) if math.isfinite(value)]
+    if not known:
+        return None
+    return PlaneSizes.of_model(max(known), registration_deg=rotation95_deg(registration))
 
 
 def sizes(scene: SparseScene, texture: Mapping[str, Any]) -> dict[str, Any]:

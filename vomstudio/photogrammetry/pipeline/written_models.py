@@ -31,7 +31,7 @@ def write_cameras_of(
     cameras = Cameras(scene.views, photos, scene.origin, scene.crs, scene.scaled)
     write_cameras_csv(outputs.cameras, cameras, force=True)
     write_cameras(outputs.poses, cameras, force=True)
-    write_model(tie_points(scene), scene.crs, outputs.sparse, force=True)
+    write_model(tie_points(scene), scene.crs, outputs.sparse, force=True, axes=scene.axes)
     # Of an earlier run, before markers joined them.
     for folder in outputs.folder.glob("part[0-9]*"):
         for name in (outputs.poses.name, outputs.sparse.name):
@@ -43,7 +43,9 @@ def write_cameras_of(
         folder.mkdir(exist_ok=True)
         cameras = Cameras(part.views, photos)
         write_cameras(folder / outputs.poses.name, cameras, force=True)
-        write_model(tie_points(part), None, folder / outputs.sparse.name, force=True)
+        write_model(
+            tie_points(part), None, folder / outputs.sparse.name, force=True, axes=part.axes
+        )
 
 
 def write_models(
@@ -54,11 +56,11 @@ def write_models(
 
     progress.stage(tr("Writing the model"), 2 + len(outputs.others))
     world = replace(cloud, points=cloud.points + scene.origin)
-    write_model(world, scene.crs, outputs.dense, force=True)
+    write_model(world, scene.crs, outputs.dense, force=True, axes=scene.axes)
     mesh = replace(textured, vertices=textured.vertices + scene.origin)
     for done, path in enumerate((outputs.mesh, *outputs.others), start=1):
         progress.step(done)
-        write_model(mesh, scene.crs, path, force=True)
+        write_model(mesh, scene.crs, path, force=True, axes=scene.axes)
     if scene.crs is not None:
         from pyproj import CRS
 

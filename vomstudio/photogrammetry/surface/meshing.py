@@ -101,20 +101,18 @@ def build_surface(
     cloud: PointCloud,
     options: SurfaceOptions | None = None,
     progress: Progress | None = None,
-    centres: npt.ArrayLike | None = None,
 ) -> Surface:
-    """The surface through a cloud whose normals point out of the rock, towards the cameras.
+    """The surface through a cloud whose normals point out of the rock, each to the photos that saw
+    its point, as those of `fuse` do.
 
     Screened Poisson reconstruction (Kazhdan and Hoppe 2013), cut off where no points are near;
     small holes keep Poisson's surface. Coordinates are those of the cloud.
-
-    centres : (k, 3) of the cameras, by which normals that all point inwards are turned
 
     Raises GeometryError for a cloud without normals, with too few points or without extent.
     Poisson's method and the simplification cannot be stopped within; Cancelled comes after them.
     """
     options, progress = options or SurfaceOptions(), progress or Silent()
-    points, normals, colors, warnings = _checked(cloud, options, centres)
+    points, normals, colors, warnings = _checked(cloud, options)
     shift = points.mean(axis=0)
     points = np.ascontiguousarray(points - shift)
     progress.stage(tr("Measuring the point spacing"))
@@ -175,7 +173,7 @@ def build_surface(
 
 
 def _checked(
-    cloud: PointCloud, options: SurfaceOptions, centres: npt.ArrayLike | None
+    cloud: PointCloud, options: SurfaceOptions
 ) -> tuple[Array, npt.NDArray[np.float32], npt.NDArray[np.uint8] | None, list[str]]:
     points, normals, colors = cloud.points, cloud.normals, cloud.colors
     if not len(points):
@@ -207,13 +205,6 @@ def _checked(
             )
         )
     normals = (normals / length[:, None]).astype(np.float32)
-    if centres is not None and len(np.atleast_2d(centres)):
-        away = np.asarray(centres, np.float64).reshape(-1, 3).mean(axis=0) - points
-        if ((away * normals).sum(axis=1) > 0).mean() < 0.5:
-            normals = -normals
-            warnings.append(
-                tr("The normals of the cloud pointed away from the cameras and were reversed.")
-            )
     if len(points) > options.max_points:
         rows = _thinned(points, options.max_points)
         warnings.append(

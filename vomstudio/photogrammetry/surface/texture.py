@@ -15,6 +15,7 @@ from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.photogrammetry.surface.atlas import Atlas, AtlasOptions, make_atlas, uv_mesh
 from vomstudio.photogrammetry.surface.blending import Blend, blend
+from vomstudio.photogrammetry.surface.sides import facing_photos
 from vomstudio.photogrammetry.surface.texture_pages import draw_pages
 from vomstudio.photogrammetry.surface.topology import Array, Faces, cross_products
 from vomstudio.photogrammetry.surface.visibility import (
@@ -156,8 +157,9 @@ def make_texture(
 ) -> Textured:
     """Colour a mesh from photos whose views are in its frame, undistorted or not.
 
-    Raises GeometryError for a mesh without faces, or that no photo sees; InputError for a photo
-    that is no picture of its camera's shape; Cancelled.
+    Pieces of the mesh that the photos see from behind are turned over. Raises GeometryError for a
+    mesh without faces, or of which more than half is in no photo; InputError for a photo that is no
+    picture of its camera's shape; Cancelled.
     """
     options, executor, progress = (
         options or TextureOptions(),
@@ -172,14 +174,9 @@ def make_texture(
     vertices = np.ascontiguousarray(mesh.vertices - shift)
     faces = np.ascontiguousarray(mesh.faces, np.int32)
     moved = [_Moved(photo, shift) for photo in photos]
-    visible = _visibility(moved, vertices, faces, executor, progress)
-    if not any(len(one.faces) for one in visible):
-        raise GeometryError(
-            tr(
-                "No photo sees this mesh. Check that the cameras belong to it and that its "
-                "triangles face outwards."
-            )
-        )
+    faces, visible, turned = facing_photos(
+        vertices, faces, lambda f: _visibility(moved, vertices, f, executor, progress)
+    )
     resolved = options.texel_m or _resolved(visible, len(faces)) / options.texels_per_pixel
     atlas = make_atlas(vertices, faces, resolved, options.atlas, progress)
     made = blend(vertices, faces, visible, atlas.texel, progress)
@@ -197,7 +194,7 @@ def make_texture(
         uv,
         np.clip(np.rint(colors), 0, 255).astype(np.uint8)[old],
     )
-    report = _report(vertices, faces, visible, atlas, made)
+    report = _report(vertices, faces, visible, atlas, made, turned)
     return Textured(finished, tuple(pages), report, made.views[order])
 
 
@@ -252,7 +249,12 @@ def _all_colors(made: Blend, mesh: Mesh) -> npt.NDArray[np.float32]:
 
 
 def _report(
-    vertices: Array, faces: Faces, visible: Sequence[PhotoVisibility], atlas: Atlas, made: Blend
+    vertices: Array,
+    faces: Faces,
+    visible: Sequence[PhotoVisibility],
+    atlas: Atlas,
+    made: Blend,
+    turned: int,
 ) -> TextureReport:
     area = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
     whole = max(float(area.sum()), 1e-300)
@@ -285,6 +287,16 @@ def _report(
             tr(
                 "{share:.0f} % of the surface is in no photo and has interpolated colours.",
                 share=100 * unseen,
+            )
+        )
+    if turned:
+        warnings.append(
+            tr_n(
+                "{count} piece of the surface was turned over, since the photos see its other "
+                "side.",
+                "{count} pieces of the surface were turned over, since the photos see their other "
+                "side.",
+                turned,
             )
         )
     for name, share in zip(names, out, strict=True):

@@ -27,10 +27,10 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.gis.raster import (
-    VIEW_PLANE_CRS,
     Affine,
     Raster,
     open_geotiff,
+    view_plane_crs,
     world_file,
     write_tile,
 )
@@ -115,7 +115,7 @@ def write_orthophoto(
     warnings = [*plan.notes, *([tr(_NO_CRS)] if is_map and crs is None else [])]
     transform = _transform(plan)
     facts = picture_facts(plan, crs if is_map else None)
-    shown_crs = crs if is_map else VIEW_PLANE_CRS
+    shown_crs = crs if is_map else view_plane_crs(plan.view.metric)
     raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
     progress.stage(tr("Preparing the model"))
     source = drawn or source_of(data, plan)
@@ -265,10 +265,10 @@ def source_of(data: Mesh | PointCloud, plan: Plan) -> Source:
         from vomstudio.products.ortho.mesh_picture import MeshSource
 
         return MeshSource(data, plan.points, plan.grid)
-    from vomstudio.io.models.opening import resolution
+    from vomstudio.io.models.opening import point_spacing
     from vomstudio.products.ortho.cloud_picture import CloudSource
 
-    spacing = resolution(PointCloud(plan.points))
+    spacing = point_spacing(PointCloud(plan.points))
     if not math.isfinite(spacing) or spacing <= 0:
         spacing = plan.grid.gsd
     return CloudSource(data, plan.points, plan.grid, spacing)

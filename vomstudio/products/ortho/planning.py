@@ -130,7 +130,7 @@ def default_gsd(
 ) -> tuple[float, str]:
     """Two significant digits of what the model can show, and where that comes from."""
     from vomstudio.geometry.transform import matrix, scale_of
-    from vomstudio.io.models.opening import resolution
+    from vomstudio.io.models.opening import point_spacing
 
     scale = scale_of(matrix(np.asarray(to_world, np.float64)))
     found, why = math.nan, ""
@@ -143,7 +143,7 @@ def default_gsd(
             found = sizes[int(np.searchsorted(share, 0.5 * share[-1]))][0] * scale
             why = tr("the resolution of the texture on the surface")
     if not math.isfinite(found):
-        found = resolution(data) * scale
+        found = point_spacing(data) * scale
         why = (
             tr("the mean edge length of the mesh")
             if isinstance(data, Mesh)

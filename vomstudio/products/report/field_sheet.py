@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.errors import UsageError
+from vomstudio.survey.photo_limits import planes_in_short
 from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
@@ -183,7 +184,7 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
         ),
         (tr("Distance"), tr("{distance:.3g} m", distance=plan.distance_m)),
         (tr("Pixel size (GSD)"), tr("{size:.3g} mm", size=1000 * plan.gsd_m)),
-        (tr("Smallest plane"), tr("{size:.2g} m across", size=plan.smallest_plane_m)),
+        (tr("Planes across"), planes_in_short(plan.planes)),
         (tr("Footprint"), tr("{width:.3g} x {height:.3g} m", width=width, height=height)),
         (
             tr("Spacing"),

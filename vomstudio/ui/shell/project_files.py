@@ -162,6 +162,7 @@ class Files(QObject):
                 model.to_world,
                 world_crs(model.frame.crs, model.frame.unit_m),
                 Path(name),
+                model.frame.axes,
             ),
             title=tr("Exporting {model}", model=model.name),
             on_done=done,

@@ -293,6 +293,8 @@ class PlannerDialog(QDialog):
         self._show_figures([] if self.plan is None else figures(self.plan))
         warnings = () if self.plan is None else self.plan.warnings
         self.warnings.setText("\n".join(f"⚠ {as_sentence(text)}" for text in warnings))
+        fixed = self.plan is not None and self.plan.camera.f_number is not None
+        self.aperture.setEnabled(not fixed)
         self.drawing.show_plan(self.plan)
         for button in (self.save, self.print_):
             button.setEnabled(self.plan is not None)
@@ -425,13 +427,15 @@ def _plan(values: dict[str, Any]) -> SurveyPlan | str:
             return tr("{field}: “{text}” is not a number.", field=field, text=values[name])
     given = {target[1]: (numbers["value"] or 0.0) / target[3]}
     try:
+        camera = camera_of(values["camera"], numbers["focal"])
         return plan_survey(
-            camera_of(values["camera"], numbers["focal"]),
+            camera,
             numbers["width"] or 0.0,
             numbers["height"] or 0.0,
             overlap=values["overlap"] / 100.0,
             manner=values["manner"],
-            f_number=numbers["aperture"] or 0.0,
+            # What stands in the field is for other cameras where this one has no diaphragm.
+            f_number=(numbers["aperture"] or 0.0) if camera.f_number is None else None,
             **given,
         )
     except VomError as error:

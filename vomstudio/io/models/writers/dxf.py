@@ -51,7 +51,9 @@ def write(out: Outgoing) -> list[str]:
             temporary.write_text(text, encoding="utf-8")
         with open(temporaries[0], "w", encoding="ascii", newline="\n") as file:
             crs = "" if out.crs is None or len(out.crs) > 19 else f" of {out.crs}"
-            drawing = Drawing(file, shades, data.bounds, f"VOM Studio, coordinates{crs}, metres")
+            drawing = Drawing(
+                file, shades, data.bounds, f"VOM Studio, coordinates{crs}, {out.axes.unit}"
+            )
             if mesh is None:
                 for rows in step_rows(len(points), out, tr("Writing points")):
                     colors = None if data.colors is None else color_numbers(data.colors[rows])

@@ -15,6 +15,7 @@ from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.geometry.units import WORLD
 from vomstudio.io.models.image_store import ending_of
 from vomstudio.io.models.offset_file import offset_path, offset_text
 from vomstudio.io.models.writer import Outgoing, Writer
@@ -42,7 +43,7 @@ def write(out: Outgoing) -> list[str]:
     scene = _Scene(out, origin, said)
     scene.build()
     chunks = scene.chunks(origin)
-    text = offset_text(origin.tolist(), out.crs, AXES)
+    text = offset_text(origin.tolist(), out.crs, _axes(out))
     paths = [out.path, offset_path(out.path)]
     size = len(chunks[0]) + sum(len(part) for part in scene.parts) + 28
     if size > MAX_BYTES:
@@ -65,6 +66,12 @@ def write(out: Outgoing) -> list[str]:
                 file.write(part)
                 out.progress.step(done + 1)
     return said
+
+
+def _axes(out: Outgoing) -> str:
+    if out.axes == WORLD:
+        return AXES
+    return f"glTF is +Y up; (x, -z, y) are {out.axes.in_words}"
 
 
 def _origin(data: Mesh | PointCloud) -> npt.NDArray[np.float64]:
@@ -92,7 +99,10 @@ class _Scene:
         self._error = 0.0
 
     def chunks(self, origin: npt.NDArray[np.float64]) -> list[bytes]:
-        extras: dict[str, Any] = {"origin": [int(x) for x in origin], "axes": AXES + " + origin"}
+        extras: dict[str, Any] = {
+            "origin": [int(x) for x in origin],
+            "axes": _axes(self.out) + " + origin",
+        }
         if self.out.crs is not None:
             extras["crs"] = self.out.crs
         self.json["asset"]["extras"] = extras

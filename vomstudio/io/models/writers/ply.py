@@ -110,7 +110,7 @@ def _header(
     lines = [
         "ply",
         "format binary_little_endian 1.0",
-        "comment VOM Studio; x East, y North, z Up, metres",
+        f"comment VOM Studio; {out.axes.in_words}",
     ]
     if out.crs is not None and len(out.crs) < 20:
         lines.append(f"comment CRS {out.crs}")

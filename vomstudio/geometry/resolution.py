@@ -1,0 +1,99 @@
+"""Effective resolution of points on a surface: the larger of their mean spacing, which is one over
+the root of their density, and of their noise about local planes.
+
+The gap to the nearest neighbour is no resolution: it is half of the mean spacing where points lie
+at random (Clark and Evans 1954), and knows nothing of noise.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+COUNTS = (33, 129, 513, 2049)
+"""Neighbours from which spacing and noise are taken; more where noise makes a ball of them."""
+# A neighbourhood is flat where the third variance is below this share of the second: its noise is
+# under a quarter of its width.
+_FLAT = 1.0 / 16.0
+
+
+class Tree(Protocol):
+    """A scipy tree of points."""
+
+    n: int
+
+    def query(self, x: Array, k: int) -> tuple[Array, npt.NDArray[np.int64]]: ...
+
+
+class FewPoints:
+    """A tree of few points without the import of scipy, which takes longer than the search."""
+
+    def __init__(self, points: Array) -> None:
+        self._points, self.n = points, len(points)
+
+    def query(self, x: Array, k: int) -> tuple[Array, npt.NDArray[np.int64]]:
+        off = x[:, None] - self._points[None]
+        square = (off * off).sum(axis=2)
+        rows = np.argsort(square, axis=1, kind="stable")[:, :k]
+        return np.sqrt(np.take_along_axis(square, rows, axis=1)), rows
+
+
+def effective_resolution(
+    points: npt.NDArray[np.floating], tree: Tree, places: Array
+) -> float | None:
+    """Typical resolution around places (q, 3) of a surface, in the unit of its points (n, 3); the
+    tree is of these points. None where the points around stand at one place."""
+    index = np.asarray(places, np.float64).reshape(-1, 3)
+    areas, noises = [], []
+    for count in COUNTS:
+        k = min(count, tree.n)
+        if k < 2 or not len(index):
+            break
+        rows = tree.query(index, k=k)[1]
+        area, noise, flat = of_neighbours(np.asarray(points)[rows.reshape(len(index), k)])
+        done = flat | (k == tree.n) | (count == COUNTS[-1])
+        areas.append(area[done])
+        noises.append(noise[done])
+        index = index[~done]
+    return larger(np.concatenate(areas), np.concatenate(noises)) if areas else None
+
+
+def larger(areas: Array, noises: Array) -> float | None:
+    """The larger of spacing and noise, each the median of what the places tell."""
+    known = np.isfinite(areas) & (areas > 0)
+    if not known.any():
+        return None
+    return float(max(np.sqrt(np.median(areas[known])), np.median(noises[known])))
+
+
+def of_neighbours(near: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+    """Area that each point has for itself, noise about the local plane, and whether they lie in a
+    plane, each (q,), for q places with their k nearest points (q, k, 3), nearest first.
+
+    The area is that of the ellipse with the variances of the points, which holds within some
+    percent at the rim of a surface too. Points that stand twice count once. NaN where all stand at
+    one place.
+    """
+    first = near[:, :1]
+    off = near - first
+    square = np.einsum("qkx,qkx->qk", off, off)
+    distinct = np.full(len(near), near.shape[1], np.float64)
+    for row in np.flatnonzero((square[:, 1:] == 0.0).any(axis=1)):
+        distinct[row] = len(np.unique(near[row], axis=0))
+    centred = off - off.mean(axis=1, keepdims=True)
+    values = np.linalg.eigvalsh(np.einsum("qkx,qky->qxy", centred, centred) / near.shape[1])
+    values = np.maximum(values, 0.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        gaps = np.where(distinct > 1, distinct - 1.0, np.nan)
+        # Uniform in an ellipse, the variances are a quarter of the squared semi-axes; on a line,
+        # a twelfth of the squared length.
+        unbiased = distinct / gaps
+        ellipse = 4.0 * np.pi * unbiased * np.sqrt(values[:, 1] * values[:, 2]) / gaps
+        area = np.maximum(ellipse, 12.0 * values[:, 2] / gaps**2)
+        free = np.where(distinct > 3, distinct / (distinct - 3.0), np.nan)
+        noise = np.sqrt(values[:, 0] * np.where(distinct > 3, free, 0.0))
+    return area, noise, values[:, 0] <= _FLAT * values[:, 1]
