@@ -64,7 +64,8 @@ class PhotoFigures:
 class SurveyReport:
     """stage : "before" or "after" the alignment; next_time : what to shoot, the gravest first
     smallest_plane_m : the textbook's limit for a plane worth measuring, 100 times the resolution
-    planes : the expected error of planes against their size, empty where no pixel size is known"""
+    plane_error : the expected one of planes against their size, empty where no pixel size is
+    known"""
 
     stage: str
     photos: tuple[PhotoFigures, ...]
@@ -73,7 +74,7 @@ class SurveyReport:
     gsd_m: float | None = None
     smallest_plane_m: float | None = None
     next_time: tuple[str, ...] = field(default=())
-    planes: tuple[PlaneError, ...] = ()
+    plane_error: tuple[PlaneError, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         return {
@@ -83,7 +84,7 @@ class SurveyReport:
             "verdict": self.verdict,
             "gsd_m": self.gsd_m,
             "smallest_plane_m": self.smallest_plane_m,
-            "planes": [plane.as_dict() for plane in self.planes],
+            "plane_error": [plane.as_dict() for plane in self.plane_error],
             "next_time": list(self.next_time),
         }
 

@@ -149,7 +149,7 @@ class SurveyPlan(Shown):
             "spacing_m": list(self.spacing_m),
             "photos": self.photos,
             "smallest_plane_m": self.smallest_plane_m,
-            "planes": [plane.as_dict() for plane in self.planes.curve()],
+            "plane_error": [plane.as_dict() for plane in self.planes.curve()],
             "depth_of_field_m": list(self.depth_of_field_m),
             "distance_m": self.distance_m,
             "overlap": self.overlap,
