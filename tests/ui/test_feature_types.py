@@ -289,6 +289,31 @@ def test_selected_rows_are_copied_as_they_are_shown(window, studio):
     assert len({len(row) for row in rows}) == 1
 
 
+def test_copied_cells_are_numbers_in_one_unit_and_attitudes_have_two_columns(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "a")
+    table = window.table
+    studio.selection.set(["t1"])
+    fit = studio.measured(["t1"])["t1"].fit
+    wanted = {
+        "dipdir/dip": ("Dip direction (°)", fit.dip_direction_deg),
+        "strike/dip": ("Strike (°)", (fit.dip_direction_deg - 90.0) % 360.0),
+    }
+    for notation, (title, azimuth) in wanted.items():
+        studio.settings.notation = notation
+        studio.keep_settings()
+        studio.selection.set(["t1"])
+        table.copy_rows()
+        head, cells = (x.split("\t") for x in QApplication.clipboard().text().splitlines())
+        found = dict(zip(head, cells, strict=True))
+        assert float(found[title]) == pytest.approx(azimuth, abs=0.006)
+        assert float(found["Dip (°)"]) == pytest.approx(fit.dip_deg, abs=0.006)
+        assert float(found["Extent (m)"]) == pytest.approx(fit.extent, rel=1e-5)
+        assert float(found["95 % max (°)"]) == pytest.approx(fit.max_confidence95_deg, abs=0.006)
+        assert found["RMS (m)"] == f"{fit.rms:.6g}"
+        assert "Orientation" not in found
+
+
 def test_hidden_columns_stay_hidden_and_are_not_copied(window, studio):
     from vomstudio.io.settings import read_settings
     from vomstudio.ui.interpret.table_panel import COLUMNS

@@ -33,7 +33,8 @@ _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 @dataclass(frozen=True)
 class Column:
     """title, tip: noted for translation, title also names it in the settings; text: what is shown;
-    value: what is sorted by; field: the attribute that can be edited."""
+    value: what is sorted by; field: the attribute that can be edited; figure: the one of the
+    catalogue that it shows, None where it is made of several."""
 
     title: str
     tip: str
@@ -41,6 +42,7 @@ class Column:
     value: Callable[[Row], Any]
     field: str | None = None
     left: bool = False
+    figure: Figure | None = None
 
 
 def _of(figure: Figure, value: Callable[[Row], Any] | None = None) -> Column:
@@ -54,6 +56,7 @@ def _of(figure: Figure, value: Callable[[Row], Any] | None = None) -> Column:
         value or (lambda row: row.text(figure) if words else row.value(figure)),
         typed or None,
         words,
+        figure,
     )
 
 

@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.edit import Edit
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.interpret.copied_rows import as_text
 from vomstudio.ui.interpret.filter_line import FilterLine
 from vomstudio.ui.interpret.sorted_rows import SortedRows
 from vomstudio.ui.interpret.table_model import COLUMNS, OrientationModel
@@ -139,16 +140,13 @@ class TablePanel(QWidget):
         self._studio.keep_settings()
 
     def copy_rows(self) -> None:
-        """Copy the selected rows with the column titles to the clipboard, for a spreadsheet."""
+        """Copy the selected rows to the clipboard, as a spreadsheet takes them."""
         rows = sorted(self.view.selectionModel().selectedRows(), key=lambda i: i.row())
         if not rows:
             return
         columns = [i for i in range(len(COLUMNS)) if not self.view.isColumnHidden(i)]
-        lines = [[tr(COLUMNS[i].title) for i in columns]]
-        for index in rows:
-            row = self.model.row(self._sorted.mapToSource(index).row())
-            lines.append([" ".join(COLUMNS[i].text(row).split()) for i in columns])
-        QGuiApplication.clipboard().setText("\n".join("\t".join(line) for line in lines) + "\n")
+        chosen = [self.model.row(self._sorted.mapToSource(index).row()) for index in rows]
+        QGuiApplication.clipboard().setText(as_text(chosen, [COLUMNS[i] for i in columns]))
         self._studio.info(
             tr_n("Copied {count} row of the table.", "Copied {count} rows of the table.", len(rows))
         )
