@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+from vomstudio.geometry.units import length_text
 from vomstudio.jobs.reconstruction_tasks import Reconstruction
 from vomstudio.jobs.survey_tasks import ControlFacts
 from vomstudio.ui.common.sentences import as_sentence
@@ -31,8 +35,9 @@ def control_findings(facts: ControlFacts | None, note: str) -> list[tuple[str, s
 
 
 def finished_text(name: str, result: Reconstruction) -> str:
-    """The notice of a finished reconstruction of the photos of this name."""
-    return tr(
+    """The notice of a finished reconstruction of the photos of this name, with how well it fits
+    what registered it."""
+    made = tr(
         "The reconstruction of {name} is finished: {registered} of {photos} photos are aligned, "
         "and the mesh has {faces:,} faces.",
         name=name,
@@ -40,3 +45,22 @@ def finished_text(name: str, result: Reconstruction) -> str:
         photos=result.photos,
         faces=result.faces,
     )
+    return " ".join(filter(None, (made, _registered_text(result.registration))))
+
+
+def _registered_text(registration: Mapping[str, Any]) -> str:
+    """Root mean squares of the residuals, control and check points apart; "" without any."""
+    control, check = registration.get("rms_control_m"), registration.get("rms_check_m")
+    if control is not None and check is not None:
+        return tr(
+            "RMS of control points {control}, of check points {check}.",
+            control=length_text(control),
+            check=length_text(check),
+        )
+    if control is not None:
+        return tr(
+            "RMS of control points {control}; none checks them.", control=length_text(control)
+        )
+    if (positions := registration.get("rms_m")) is not None:
+        return tr("RMS of camera positions {rms}.", rms=length_text(positions))
+    return ""
