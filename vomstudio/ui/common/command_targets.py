@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from PySide6.QtCore import QStandardPaths
+
 from vomstudio.document.records import Model, OnAModel, get_feature
+from vomstudio.paths import resource
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 
@@ -44,6 +47,12 @@ def current_model(studio: Studio) -> Model | None:
 
 
 def start_folder(studio: Studio) -> str:
-    """Where dialogs that ask for a file begin."""
-    recent = studio.settings.recent
-    return str(Path(recent[0]).parent) if recent else str(Path.home())
+    """Where dialogs that ask for a file begin: beside what was open last, and never among the
+    program's own files, as those of the sample are."""
+    own = resource("sample").parent
+    for text in studio.settings.recent:
+        folder = Path(text).parent
+        if folder.is_dir() and not folder.is_relative_to(own):
+            return str(folder)
+    documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
+    return documents if documents and Path(documents).is_dir() else str(Path.home())

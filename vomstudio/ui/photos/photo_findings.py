@@ -58,9 +58,7 @@ def _registered_text(registration: Mapping[str, Any]) -> str:
             check=length_text(check),
         )
     if control is not None:
-        return tr(
-            "RMS of control points {control}; no check points.", control=length_text(control)
-        )
+        return tr("RMS of control points {control}; no check points.", control=length_text(control))
     if (positions := registration.get("rms_m")) is not None:
         return tr("RMS of camera positions {rms}.", rms=length_text(positions))
     return ""
