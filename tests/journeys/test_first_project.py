@@ -55,6 +55,28 @@ def reading(window) -> tuple[str, ...]:
     return () if preview is None else preview.reading
 
 
+def test_the_model_is_turned_while_its_frame_is_declared(own_folders, qtbot, outcrop):
+    window = driver.make_window()
+    window.open_path(outcrop)
+    wait(lambda: driver.dialog_of(window), "the frame dialog")
+    driver.settled(window)
+    dialog = driver.dialog_of(window)
+    dialog.move(0, 0)
+    before = window.viewport.camera.position
+    middle = window.viewport.rect().center()
+    drag(window.viewport, middle, middle + QPoint(120, 40))
+    assert np.linalg.norm(np.subtract(window.viewport.camera.position, before)) > 0.5
+    assert driver.dialog_of(window) is dialog
+    driver.declare(window)
+    assert driver.model(window).frame.crs == "EPSG:32633"
+    # Another project has no use for it.
+    window.actions_table.run("declare_frame")
+    wait(lambda: driver.dialog_of(window), "the frame dialog")
+    window.studio.new_project()
+    wait(lambda: driver.dialog_of(window) is None, "the end of the frame dialog")
+    driver.dismiss(window)
+
+
 def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, tmp_path):
     window = driver.make_window()
     studio, viewport = window.studio, window.viewport

@@ -35,7 +35,8 @@ class CrsField(QLineEdit):
 
     def _typed(self, text: str) -> None:
         self._found = matching(text) if len(text.strip()) >= _LEAST_LETTERS else []
-        if len(self._found) == 1 and self._found[0].code.casefold() == text.strip().casefold():
+        # A whole code is no search: Enter is the dialog's then.
+        if any(each.code.casefold() == text.strip().casefold() for each in self._found):
             self._found = []
         self._list.setStringList([f"{f.name}  ({f.code}; {f.area})" for f in self._found])
         if self._found:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox, QWidget
+from shiboken6 import isValid
 
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
@@ -42,6 +43,7 @@ class Files(QObject):
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
         self._parent, self._studio, self._survey = parent, studio, survey
+        self._frame_dialog: FrameDialog | None = None
 
     def project_name(self) -> str:
         """Name of the open project for titles; "untitled" where it has none."""
@@ -206,18 +208,28 @@ class Files(QObject):
 
     # --- models ------------------------------------------------------------------------------
     def declare_frame(self, model_id: str | None = None) -> None:
-        """Show the frame dialog for a model; without an id for the current one."""
+        """Show the frame dialog for a model; without an id for the current one.
+
+        It stands beside the window, since which way is up is seen by turning the model.
+        """
         model = self._studio.records.get(model_id) if model_id else current_model(self._studio)
         if not isinstance(model, Model):
             return
+        if self._frame_dialog is not None and isValid(self._frame_dialog):
+            self._frame_dialog.close()
         dialog = FrameDialog(self._parent, model, self._studio.models.get(model.id))
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._declare(model, dialog.frame))
+        dialog.accepted.connect(lambda: self._declare(model.id, dialog.frame))
+        self._studio.project_opened.connect(dialog.close)
         fit_to_screen(dialog)
-        dialog.open()
+        self._frame_dialog = dialog
+        dialog.show()
 
-    def _declare(self, model: Model, frame: Frame) -> None:
+    def _declare(self, model_id: str, frame: Frame) -> None:
         """Apply a declared frame; a registration is replaced only with the user's consent."""
+        model = self._studio.records.get(model_id)
+        if not isinstance(model, Model):
+            return
         registration = model.registration
         if registration is not None:
             answer = QMessageBox.question(
