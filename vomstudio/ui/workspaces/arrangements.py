@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, QTimer, Signal
 from PySide6.QtGui import QGuiApplication
@@ -80,7 +81,10 @@ class Workspaces(QObject):
         self._docks.watch(self._change)
         application = QGuiApplication.instance()
         assert isinstance(application, QGuiApplication)
-        application.screenRemoved.connect(lambda _: QTimer.singleShot(0, self._come_on_screen))
+        application.screenRemoved.connect(self._screen_removed)
+
+    def _screen_removed(self) -> None:
+        QTimer.singleShot(0, self._window, self._come_on_screen)
 
     def switch(self, name: str) -> None:
         """Show a workspace with its docks as it was left."""
@@ -123,7 +127,9 @@ class Workspaces(QObject):
                 self._docks.arrange(places_in(self._shown, *self._size()))
                 self.give_sizes()
                 # Docks that have never been shown get their sizes only once they are laid out.
-                QTimer.singleShot(0, lambda shown=self._shown: self._size_again(shown))
+                # The window may be gone by then, and takes the call with it.
+                again = partial(self._size_again, self._shown)
+                QTimer.singleShot(0, self._window, again)
         finally:
             self._window.setUpdatesEnabled(True)
 
