@@ -87,6 +87,17 @@ JUDGED = {
 }  # fmt: skip
 
 
+def is_said_better(key: str, was: Any, now: Any) -> bool:
+    """What axes and units are was told alike of every frame; now each tells its own, and so do the
+    layers whose frame is no system of coordinates of the Earth."""
+    if key == "crs":
+        return was is None and isinstance(now, str) and now.startswith("LOCAL_CS[")
+    if key == "comments":
+        same = [line for line in was if not line.startswith("# units:")]
+        return same == [line for line in now if not line.startswith("# units:")]
+    return False
+
+
 def differences(was: Any, now: Any, where: str = "") -> Iterator[str]:
     """What is not as it was; what is new is welcome."""
     if isinstance(was, dict):
@@ -96,7 +107,7 @@ def differences(was: Any, now: Any, where: str = "") -> Iterator[str]:
             elif key in JUDGED:
                 if key == "quality" and bool(was[key]) != bool(now[key]):
                     yield f"{where}/{key}: {was[key]!r} is {now[key]!r} now"
-            else:
+            elif not is_said_better(key, was[key], now[key]):
                 yield from differences(was[key], now[key], f"{where}/{key}")
     elif isinstance(was, list):
         if len(was) != len(now):

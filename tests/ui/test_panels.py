@@ -221,8 +221,9 @@ def test_properties_change_all_that_is_selected_except_the_name(window, studio):
     panel = window.properties
     type_into(panel.fields["set_name"], "limb")
     assert {studio.records[i].set_name for i in ("t1", "t2")} == {"limb"}
-    type_into(panel.fields["name"], "c")
-    assert (studio.records["t1"].name, studio.records["t2"].name) == ("a", "c")
+    assert not panel.fields["name"].isEnabled()
+    assert "one feature" in panel.fields["name"].toolTip()
+    assert (studio.records["t1"].name, studio.records["t2"].name) == ("a", "b")
     panel.fields["overturned"].click()
     assert studio.records["t1"].overturned
     assert studio.records["t2"].overturned
