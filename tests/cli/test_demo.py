@@ -74,15 +74,17 @@ def test_the_project_opens_with_every_pick_as_a_trace(demo: tuple[Path, dict]) -
         project.close()
 
 
-def test_measured_features_are_a_hundred_times_the_spacing_of_the_mesh(
+def test_every_pick_is_good_and_many_times_the_resolution_of_the_mesh(
     demo: tuple[Path, dict],
 ) -> None:
     import csv
 
     lines = (demo[0] / "planes.csv").read_text("utf-8").splitlines()
     rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    assert len(rows) == 31
     for row in rows:
-        assert float(row["extent_over_resolution"]) > 99, row["name"]
+        assert float(row["extent_over_resolution"]) > 30, row["name"]
+        assert (row["quality"], row["profile"]) == ("good", "error"), row
 
 
 def test_it_runs_again_in_its_own_folder_and_refuses_any_other(

@@ -79,3 +79,17 @@ def test_few_points_need_no_tree_for_the_same_answer():
     points = at_random(noise=0.02, density=2.5) - [465_123.0, 4_612_345.0, 820.0]
     few = effective_resolution(points, FewPoints(points), points)
     assert few == pytest.approx(effective_resolution(points, cKDTree(points), points), rel=1e-9)
+
+
+def test_ledges_are_no_noise():
+    """A cliff of steps, each surface a grid of 5 cm without any noise: its treads and risers are as
+    deep as ten points are apart."""
+    step, depth = 0.05, 0.5
+    along, up = np.meshgrid(np.arange(80) * step, np.arange(10) * step)
+    faces = []
+    for level in range(8):
+        riser = np.stack([along, 0 * along + level * depth, up + level * depth], -1)
+        tread = np.stack([along, up + level * depth, 0 * along + (level + 1) * depth], -1)
+        faces += [riser.reshape(-1, 3), tread.reshape(-1, 3)]
+    cliff = np.concatenate(faces)
+    assert resolved(cliff) == pytest.approx(step, rel=0.15)

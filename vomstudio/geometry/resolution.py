@@ -7,6 +7,7 @@ at random (Clark and Evans 1954), and knows nothing of noise.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -19,6 +20,7 @@ COUNTS = (33, 129, 513, 2049)
 # A neighbourhood is flat where the third variance is below this share of the second: its noise is
 # under a quarter of its width.
 _FLAT = 1.0 / 16.0
+_FLAT_SHARE, _FEW_FLAT = 0.25, 0.05
 
 
 class Tree(Protocol):
@@ -48,18 +50,42 @@ def effective_resolution(
     """Typical resolution around places (q, 3) of a surface, in the unit of its points (n, 3); the
     tree is of these points. None where the points around stand at one place."""
     index = np.asarray(places, np.float64).reshape(-1, 3)
-    areas, noises = [], []
-    for count in COUNTS:
+
+    def neighbours(count: int) -> Array | None:
         k = min(count, tree.n)
         if k < 2 or not len(index):
-            break
+            return None
         rows = tree.query(index, k=k)[1]
-        area, noise, flat = of_neighbours(np.asarray(points)[rows.reshape(len(index), k)])
-        done = flat | (k == tree.n) | (count == COUNTS[-1])
-        areas.append(area[done])
-        noises.append(noise[done])
-        index = index[~done]
-    return larger(np.concatenate(areas), np.concatenate(noises)) if areas else None
+        return np.asarray(np.asarray(points)[rows.reshape(len(index), k)])
+
+    return resolution_by(neighbours)
+
+
+def resolution_by(neighbours: Callable[[int], Array | None]) -> float | None:
+    """Typical resolution of places whose nearest points `neighbours` gives: (q, k, 3), fewer than
+    it is asked for where there are no more, None where there are none.
+
+    Taken from the smallest neighbourhoods of which a quarter are flat, and from those that are: at
+    ledges and corners no plane fits, and what the rock does is no noise of the model. Where fewer
+    are, a rough rock has flat ones among the smallest already; noise that makes a ball of all of
+    them has none, and the largest tell it.
+    """
+    few: tuple[Array, Array] | None = None
+    last: tuple[Array, Array] | None = None
+    for count in COUNTS:
+        near = neighbours(count)
+        if near is None or near.shape[1] < 2:
+            break
+        area, noise, flat = of_neighbours(near)
+        if flat.mean() >= _FLAT_SHARE:
+            return larger(area[flat], noise[flat])
+        if last is None and flat.mean() >= _FEW_FLAT:
+            few = area[flat], noise[flat]
+        last = area, noise
+        if near.shape[1] < count:
+            break
+    found = few or last
+    return None if found is None else larger(*found)
 
 
 def larger(areas: Array, noises: Array) -> float | None:

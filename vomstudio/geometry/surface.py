@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geometry.resolution import COUNTS, larger, of_neighbours
+from vomstudio.geometry.resolution import resolution_by
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -73,18 +73,13 @@ class VertexSurface:
 
     def resolution_near(self, points: Array) -> float | None:
         places = [self._nearest(point, 1)[0] for point in _sample(points, _SAMPLES)]
-        areas, noises = [], []
-        for count in COUNTS:
+
+        def neighbours(count: int) -> Array | None:
             # All at once: a single 3 x 3 matrix takes as long as all of them.
             near = [self._nearest(place, count) for place in places]
-            if not near or len(near[0]) < 2:
-                break
-            area, noise, flat = of_neighbours(np.stack(near))
-            done = flat | (len(near[0]) < count) | (count == COUNTS[-1])
-            areas.append(area[done])
-            noises.append(noise[done])
-            places = [place for place, end in zip(places, done, strict=True) if not end]
-        return larger(np.concatenate(areas), np.concatenate(noises)) if areas else None
+            return np.stack(near) if near else None
+
+        return resolution_by(neighbours)
 
     def outcrop_normal(self, points: Array) -> Array | None:
         from scipy.spatial import cKDTree

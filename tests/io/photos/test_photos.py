@@ -377,7 +377,7 @@ def test_what_cannot_be_used_is_named_with_its_reason(tmp_path: Path) -> None:
         "good.jpg": "same photo as again.jpg",
         "half.jpg": "truncated",
         "empty.jpg": "0 bytes",
-        "text.png": "not a picture",
+        "text.png": "no picture",
         "phone.HEIC": "JPEG",
         "walk.mp4": "vomstudio frames",
         "print.jpg": "CMYK",
