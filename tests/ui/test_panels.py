@@ -213,6 +213,21 @@ def test_every_action_on_planes_says_select_first_when_nothing_is(window, studio
 
 
 # --- properties ----------------------------------------------------------------------------
+def test_looking_at_several_features_and_then_at_one_changes_nothing(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "a", set_name="limb", notes="rough")
+    add_bed(studio, "t2", "b", set_name="crest", notes="smooth")
+    before = dict(studio.records)
+    said: list[str] = []
+    studio.notice.connect(lambda notice: said.append(notice.text))
+    for ids in (["t1", "t2"], ["t1"], ["t2", "t1"], [], ["t2"]):
+        studio.selection.set(ids)
+        QApplication.processEvents()
+    assert dict(studio.records) == before
+    assert not said
+    assert not studio.redo_label
+
+
 def test_properties_change_all_that_is_selected_except_the_name(window, studio):
     add_cliff(studio)
     add_bed(studio, "t1", "a")

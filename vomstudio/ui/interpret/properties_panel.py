@@ -280,7 +280,8 @@ def _show_several(widget: QWidget) -> None:
         widget.show_text(several)
     elif isinstance(widget, QLineEdit):
         widget.setPlaceholderText(several)
-        widget.clear()
+        # Not by clear(), after which the field counts as typed in by the user.
+        widget.setText("")
 
 
 def _show(widget: QWidget, value: Any) -> None:
