@@ -17,10 +17,8 @@ Array = npt.NDArray[np.float64]
 
 COUNTS = (33, 129, 513, 2049)
 """Neighbours from which spacing and noise are taken; more where noise makes a ball of them."""
-# A neighbourhood is flat where the third variance is below this share of the second: its noise is
-# under a quarter of its width.
-_FLAT = 1.0 / 16.0
-_FLAT_SHARE, _FEW_FLAT = 0.25, 0.05
+_SHEET = 0.2
+"""Between a quarter and an eighth: noise of half the spacing makes 0.22, of twice it 0.13."""
 
 
 class Tree(Protocol):
@@ -65,27 +63,25 @@ def resolution_by(neighbours: Callable[[int], Array | None]) -> float | None:
     """Typical resolution of places whose nearest points `neighbours` gives: (q, k, 3), fewer than
     it is asked for where there are no more, None where there are none.
 
-    Taken from the smallest neighbourhoods of which a quarter are flat, and from those that are: at
-    ledges and corners no plane fits, and what the rock does is no noise of the model. Where fewer
-    are, a rough rock has flat ones among the smallest already; noise that makes a ball of all of
-    them has none, and the largest tell it.
+    Taken from the smallest neighbourhoods that are pieces of a sheet: of its points within a radius
+    a quarter lie within half of it, at ledges and corners too, whose relief is no noise of the
+    model. Noise makes a ball of neighbourhoods that are smaller than itself, with an eighth.
     """
-    few: tuple[Array, Array] | None = None
-    last: tuple[Array, Array] | None = None
+    found: tuple[Array, Array] | None = None
     for count in COUNTS:
         near = neighbours(count)
         if near is None or near.shape[1] < 2:
             break
-        area, noise, flat = of_neighbours(near)
-        if flat.mean() >= _FLAT_SHARE:
-            return larger(area[flat], noise[flat])
-        if last is None and flat.mean() >= _FEW_FLAT:
-            few = area[flat], noise[flat]
-        last = area, noise
-        if near.shape[1] < count:
+        found = of_neighbours(near)
+        if _inner_share(near) >= _SHEET or near.shape[1] < count:
             break
-    found = few or last
     return None if found is None else larger(*found)
+
+
+def _inner_share(near: Array) -> float:
+    """Of the neighbours (q, k, 3) of the first point of each row, nearest first."""
+    distance = np.linalg.norm(near[:, 1:] - near[:, :1], axis=2)
+    return float((distance < 0.5 * distance[:, -1:]).mean())
 
 
 def larger(areas: Array, noises: Array) -> float | None:
@@ -96,9 +92,9 @@ def larger(areas: Array, noises: Array) -> float | None:
     return float(max(np.sqrt(np.median(areas[known])), np.median(noises[known])))
 
 
-def of_neighbours(near: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-    """Area that each point has for itself, noise about the local plane, and whether they lie in a
-    plane, each (q,), for q places with their k nearest points (q, k, 3), nearest first.
+def of_neighbours(near: Array) -> tuple[Array, Array]:
+    """Area that each point has for itself, and noise about the local plane, each (q,), for q places
+    with their k nearest points (q, k, 3), nearest first.
 
     The area is that of the ellipse with the variances of the points, which holds within some
     percent at the rim of a surface too. Points that stand twice count once. NaN where all stand at
@@ -122,4 +118,4 @@ def of_neighbours(near: Array) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
         area = np.maximum(ellipse, 12.0 * values[:, 2] / gaps**2)
         free = np.where(distinct > 3, distinct / (distinct - 3.0), np.nan)
         noise = np.sqrt(values[:, 0] * np.where(distinct > 3, free, 0.0))
-    return area, noise, values[:, 0] <= _FLAT * values[:, 1]
+    return area, noise
