@@ -16,6 +16,7 @@ import math
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,25 @@ def copy_of(name: str, folder: Path) -> Path:
         else:
             shutil.copy(source, folder / each)
     return folder / f"{name}.vom"
+
+
+@contextlib.contextmanager
+def made_from(before: str, name: str, schema: int) -> Iterator[Any]:
+    """The open project of an earlier specimen, brought to this schema: its journal is kept as the
+    specimen `name`. Only a program of that schema can make it."""
+    from vomstudio.io.project.journal import SCHEMA_VERSION
+
+    if schema != SCHEMA_VERSION:
+        raise SystemExit(f"Only a program of schema {schema} can make this specimen.")
+    with tempfile.TemporaryDirectory() as place:
+        folder = copy_of(before, Path(place))
+        opened = open_project(folder)
+        yield opened
+        opened.close()
+        kept = HERE / f"{name}.vom"
+        shutil.rmtree(kept, ignore_errors=True)
+        kept.mkdir()
+        shutil.copy(folder / "journal.sqlite", kept)
 
 
 def open_project(folder: Path) -> Any:

@@ -9,10 +9,6 @@ steps back and forth, a save, and something that was thrown away.
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-from pathlib import Path
-
 from tests.specimens import figures
 
 PLANES = {"east": (80.0, 55.0), "west": (260.0, 40.0), "upright": (130.0, 90.0), "flat": (0.0, 0.0)}
@@ -25,13 +21,8 @@ def main() -> None:
     from vomstudio.document.kinds.lineation import Lineation
     from vomstudio.document.kinds.reading import Reading
     from vomstudio.document.records import Model
-    from vomstudio.io.project.journal import SCHEMA_VERSION
 
-    if SCHEMA_VERSION != 2:
-        raise SystemExit("Only a program of schema 2 can make this specimen.")
-    with tempfile.TemporaryDirectory() as place:
-        folder = figures.copy_of("schema1", Path(place))
-        opened = figures.open_project(folder)
+    with figures.made_from("schema1", "schema2", 2) as opened:
         session = opened.session
         model = session.of(Model)[0]
         for name, (azimuth, dip) in PLANES.items():
@@ -57,11 +48,6 @@ def main() -> None:
         session.discard_unsaved()
         session.apply(edits.set_attributes(session.records, some[1:], notes="polished"))
         session.undo()
-        opened.close()
-        kept = figures.HERE / "schema2.vom"
-        shutil.rmtree(kept, ignore_errors=True)
-        kept.mkdir()
-        shutil.copy(folder / "journal.sqlite", kept)
 
 
 if __name__ == "__main__":

@@ -9,10 +9,6 @@ and something that was thrown away.
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-from pathlib import Path
-
 import numpy as np
 
 from tests.specimens import figures
@@ -37,13 +33,8 @@ def main() -> None:
     from vomstudio.document import edits
     from vomstudio.document.kinds.trace import Trace
     from vomstudio.document.records import Model
-    from vomstudio.io.project.journal import SCHEMA_VERSION
 
-    if SCHEMA_VERSION != 3:
-        raise SystemExit("Only a program of schema 3 can make this specimen.")
-    with tempfile.TemporaryDirectory() as place:
-        folder = figures.copy_of("schema2", Path(place))
-        opened = figures.open_project(folder)
+    with figures.made_from("schema2", "schema3", 3) as opened:
         session = opened.session
         model = session.of(Model)[0]
         for number, (name, dip) in enumerate(DIPS.items()):
@@ -69,11 +60,6 @@ def main() -> None:
         session.apply(edits.set_attributes(session.records, ["trace-steep-pca"], set_name="limb"))
         session.apply(edits.set_attributes(session.records, ["trace-steep-pca"], notes="rough"))
         session.undo()
-        opened.close()
-        kept = figures.HERE / "schema3.vom"
-        shutil.rmtree(kept, ignore_errors=True)
-        kept.mkdir()
-        shutil.copy(folder / "journal.sqlite", kept)
 
 
 if __name__ == "__main__":

@@ -75,7 +75,7 @@ def resolution_by(neighbours: Callable[[int], Array | None]) -> float | None:
         found = of_neighbours(near)
         if _inner_share(near) >= _SHEET or near.shape[1] < count:
             break
-    return None if found is None else larger(*found)
+    return None if found is None else _larger(*found)
 
 
 def _inner_share(near: Array) -> float:
@@ -84,7 +84,7 @@ def _inner_share(near: Array) -> float:
     return float((distance < 0.5 * distance[:, -1:]).mean())
 
 
-def larger(areas: Array, noises: Array) -> float | None:
+def _larger(areas: Array, noises: Array) -> float | None:
     """The larger of spacing and noise, each the median of what the places tell."""
     known = np.isfinite(areas) & (areas > 0)
     if not known.any():

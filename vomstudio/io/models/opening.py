@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -163,21 +163,27 @@ def _point_spacing(points: npt.NDArray[np.float64]) -> float:
         return float("nan")
     half = 15.0 * rough
     found: list[npt.NDArray[np.float64]] = []
-    # Gone through once for every window: several times as fast on its own.
-    x = np.ascontiguousarray(points[:, 0])
-    for row in np.linspace(0, n - 1, WINDOWS).astype(np.int64):
-        centre = points[row]
-        near = np.flatnonzero((x >= centre[0] - half) & (x <= centre[0] + half))
-        local = points[near] - centre
-        local = local[(np.abs(local[:, 1:]) <= half).all(axis=1)]
-        if len(local) < 2:
-            continue
+    for local in _windows(points, half):
         inner = local[(np.abs(local) <= 0.6 * half).all(axis=1)]
         distance, _ = cKDTree(local).query(inner, k=min(4, len(local)))
         found.append(_first_positive(distance))
     distances = np.concatenate(found) if found else np.empty(0)
     distances = distances[np.isfinite(distances)]
     return float(distances.mean()) if len(distances) else float(rough)
+
+
+def _windows(points: npt.NDArray[np.float64], half: float) -> Iterator[npt.NDArray[np.float64]]:
+    """The points of boxes around some points of the cloud, less these; `half` : of a box's side.
+    Boxes of a single point are left out."""
+    # Gone through once for every window: several times as fast on its own.
+    x = np.ascontiguousarray(points[:, 0])
+    for row in np.linspace(0, len(points) - 1, WINDOWS).astype(np.int64):
+        centre = points[row]
+        near = np.flatnonzero((x >= centre[0] - half) & (x <= centre[0] + half))
+        local = points[near] - centre
+        local = local[(np.abs(local[:, 1:]) <= half).all(axis=1)]
+        if len(local) > 1:
+            yield local
 
 
 def _rough_spacing(points: npt.NDArray[np.float64]) -> float:
@@ -210,15 +216,10 @@ def _of_cloud(points: npt.NDArray[np.float64]) -> float:
     # Some thousand points, of which the inner ones have all their neighbours there.
     half = 30.0 * spacing
     found_there = []
-    x = np.ascontiguousarray(points[:, 0])
-    for row in np.linspace(0, n - 1, WINDOWS).astype(np.int64):
-        centre = points[row]
-        near = np.flatnonzero((x >= centre[0] - half) & (x <= centre[0] + half))
-        local = points[near] - centre
-        local = local[(np.abs(local[:, 1:]) <= half).all(axis=1)]
+    for local in _windows(points, half):
         inner = local[(np.abs(local) <= 0.4 * half).all(axis=1)]
         inner = inner[:: max(1, len(inner) // (SAMPLED_PLACES // WINDOWS))]
-        one = effective_resolution(local, cKDTree(local), inner) if len(local) > 1 else None
+        one = effective_resolution(local, cKDTree(local), inner)
         if one is not None:
             found_there.append(one)
     return float(np.median(found_there)) if found_there else float(spacing)
