@@ -67,6 +67,16 @@ def test_what_is_shown_beforehand_is_what_comes(dialog: ProfileDialog, studio: A
     assert "1 good, 1 doubtful, 0 poor" in dialog.effect.text().split(":")[-1]
 
 
+def test_what_is_typed_stays_while_features_are_worked_on(
+    dialog: ProfileDialog, studio: Any
+) -> None:
+    choose(dialog, "textbook")
+    dialog.boxes["least_coplanarity"].setValue(7.0)
+    studio.attempt(edits.set_attributes, ["t0"], notes="the same bed")
+    assert dialog.boxes["least_coplanarity"].value() == 7.0
+    assert dialog.limits().by == "shape"
+
+
 def test_a_changed_limit_makes_a_profile_of_ones_own_that_is_kept(
     dialog: ProfileDialog, studio: Any
 ) -> None:

@@ -7,6 +7,7 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from PySide6.QtCore import QSignalBlocker
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -86,9 +87,8 @@ class ProfileDialog(QDialog):
         self.effect.setWordWrap(True)
         self.boxes: dict[str, QDoubleSpinBox] = {}
         self._arrange()
-        studio.edited.connect(self._show_project)
+        studio.edited.connect(self._edited)
         studio.project_opened.connect(self.close)
-        self._show_project()
 
     def _arrange(self) -> None:
         self.form = QFormLayout()
@@ -117,8 +117,21 @@ class ProfileDialog(QDialog):
         column.addWidget(buttons)
 
     # --- what is shown -----------------------------------------------------------------------
-    def _show_project(self, *_: object) -> None:
-        """The profile of the project, as after an undo."""
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
+        super().showEvent(event)
+        self._show_project()
+
+    def _edited(self, *_: object) -> None:
+        """Another profile is shown; what is typed of one stays while features are worked on."""
+        if not self.isVisible():
+            return
+        if limits_of(self._studio.records, self._studio.settings.thresholds) != self._current:
+            self._show_project()
+        else:
+            self._tell()
+
+    def _show_project(self) -> None:
+        """The profile of the project."""
         self._current = limits_of(self._studio.records, self._studio.settings.thresholds)
         kept = self._studio.settings.profiles.values()
         own = [Thresholds(**limits) for limits in kept]
