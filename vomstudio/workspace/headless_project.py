@@ -167,6 +167,9 @@ class HeadlessProject:
         """Add a trace for each line of picks that defines a plane, all as one edit. Raises
         GeometryError where none does."""
         surface, warnings = self._surface(model)
+        if warnings:
+            unknown = tr("Resolution and exposed face are not known for the new planes.")
+            warnings = (f"{warnings[0]} {unknown}",)
         records = self.session.records
         added: dict[str, Record] = {}
         traces: list[Trace] = []
@@ -223,7 +226,10 @@ class HeadlessProject:
             if not mine:
                 continue
             surface, said = self._surface(model)
-            left += said
+            left += (
+                tr("{reason} The features on it keep their earlier values.", reason=why)
+                for why in said
+            )
             if surface is not None:
                 measured |= {f.id: measured_anew(surface, f) for f in mine}
         if features and not measured:
@@ -298,8 +304,7 @@ class HeadlessProject:
         self._surfaces[model.id] = found
         if found is not None:
             return found, ()
-        unknown = tr("Resolution and exposed face are not known for the new planes.")
-        return None, (f"{why} {unknown}",)
+        return None, (why,)
 
 
 def _matching(records: Sequence[Named], wanted: str) -> list[Named]:
