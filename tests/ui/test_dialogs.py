@@ -41,3 +41,24 @@ def test_a_dialog_that_is_closed_hears_no_more_of_jobs_and_is_let_go(window, stu
     del dialog
     gc.collect()
     assert gone() is None
+
+
+def test_the_frame_dialog_squeezes_nothing_below_its_texts(studio, window):
+    from PySide6.QtWidgets import QApplication, QComboBox
+
+    from vomstudio.document import edits
+    from vomstudio.document.records import Frame, Model
+    from vomstudio.ui.shell.frame_dialog import FrameDialog
+
+    model = Model("m9", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("undeclared"))
+    studio.attempt(edits.add_model, model)
+    window.files.declare_frame("m9")
+    (dialog,) = window.findChildren(FrameDialog)
+    for text in ("", "EPSG:32633", "no system of this world is called like that"):
+        dialog._crs_button.click()
+        dialog._crs.setText(text)
+        dialog._check()
+        QApplication.processEvents()
+        for box in dialog.findChildren(QComboBox):
+            assert box.height() >= box.minimumSizeHint().height()
+    dialog.close()

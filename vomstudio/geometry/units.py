@@ -29,6 +29,14 @@ class Axes:
         return "metres" if self.metric else "model units"
 
     @property
+    def titles(self) -> tuple[str, str, str]:
+        """Over the columns of a table: names of the axes with their unit."""
+        names = ("E", "N", "Z") if self.north else ("x", "y", "z")
+        unit = "m" if self.metric else tr("units")
+        first, second, third = (f"{name} ({unit})" for name in names)
+        return first, second, third
+
+    @property
     def in_words(self) -> str:
         """For the heads of files, in English."""
         if self.metric and self.north:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QRect, QSize
+from PySide6.QtCore import QRect, QSize, Qt
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QTextBrowser, QVBoxLayout, QWidget
 
 from vomstudio.ui.common.widgets import Scrolling
@@ -18,10 +18,26 @@ def room_for(window: QWidget) -> QRect:
     return QRect(area.topLeft(), area.size() - _FRAME)
 
 
+def make_room_for_text(window: QWidget) -> None:
+    """Make a window as high as its texts need, whose lines depend on its width: Qt asks for less,
+    and squeezes what stands below them."""
+    layout = window.layout()
+    if layout is None or not layout.hasHeightForWidth():
+        return
+    size = window.size()
+    if not window.isVisible() and not window.testAttribute(Qt.WidgetAttribute.WA_Resized):
+        size = window.sizeHint().expandedTo(window.minimumSize())
+    layout.activate()
+    needed = layout.totalHeightForWidth(size.width())
+    if needed > size.height():
+        window.resize(size.width(), min(needed, room_for(window).height()))
+
+
 def fit_to_screen(window: QWidget) -> None:
     """Make a window that is about to be shown no larger than its screen, and let a dialog scroll
     whose contents need more height than that."""
     room = room_for(window)
+    make_room_for_text(window)
     layout = window.layout()
     if (
         isinstance(window, QDialog)

@@ -8,8 +8,9 @@ from typing import Any
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
-from vomstudio.document.records import Matrix, Model
+from vomstudio.document.records import Matrix, Model, get
 from vomstudio.geometry import transform
+from vomstudio.geometry.units import UNPLACED
 from vomstudio.tools.polyline import PolylineTool
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
@@ -23,7 +24,6 @@ class VertexTable(QTableWidget):
         super().__init__(0, 3)
         self._studio = studio
         self._tool = tool
-        self.setHorizontalHeaderLabels([tr("E (m)"), tr("N (m)"), tr("Z (m)")])
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.horizontalHeader().setMinimumSectionSize(40)
         self.verticalHeader().setFixedWidth(22)
@@ -34,14 +34,19 @@ class VertexTable(QTableWidget):
         self.itemSelectionChanged.connect(self._marked)
         self.itemChanged.connect(self._typed)
 
-    def _to_world(self) -> Matrix | None:
+    def _model(self) -> Model | None:
         feature = self._tool.feature
-        model = self._studio.records.get(feature.model_id) if feature else None
-        return model.to_world if isinstance(model, Model) else None
+        return get(self._studio.records, feature.model_id, Model) if feature else None
+
+    def _to_world(self) -> Matrix | None:
+        model = self._model()
+        return None if model is None else model.to_world
 
     def refresh(self) -> None:
         """Show the vertices of the tool as they are now."""
         tool = self._tool
+        model = self._model()
+        self.setHorizontalHeaderLabels((UNPLACED if model is None else model.frame.axes).titles)
         with QSignalBlocker(self):
             self.setRowCount(len(tool.vertices))
             if tool.vertices:

@@ -23,6 +23,7 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import crs_name, parse_crs
 from vomstudio.ui.common.crs_field import CrsField
+from vomstudio.ui.common.long_boxes import make_room_for_text
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.model_loading import OpenModel
 
@@ -146,24 +147,27 @@ class FrameDialog(QDialog):
             else ""
         )
         if not self._crs_button.isChecked():
-            self._crs_says.setText("")
+            self._say("")
             ok.setEnabled(True)
             return
         if not self._crs.text().strip():
-            self._crs_says.setText(
-                tr("Enter a code, name or country, such as EPSG:32633, UTM 33N or Iceland.")
-            )
+            self._say(tr("Enter a code, name or country, such as EPSG:32633, UTM 33N or Iceland."))
             ok.setEnabled(False)
             return
         try:
             code, unit = parse_crs(self._crs.text())
         except InputError as error:
-            self._crs_says.setText(error.message)
+            self._say(error.message)
             ok.setEnabled(False)
             return
-        self._crs_says.setText(crs_name(code))
+        self._say(crs_name(code))
         self._unit.setCurrentIndex(max(0, self._unit.findData(unit)))
         ok.setEnabled(True)
+
+    def _say(self, text: str) -> None:
+        self._crs_says.setText(text)
+        if self.isVisible():
+            make_room_for_text(self)
 
     def accept(self) -> None:
         """Make `frame` of what was chosen, and close."""
