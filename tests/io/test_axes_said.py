@@ -89,3 +89,9 @@ def test_a_view_plane_without_scale_is_not_in_metres(tmp_path: Path) -> None:
 
     assert "metre" in CRS.from_user_input(view_plane_crs(True)).to_wkt()
     assert "metre" not in CRS.from_user_input(view_plane_crs(False)).to_wkt()
+
+
+def test_columns_are_named_by_what_is_known_of_the_axes():
+    assert Axes().titles == ("E (m)", "N (m)", "Z (m)")
+    assert Axes(metric=True, north=False).titles == ("x (m)", "y (m)", "z (m)")
+    assert Axes(metric=False, north=False).titles == ("x (units)", "y (units)", "z (units)")

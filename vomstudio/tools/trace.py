@@ -137,6 +137,10 @@ class TraceTool(PolylineTool[Trace]):
         fit = self.measurement.fit if self.measurement else None
         if fit is None or fit.extent is None:
             return None
+        verdict = self.measurement.verdict if self.measurement else None
+        if verdict is not None and verdict.quality == "poor":
+            # It would cover the trace, and tells nothing.
+            return None
         return disc(fit.centroid, fit.normal, 0.5 * fit.extent)
 
     def _reading(self) -> tuple[str, ...]:
