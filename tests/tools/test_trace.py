@@ -458,3 +458,16 @@ def test_a_trace_that_is_back_before_its_model_is_judged_with_the_model(tool, co
     (trace,) = the_traces(other)
     assert trace.resolution == 0.02
     assert trace.outcrop_normal == (0.0, 1.0, 0.0)
+
+
+def test_only_a_plane_that_may_be_kept_is_shown_as_a_disc(tool, context):
+    # A bend of four metres in one plane, and one whose points stand a metre off any plane.
+    sure = [(0.0, 0.0, 0.0), (4.0, 2.0, 0.0), (8.0, 0.5, 0.01), (12.0, 4.0, 0.0), (16.0, 0.0, 0.0)]
+    clicks(tool, sure)
+    assert tool.measurement.verdict.quality != "poor"
+    assert context.shown[-1].patch is not None
+    tool.cancel()
+    poor = [(0.0, 0.0, 0.0), (4.0, 0.1, 1.0), (8.0, 0.0, -1.0), (12.0, -0.1, 1.0), (16.0, 0.0, 0.0)]
+    clicks(tool, poor)
+    assert tool.measurement.verdict.quality == "poor"
+    assert context.shown[-1].patch is None
