@@ -40,7 +40,7 @@ def net(window, studio):
 
 def drawn(window) -> None:
     net = window.net
-    driver.wait(lambda: net.artists is not None and not net._timer.isActive(), "the net")
+    driver.wait(lambda: net.artists is not None and net.up_to_date, "the net")
     QApplication.processEvents()
 
 
@@ -99,7 +99,7 @@ def test_a_click_takes_one_pole_and_a_click_on_empty_net_clears(net, studio):
 def test_what_is_selected_elsewhere_is_emphasised_without_drawing_the_net_anew(net, studio):
     before, artists = net.canvas.grab().toImage(), net.artists
     draws: list[object] = []
-    net.canvas.mpl_connect("draw_event", draws.append)
+    artists.axes.figure.canvas.mpl_connect("draw_event", draws.append)
     studio.selection.set(["E1"])
     driver.pause(50)
     assert net.artists is artists

@@ -435,6 +435,8 @@ class MainWindow(QMainWindow):
         self._import_timer.stop()
         self.view.close()
         self._photo_shown.close()
+        if self.net is not None:
+            self.net.close_thread()
         self.studio.close()
         event.accept()
 
