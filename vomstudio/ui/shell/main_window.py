@@ -435,7 +435,7 @@ class MainWindow(QMainWindow):
         self._import_timer.stop()
         self.view.close()
         self._photo_shown.close()
-        if self.net is not None:
+        if hasattr(self, "net"):
             self.net.close_thread()
         self.studio.close()
         event.accept()
