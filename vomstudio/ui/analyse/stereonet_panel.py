@@ -11,7 +11,6 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QMouseEvent, QPalette
 from PySide6.QtWidgets import (
     QHBoxLayout,
-    QLabel,
     QSizePolicy,
     QToolButton,
     QVBoxLayout,
@@ -42,7 +41,7 @@ from vomstudio.ui.analyse.net_canvas import DPI, DrawnNet, NetCanvas, NetThread,
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
 from vomstudio.words import tr
 
 _MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "pentagon": "p",
@@ -93,7 +92,7 @@ class StereonetPanel(QWidget):
         )
         self._export = QToolButton()
         self._export.setDefaultAction(export)
-        self._under = QLabel()
+        self._under = ElidedLabel()
         self._under.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._under.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         row = QHBoxLayout()
