@@ -67,6 +67,11 @@ class WorkspaceFollowing(QObject):
         self._place.show_outcrop(
             model or instead is None or instead.isHidden() or instead.isFloating()
         )
+        by_photos = shown.middle and not model
+        if by_photos:
+            self._place.name_outcrop(self._docks[shown.middle].windowTitle(), shown.icon)
+        else:
+            self._place.name_outcrop(tr("Outcrop"), "image-filter-hdr")
         if shown.needs == "model":
             empty = not model
         elif shown.needs == "photos":

@@ -1,13 +1,12 @@
-"""The photo window, in which masks are drawn and points are marked."""
+"""An open photo, in which masks are drawn and points are marked."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
-    QHBoxLayout,
     QLabel,
     QSplitter,
     QToolBar,
@@ -34,28 +33,43 @@ from vomstudio.ui.photos.photo_document import photo_of
 from vomstudio.ui.photos.photo_list import PhotoList
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_masks import PhotoMasks
-from vomstudio.ui.photos.photo_survey import PhotoSurvey
-from vomstudio.ui.photos.photo_tools import PhotoTools
-from vomstudio.ui.photos.photo_window_commands import (
+from vomstudio.ui.photos.photo_page_commands import (
     TOOLS,
+    give_keys,
     look_commands,
     mask_commands,
+    own_window_command,
     point_commands,
     undo_commands,
 )
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
+from vomstudio.ui.photos.photo_tools import PhotoTools
 from vomstudio.ui.photos.points_box import PointsBox
 from vomstudio.words import tr
 from vomstudio.workspace.history import step_words
 
+# Narrower, the photo has the room of the list.
+_LEAST_WITH_LIST = 900
 
-class PhotoWindow(QWidget):
-    """A window beside the main one. Every mask and mark is at once a step of the project's history,
-    which both windows undo and redo."""
 
-    def __init__(self, parent: QWidget, survey: PhotoSurvey) -> None:
-        super().__init__(parent, Qt.WindowType.Window)
+class PhotoPage(QWidget):
+    """It stands in the middle of the main window, or is a window beside that. Every mask and mark
+    is at once a step of the project's history, which both undo and redo.
+
+    changed : what the commands would do is another thing. hinted : its status line. wanted : it
+    has something to say. other_place_wanted : in a window of its own, or back. closed : for good
+    """
+
+    changed = Signal()
+    hinted = Signal(str)
+    wanted = Signal()
+    other_place_wanted = Signal()
+    closed = Signal()
+
+    def __init__(self, survey: PhotoSurvey) -> None:
+        super().__init__()
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.resize(1400, 860)
+        self.is_open = True
         self.survey = survey
         assert survey.folder is not None
         self.folder = survey.folder
@@ -91,6 +105,7 @@ class PhotoWindow(QWidget):
             *undo_commands(self.masks, self.tools, self.document, self.undo),
             *mask_commands(self.masks, self.mask_box, self.canvas, self.shown),
             *point_commands(self._editing, self.folder, self),
+            own_window_command(self, self.other_place_wanted.emit),
         ):
             self.actions_table.add(command)
         self.actions_table.give_keys_to(self.canvas)
@@ -99,19 +114,20 @@ class PhotoWindow(QWidget):
 
     def _arrange(self) -> None:
         bar = QToolBar()
+        bar.setIconSize(QSize(18, 18))
         theme.show_toggles(bar)
         bar.setMovable(False)
         actions = self.actions_table.all
         self._title = QLabel()
         self._title.setObjectName("photo_title")
         for name in ("previous", "next", "*title", "|", *TOOLS, "|", "undo", "redo", "|",
-                     "fit", "one_to_one"):  # fmt: skip
+                     "fit", "one_to_one", "|", "own_window"):  # fmt: skip
             if name == "|":
                 bar.addSeparator()
             elif name == "*title":
                 self._title.setMinimumWidth(self.fontMetrics().horizontalAdvance("M" * 16))
                 self._title.setContentsMargins(6, 0, 6, 0)
-                bar.addWidget(self._title)
+                self._title_place = bar.addWidget(self._title)
             else:
                 bar.addAction(actions[name])
                 button = bar.widgetForAction(actions[name])
@@ -138,9 +154,21 @@ class PhotoWindow(QWidget):
         layout.setSpacing(4)
         layout.addWidget(bar)
         layout.addWidget(split, 1)
-        foot = QHBoxLayout()
-        foot.addWidget(self._status, 1)
-        layout.addLayout(foot)
+        layout.addWidget(self._status)
+        self.place_in_own_window(False)
+
+    def place_in_own_window(self, own: bool) -> None:
+        """Follow a change of place: the main window has a tab that says the photo's name, a status
+        line, buttons that take a step back, and keys of its own."""
+        give_keys(self.actions_table, in_own_window=own)
+        for name in ("undo", "redo"):
+            self.actions_table.all[name].setVisible(own)
+        self._title_place.setVisible(own)
+        self._status.setVisible(own)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        self.list.setVisible(self.width() >= _LEAST_WITH_LIST)
 
     def _connect(self) -> None:
         self.list.opened.connect(self.show_photo)
@@ -241,7 +269,7 @@ class PhotoWindow(QWidget):
 
     def _survey_changed(self) -> None:
         if self.survey.folder != self.folder:
-            if self.isVisible() and not self.masks.busy:
+            if self.is_open and not self.masks.busy:
                 self.close()
         elif _stamp(self.survey.aligned_folder()) != self._cameras_of:
             self._read_cameras()
@@ -292,12 +320,21 @@ class PhotoWindow(QWidget):
 
     def _point_at(self, event: object) -> None:
         x, y = getattr(event, "x", 0.0), getattr(event, "y", 0.0)
-        self._status.setText(f"x {x:.1f}  y {y:.1f}   {self._words}")
+        self._say_status(f"x {x:.1f}  y {y:.1f}   {self._words}")
 
     def _write(self, words: str) -> None:
         """A hint or a message: it stays until the next, whatever the cursor does."""
         self._words = words
-        self._status.setText(words)
+        self._say_status(words)
+
+    def _say_status(self, text: str) -> None:
+        self._status.setText(text)
+        self.hinted.emit(text)
+
+    @property
+    def hint(self) -> str:
+        """What its status line says."""
+        return self._status.text()
 
     def _hint(self) -> str:
         return {
@@ -321,6 +358,7 @@ class PhotoWindow(QWidget):
 
     def _refresh(self) -> None:
         self.actions_table.refresh()
+        self.changed.emit()
         used = self.masks.used(self.photo)
         if self.masks.busy:
             words = self.masks.busy
@@ -342,9 +380,9 @@ class PhotoWindow(QWidget):
         """Whether all drawing is finished; if not, the user is told."""
         self.tools.drop()
         if self.masks.busy:
-            self.raise_()
+            self.wanted.emit()
             self.say(
-                tr("The window cannot be closed yet. {reason}", reason=self.masks.busy), "warning"
+                tr("The photo cannot be closed yet. {reason}", reason=self.masks.busy), "warning"
             )
             return False
         return True
@@ -353,6 +391,7 @@ class PhotoWindow(QWidget):
         if not self.may_close():
             event.ignore()
             return
+        self.is_open = False
         self.masks.close()
         self.marks.close()
         self.survey.exports.finish()
@@ -364,6 +403,7 @@ class PhotoWindow(QWidget):
         if self._changed_masks and self.survey.folder == self.folder:
             self.survey.check_again()
         event.accept()
+        self.closed.emit()
 
 
 def _stamp(out: Path | None) -> object:
