@@ -113,7 +113,7 @@ class PhotoPage(QWidget):
         self.points.offer(self.actions_table.all)
 
     def _arrange(self) -> None:
-        bar = QToolBar()
+        self.head = bar = QToolBar()
         bar.setIconSize(QSize(18, 18))
         theme.show_toggles(bar)
         bar.setMovable(False)

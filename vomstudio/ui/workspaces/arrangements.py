@@ -29,14 +29,16 @@ _SETTLED_MS = 300
 
 
 class Workspaces(QObject):
-    """leaving : another workspace is about to be shown; changed : it is shown, or a photo has come
-    to its middle or gone. settled : place, size or docks of the window have changed and are at
+    """leaving : another workspace is about to be shown; arranging : docks are about to be arranged
+    around what then has the middle; changed : the workspace is shown, or a photo has come to its
+    middle or gone. settled : place, size or docks of the window have changed and are at
     rest, so that `to_keep` is worth keeping. moved : at once, whenever a dock comes, goes or moves.
 
     A workspace remembers one arrangement for windows with room and one for small windows, in which
     docks fold together; what was left last at each of the two sizes comes back with it."""
 
     leaving = Signal()
+    arranging = Signal()
     changed = Signal(str)
     settled = Signal()
     moved = Signal()
@@ -150,6 +152,7 @@ class Workspaces(QObject):
 
     def _show(self) -> None:
         self._docks.own = self._shown.docks
+        self.arranging.emit()
         self._window.setUpdatesEnabled(False)
         try:
             kept = self._states.get(self._key())

@@ -7,6 +7,7 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtWidgets import QFrame, QLabel, QTabBar, QToolButton, QVBoxLayout, QWidget
 
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.messages_panel import MessageBar
 from vomstudio.words import tr
 
 # Of Qt, which does not export it.
@@ -48,7 +49,8 @@ class OutcropPlace(QWidget):
         self._column.addWidget(first, 1)
         self._outcrop = first
         self._photo: QWidget | None = None
-        self._bar: QWidget | None = None
+        self._head: QWidget | None = None
+        self._bar: MessageBar | None = None
         self._has_outcrop = True
         self._photo_in_front = False
         self._says_purpose = False
@@ -82,8 +84,8 @@ class OutcropPlace(QWidget):
         self._outcrop = outcrop
         self._show()
 
-    def set_bar(self, bar: QWidget) -> None:
-        """bar : of messages, which lies over the top of the room"""
+    def set_bar(self, bar: MessageBar) -> None:
+        """bar : lies over the top of the room, or below the tools of a photo"""
         self._bar = bar
         bar.installEventFilter(self)
 
@@ -97,12 +99,13 @@ class OutcropPlace(QWidget):
     def photo_in_front(self) -> bool:
         return self._photo_in_front
 
-    def set_photo(self, photo: QWidget | None) -> None:
-        """A photo that has a tab from now on, behind the outcrop at first; None for none."""
+    def set_photo(self, photo: QWidget | None, head: QWidget | None = None) -> None:
+        """A photo that has a tab from now on, behind the outcrop at first, with the tools at its
+        head; None for none."""
         if self._photo is not None:
             self._column.removeWidget(self._photo)
             self._photo.hide()
-        self._photo, self._photo_in_front = photo, False
+        self._photo, self._head, self._photo_in_front = photo, head, False
         if photo is not None:
             photo.setParent(self.room)
             self._column.addWidget(photo, 1)
@@ -145,6 +148,8 @@ class OutcropPlace(QWidget):
         ):
             if widget is not None:
                 widget.setVisible(seen)
+        if self._bar is not None:
+            self._bar.lie_below(self._head if self._photo_in_front else None)
         self._fit()
         # The window keeps the room of a dock that has just gone until it lays out anew.
         QTimer.singleShot(0, self, self._lay_out_window)

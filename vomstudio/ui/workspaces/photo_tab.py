@@ -44,10 +44,13 @@ class PhotoTab(QObject):
         super().__init__(parent)
         self._opening, self._workspaces, self._parent = opening, workspaces, parent
         self._place: OutcropPlace | None = None
+        self._told: PhotoPage | None = None
         # The workspace from which the photo has taken the user away.
         self._came_from = ""
         opening.shown.connect(self._show)
         workspaces.changed.connect(self._workspace_changed)
+        # What has no height would lose its room to the docks.
+        workspaces.arranging.connect(self._put)
 
     def commands(self) -> list[Command]:
         def nothing_open() -> str | None:
@@ -140,16 +143,17 @@ class PhotoTab(QObject):
         self._follow()
 
     def _follow(self) -> None:
-        """Show what has the middle of this workspace."""
-        place = self._place
-        if place is None:
-            return
-        before = place.photo_in_front
-        place.show_photo(self._workspaces.photo_in_front)
-        if place.photo_in_front != before:
+        """Show what has the middle of this workspace, and tell if it is another."""
+        self._put()
+        if self._told is not self.seen:
             self._tell()
 
+    def _put(self) -> None:
+        if self._place is not None:
+            self._place.show_photo(self._workspaces.photo_in_front)
+
     def _tell(self) -> None:
+        self._told = self.seen
         self.seen_changed.emit()
         self.changed.emit()
         self._hint()
@@ -163,7 +167,7 @@ class PhotoTab(QObject):
             page.wanted.connect(self.show_photo)
             page.other_place_wanted.connect(self._change_place)
             page.closed.connect(self._closed)
-            self._place.set_photo(page)
+            self._place.set_photo(page, page.head)
         self.show_photo()
 
     def _titled(self, title: str) -> None:
@@ -182,7 +186,7 @@ class PhotoTab(QObject):
             return
         if page.isWindow():
             page.place_in_own_window(False)
-            place.set_photo(page)
+            place.set_photo(page, page.head)
             self.show_photo()
         else:
             place.set_photo(None)
