@@ -82,6 +82,10 @@ class Actions(QObject):
         """None where a command can run now, else the reason as a sentence."""
         return self._commands[name].why_not()
 
+    def what(self, name: str) -> str | None:
+        """To what a command would be done now."""
+        return self._commands[name].what()
+
     def run(self, name: str) -> None:
         """Run an action if it can run now."""
         command = self._commands[name]

@@ -199,19 +199,20 @@ class PhotoDocument(QObject):
         return True
 
     # --- one history -------------------------------------------------------------------------
+    # A trace that is unfinished on the outcrop is not seen here, and stays as it is.
     @property
     def undo_label(self) -> str | None:
-        return self._studio.undo_label
+        return self._studio.session.undo_label
 
     @property
     def redo_label(self) -> str | None:
-        return self._studio.redo_label
+        return self._studio.session.redo_label
 
     def undo(self) -> None:
-        self._studio.undo()
+        self._studio.undo_edit()
 
     def redo(self) -> None:
-        self._studio.redo()
+        self._studio.redo_edit()
 
     def _edited(self, edit: Edit) -> None:
         changed = [r for id_ in edit.ids for r in (edit.before[id_], edit.after[id_])]

@@ -49,7 +49,7 @@ from vomstudio.words import tr
 from vomstudio.workspace.history import step_words
 
 # Narrower, the photo has the room of the list.
-_LEAST_WITH_LIST = 900
+_LEAST_WITH_LIST = 1000
 
 
 class PhotoPage(QWidget):
@@ -191,6 +191,7 @@ class PhotoPage(QWidget):
         self.survey.edited.connect(self._edited)
         # Where a run has found new cameras, and where another folder is looked at.
         self.survey.changed.connect(self._survey_changed)
+        self.survey.rows_changed.connect(self._survey_changed)
 
     # --- the photo ---------------------------------------------------------------------------
     @property
@@ -398,6 +399,7 @@ class PhotoPage(QWidget):
         self.shown.close()
         self._background.close()
         self.survey.changed.disconnect(self._survey_changed)
+        self.survey.rows_changed.disconnect(self._survey_changed)
         self.survey.edited.disconnect(self._edited)
         self.survey.history_changed.disconnect(self._refresh)
         if self._changed_masks and self.survey.folder == self.folder:

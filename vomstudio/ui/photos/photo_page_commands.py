@@ -21,6 +21,7 @@ from vomstudio.ui.photos.photo_list import PhotoList
 from vomstudio.ui.photos.photo_masks import PhotoMasks
 from vomstudio.ui.photos.photo_tools import PhotoTools
 from vomstudio.words import tr
+from vomstudio.workspace.history import step_words
 
 TOOLS = ("look", "mark", "polygon", "brush")
 _BRUSH_STEP = 1.15
@@ -69,7 +70,18 @@ def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command
         photo = table()
         return command.why_not() if photo is None else photo.why_not(name)
 
-    return replace(command, run=run, why_not=why_not)
+    def text() -> str:
+        photo = table()
+        if photo is None:
+            return command.text if command.text_now is None else command.text_now()
+        step = photo.what(name)
+        if step is None:
+            return command.text
+        words = step_words(step).replace("&", "&&")
+        return tr("&Undo {step}", step=words) if name == "undo" else tr("&Redo {step}", step=words)
+
+    named = command if command.text_now is None else replace(command, text_now=text)
+    return replace(named, run=run, why_not=why_not)
 
 
 def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Command:
@@ -119,7 +131,7 @@ def undo_commands(
         Command("undo", tr("Undo"), lambda: undo(False), "undo", (), "",
                 lambda: masks.busy or (None if tools.corners or document.undo_label
                                        else tr("There is nothing to undo.")),
-                what=lambda: document.undo_label),
+                what=lambda: tr("Last vertex") if tools.corners else document.undo_label),
         Command("redo", tr("Redo"), lambda: undo(True), "redo", (), "",
                 lambda: masks.busy or (
                     None if document.redo_label else tr("There is nothing to redo.")),
