@@ -173,8 +173,11 @@ def test_keys_act_on_the_photo_that_is_seen_and_not_on_the_outcrop_behind_it(bot
     key(window, Qt.Key.Key_T)
     pick(window, picks["B04"][:3])
     tool = studio.open_tool
+    undo = window.actions_table.all["undo"]
+    assert "oint" in undo.text(), "of the trace"
     page = open_from_tree(window, NAMES[0])
     assert not window.actions_table.all["trace"].isChecked()
+    assert "oint" not in undo.text(), "the trace is not seen"
     # Esc drops the polygon, then nothing; B is the brush, and not the view along the fold axis.
     press(Qt.Key.Key_P)
     assert page.canvas.tool == "polygon"
@@ -182,6 +185,7 @@ def test_keys_act_on_the_photo_that_is_seen_and_not_on_the_outcrop_behind_it(bot
     for step in (QPoint(0, 0), QPoint(80, 0), QPoint(80, 60)):
         click(page.canvas, middle + step)
     assert page.tools.corners == 3
+    assert undo.text() == "&Undo Last vertex"
     press(Qt.Key.Key_Z, CTRL)
     assert page.tools.corners == 2, "the vertex, not the step before it"
     press(Qt.Key.Key_Escape)
@@ -200,6 +204,7 @@ def test_keys_act_on_the_photo_that_is_seen_and_not_on_the_outcrop_behind_it(bot
     assert page.canvas.tool == "mark"
     click(page.canvas, middle)
     assert page.marks.marking.labels == ("tie1",)
+    assert "tie1" in undo.text()
     window.photos_panel.table.setFocus()
     press(Qt.Key.Key_Z, CTRL)
     assert page.marks.marking.labels == ()

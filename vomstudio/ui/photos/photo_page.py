@@ -56,7 +56,7 @@ class PhotoPage(QWidget):
     """It stands in the middle of the main window, or is a window beside that. Every mask and mark
     is at once a step of the project's history, which both undo and redo.
 
-    changed : what the commands would do is another thing. hinted : its status line. wanted : it
+    changed : another step would be undone or redone. hinted : its status line. wanted : it
     has something to say. other_place_wanted : in a window of its own, or back. closed : for good
     """
 
@@ -74,6 +74,7 @@ class PhotoPage(QWidget):
         assert survey.folder is not None
         self.folder = survey.folder
         self._stepping = False
+        self._steps: list[str | None] = []
         self._changed_masks: set[str] = set()
         rows = {row.name: row for row in survey.rows}
         self.document = survey.document
@@ -359,7 +360,15 @@ class PhotoPage(QWidget):
 
     def _refresh(self) -> None:
         self.actions_table.refresh()
-        self.changed.emit()
+        steps = [
+            tell(name)
+            for name in ("undo", "redo")
+            for tell in (self.actions_table.why_not, self.actions_table.what)
+        ]
+        if steps != self._steps:
+            # Not with every move of a mark: the main window has many commands.
+            self._steps = steps
+            self.changed.emit()
         used = self.masks.used(self.photo)
         if self.masks.busy:
             words = self.masks.busy

@@ -38,8 +38,9 @@ class WorkspaceFollowing(QObject):
         workspaces.settled.connect(lambda: studio.keep_window(workspaces.to_keep()))
 
     def photos_opened(self) -> None:
-        """The user has had a folder of photos opened."""
+        """The user has had a folder of photos opened, or wants to see its panel."""
         self._workspaces.switch(_PHOTOS)
+        self._docks.bring_forward(_PHOTOS)
 
     def path_opened(self) -> None:
         """The user has had a model or a project opened."""
