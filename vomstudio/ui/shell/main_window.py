@@ -284,7 +284,9 @@ class MainWindow(QMainWindow):
         studio.tool_changed_signal.connect(self.message_bar.end_hint)
         # A dialog takes long to make: not in the same event as all that a new model brings about.
         studio.frame_wanted.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
-        studio.recovery_found.connect(self._offer_recovery)
+        studio.recovery_found.connect(
+            lambda folders: self._notices.offer_recovery(folders, self.files.open_path)
+        )
         studio.jobs_changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
         self.cameras.found.connect(self.actions_table.refresh)
@@ -292,9 +294,6 @@ class MainWindow(QMainWindow):
         self.workspaces.changed.connect(self.actions_table.refresh)
         self.photo_tab.changed.connect(self.actions_table.refresh)
         self.photo_tab.hinted.connect(self.status_line.show_photo)
-
-    def _offer_recovery(self, folders: list[Path]) -> None:
-        self._notices.offer_recovery(folders, self.files.open_path)
 
     # --- start -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
@@ -389,14 +388,12 @@ class MainWindow(QMainWindow):
         event.acceptProposedAction()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
-        if event.key() == Qt.Key.Key_Escape and self._filled and self._has_open_work():
+        # What is unfinished on the outcrop is not dropped from a photo, where it is not seen.
+        on_outcrop = self._filled and self.photo_tab.seen is None
+        if event.key() == Qt.Key.Key_Escape and on_outcrop and self.studio.open_tool is not None:
             self.studio.cancel_tool()
             return
         super().keyPressEvent(event)
-
-    def _has_open_work(self) -> bool:
-        """A tool has something unfinished on the outcrop, and that is seen."""
-        return self.studio.open_tool is not None and self.photo_tab.seen is None
 
     # --- state -------------------------------------------------------------------------------
     def _tool_changed(self, name: str) -> None:
