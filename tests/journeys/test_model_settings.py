@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QListWidget, QMessageBox, QToolButton
+from PySide6.QtWidgets import QFileDialog, QListWidget, QMessageBox, QToolButton
 
 from tests import driver
 from tests.journeys.test_photos import looked_at
@@ -144,8 +144,11 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     photos,
     tmp_path,
     data_dir,
+    monkeypatch,
 ) -> None:
     folder = data_dir / "saint_martin"
+    asked = ["", str(tmp_path / "first.vom")]
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (asked.pop(0), ""))
     scale = 2 / 5
     # The photos are of two fifths of the size in which they were marked.
     text = (folder / "GroundMeasure.xml").read_text()
@@ -170,8 +173,12 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     assert dialog.start.isEnabled()
     driver.keep_picture(dialog, "model-settings-micmac")
     QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
+    assert window.survey.making is None, "the user did not want it there after all"
+    assert dialog.isVisible()
+    QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
     driver.wait(lambda: window.survey.making is not None, "the work")
-    # The project gets its name while the work goes on.
+    assert window.survey.out().is_relative_to(tmp_path / "first.vom")
+    # The project is saved elsewhere while the work goes on.
     out = window.survey.out()
     driver.wait(lambda: list((out / "work").glob("alignment-*[!t]")), "the alignment", 240.0)
     saved = tmp_path / "wall.vom"

@@ -9,7 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QListWidget, QToolButton
+from PySide6.QtWidgets import QFileDialog, QListWidget, QToolButton
 
 from tests import driver
 from vomstudio.document.records import Model
@@ -79,13 +79,16 @@ def test_a_folder_without_photos_says_so_and_the_window_lives(window, tmp_path) 
     assert window.survey.why_not_make() is not None
 
 
-def test_a_model_is_made_paused_and_continued(window, photos) -> None:
+def test_a_model_is_made_paused_and_continued(window, photos, tmp_path, monkeypatch) -> None:
+    place = tmp_path / "wall.vom"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(place), ""))
     drop(window, photos)
     looked_at(window)
     window.photos_panel.quality.setCurrentIndex(window.photos_panel.quality.findData("preview"))
     press(window, "make_model")
     driver.wait(lambda: window.survey.making and window.survey.making.stage, "the work", 60.0)
     out = window.survey.out()
+    assert out.is_relative_to(place), "where the user has asked for it"
     # Stopped within seconds, once something is finished.
     driver.wait(lambda: list((out / "work").glob("frame-*[!t]")), "the alignment", 180.0)
     press(window, "pause_model")

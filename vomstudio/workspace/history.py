@@ -80,6 +80,19 @@ class History:
         if done:
             self._notices.info(tr("Undone: {edit}", edit=step_words(label)))
 
+    def undo_edit(self) -> None:
+        """Undo the last edit of the document, whatever is unfinished on the outcrop: for what is
+        drawn elsewhere, where that is not seen."""
+        label = self._projects.session.undo_label
+        if label is not None and self._editing.undo():
+            self._notices.info(tr("Undone: {edit}", edit=step_words(label)))
+
+    def redo_edit(self) -> None:
+        """Redo the last undone edit of the document, as `undo_edit` undoes it."""
+        label = self._projects.session.redo_label
+        if label is not None and self._editing.redo():
+            self._notices.info(tr("Redone: {edit}", edit=step_words(label)))
+
     def _bring_back(self, discarded: Discarded) -> bool:
         entry = self._discarded.pop()
         self._tools.activate(discarded.tool)

@@ -32,7 +32,8 @@ from vomstudio.words import tr
 
 SUFFIX = ".vom"
 _MODELS = "models"
-_ALONG = (_MODELS, PHOTO_TABLES, ASSETS)
+# Making the thumbnails of thousands of photos again would take minutes.
+_ALONG = (_MODELS, PHOTO_TABLES, ASSETS, "cache/thumbnails")
 # What a reconstruction adds lines to; all else is written once, under another name.
 _LARGEST_COPIED = 1 << 20
 

@@ -74,6 +74,18 @@ class Actions(QObject):
             if command.in_viewport:
                 viewport.addAction(self.all[name])
 
+    def of_viewport(self) -> list[QAction]:
+        """The actions of the commands whose plain keys belong to the viewport."""
+        return [self.all[name] for name, each in self._commands.items() if each.in_viewport]
+
+    def why_not(self, name: str) -> str | None:
+        """None where a command can run now, else the reason as a sentence."""
+        return self._commands[name].why_not()
+
+    def what(self, name: str) -> str | None:
+        """To what a command would be done now."""
+        return self._commands[name].what()
+
     def run(self, name: str) -> None:
         """Run an action if it can run now."""
         command = self._commands[name]

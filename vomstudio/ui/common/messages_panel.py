@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QFrame,
@@ -59,6 +59,7 @@ class MessageBar(QFrame):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setAutoFillBackground(True)
+        self._tools: QWidget | None = None
         self._hint_timer = QTimer(self)
         self._hint_timer.setSingleShot(True)
         self._hint_timer.setInterval(_HINT_MS)
@@ -124,13 +125,19 @@ class MessageBar(QFrame):
             self._hint_timer.stop()
             self.hide()
 
+    def lie_below(self, tools: QWidget | None) -> None:
+        """Leave free what has tools at the top of the parent; None for nothing."""
+        self._tools = tools
+        self._place()
+
     def _place(self) -> None:
         """Across the top of the parent, as high as the words need."""
-        parent = self.parentWidget()
+        parent, tools = self.parentWidget(), self._tools
         if parent is not None and not self.isHidden():
             width = parent.width()
             height = max(self.heightForWidth(width), self.minimumSizeHint().height())
-            self.setGeometry(0, 0, width, height)
+            top = 0 if tools is None else tools.mapTo(parent, QPoint(0, tools.height())).y()
+            self.setGeometry(0, top, width, height)
             self.raise_()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802

@@ -65,6 +65,7 @@ class Studio(QObject):
 
         self.apply, self.attempt = w.editing.apply, w.editing.attempt
         self.undo, self.redo = w.history.undo, w.history.redo
+        self.undo_edit, self.redo_edit = w.history.undo_edit, w.history.redo_edit
         self.delete_selected = w.delete_selected
 
         self.open_path, self.open_model = w.models.open_path, w.models.open_model

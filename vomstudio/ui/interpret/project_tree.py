@@ -1,4 +1,4 @@
-"""The project tree: models, and features under their types, each with its eye."""
+"""The project tree: models, sets of photos, and features under their types, each with its eye."""
 
 from __future__ import annotations
 
@@ -38,6 +38,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.feature_row import Row, row_of
 from vomstudio.ui.interpret.filter_line import FilterLine
 from vomstudio.ui.interpret.tree_menus import TreeMenus
+from vomstudio.ui.interpret.tree_photos import TreePhotos
 from vomstudio.ui.interpret.tree_view import (
     ID,
     MANY,
@@ -62,14 +63,16 @@ class ProjectTree(QWidget):
         studio: Studio,
         menu_actions: Callable[[Record], list[QAction]],
         edit_type: Callable[[str], object],
+        photos: TreePhotos,
     ) -> None:
         super().__init__()
-        self._studio = studio
+        self._studio, self._photos = studio, photos
         self._menus = TreeMenus(studio, self, menu_actions, edit_type, self.change_type)
         self._items: dict[str, QTreeWidgetItem] = {}
         self._hidden: set[str] = set()
         self._rows: dict[str, Row] = {}
         self._icons: dict[str, QIcon] = {}
+        self._selecting = False
         self.tree = FeatureTree(lambda id_: isinstance(studio.records.get(id_), FeatureType))
         self.tree.setObjectName("project_tree")
         self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
@@ -77,6 +80,7 @@ class ProjectTree(QWidget):
         self.tree.itemSelectionChanged.connect(self._selected)
         self.tree.itemChanged.connect(self._changed)
         self.tree.dropped.connect(self._dropped)
+        photos.join(self.tree)
         self.filter = FilterLine(tr("Filter: words, or dip>30"), wraps=True)
         self.filter.changed.connect(self._filtered)
         self.empty_types = QToolButton()
@@ -132,6 +136,7 @@ class ProjectTree(QWidget):
             self._rows.clear()
             models = self._group("models", tr("Models"), "0")
             models.setIcon(NAME, theme.icon("image-filter-hdr"))
+            self._photos.rebuild()
             for kind in self._studio.session.of(FeatureType):
                 item = self._group(kind.id, kind.name, "1")
                 item.setIcon(NAME, theme.type_icon(kind.color, kind.symbol))
@@ -240,7 +245,7 @@ class ProjectTree(QWidget):
             for own in GROUPS:
                 self._items[own.id].setHidden(shown.get(own.id, 0) == 0)
         self.tree.setColumnHidden(SET, not sets)
-        empty = not studio.session.of(Model) and not features
+        empty = not (studio.session.of(Model) or features or self._photos.any)
         self._stack.setCurrentIndex(0 if empty else 1)
 
     def _failing(
@@ -319,6 +324,7 @@ class ProjectTree(QWidget):
             for parent, moved in unsorted.values():
                 _put_in_order(parent, moved)
             self.tree.setUpdatesEnabled(True)
+        self._photos.edited(edit)
         self._finish()
         self._show_selection(self._studio.selection.ids)
 
@@ -328,6 +334,8 @@ class ProjectTree(QWidget):
         self._show_selection(self._studio.selection.ids)
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:
+        if self._selecting:
+            return
         with QSignalBlocker(self.tree):
             if len(ids) < MANY:
                 self.tree.clearSelection()
@@ -370,7 +378,11 @@ class ProjectTree(QWidget):
 
     # --- what is done ------------------------------------------------------------------------
     def _selected(self) -> None:
-        self._studio.selection.set(str(i.data(NAME, ID)) for i in self.tree.selectedItems())
+        ids = [str(i.data(NAME, ID)) for i in self.tree.selectedItems()]
+        # A photo is no record: it stays selected here while the selection changes.
+        self._selecting = True
+        self._studio.selection.set(id_ for id_ in ids if id_ in self._items)
+        self._selecting = False
 
     def _changed(self, item: QTreeWidgetItem, column: int) -> None:
         id_ = str(item.data(NAME, ID))
@@ -412,9 +424,17 @@ class ProjectTree(QWidget):
     # --- context menu -----------------------------------------------------
     def _menu(self, at: QPoint) -> None:
         item = self.tree.itemAt(at)
-        menu = self.menu_for("" if item is None else str(item.data(NAME, ID)))
+        menu = self.menu_of(item)
         if not menu.isEmpty():
             menu.exec(self.tree.viewport().mapToGlobal(at))
+
+    def menu_of(self, item: QTreeWidgetItem | None) -> QMenu:
+        """The context menu of a row; of the tree where there is none."""
+        photos = QMenu(self)
+        photos.setToolTipsVisible(True)
+        if item is not None and self._photos.menu_for(photos, item):
+            return photos
+        return self.menu_for("" if item is None else str(item.data(NAME, ID)))
 
     def menu_for(self, id_: str) -> QMenu:
         """The context menu of a record or group; of the tree where `id_` is empty."""

@@ -1,4 +1,4 @@
-"""The photo that is open in a window of its own: its picture, and where it is looked at."""
+"""The photo that is open: its picture, and where it is looked at."""
 
 from __future__ import annotations
 

@@ -1,19 +1,21 @@
-"""Opening a photo in a window of its own."""
+"""Opening a photo, of whichever set of photos in the project."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QObject, Signal
 
+from vomstudio.document.records import PhotoSet
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.open_dialogs import OpenDialogs
+from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.ui.photos.photo_window import PhotoWindow
+    from vomstudio.ui.photos.photo_page import PhotoPage
 
 
 def commands(opening: PhotoOpening, chosen: Callable[[], str | None]) -> list[Command]:
@@ -21,7 +23,7 @@ def commands(opening: PhotoOpening, chosen: Callable[[], str | None]) -> list[Co
     return [
         Command("open_photo", tr("&Open photo"), lambda: opening.open(chosen()),
                 "image-edit-outline", (),
-                tr("In a window of its own, to draw its mask and to mark points."),
+                tr("In the middle of the window, to draw its mask and to mark points."),
                 opening.why_not),
         Command("take_in_photos", tr("Re-&import points and masks"), opening.take_in,
                 "tray-arrow-down", (),
@@ -31,11 +33,20 @@ def commands(opening: PhotoOpening, chosen: Callable[[], str | None]) -> list[Co
     ]  # fmt: skip
 
 
-class PhotoOpening:
-    """The one window in which photos are opened, beside the window of the outcrop."""
+class PhotoOpening(QObject):
+    """One photo is open at a time: the next one takes its page.
 
-    def __init__(self, parent: QWidget, survey: PhotoSurvey, dialogs: OpenDialogs) -> None:
-        self._parent, self._survey, self._dialogs = parent, survey, dialogs
+    shown : PhotoPage, which is to be looked at now
+    """
+
+    shown = Signal(object)
+
+    def __init__(self, studio: Studio, survey: PhotoSurvey) -> None:
+        super().__init__()
+        self._studio, self._survey = studio, survey
+        self._page: PhotoPage | None = None
+        self._waiting: tuple[Path, str | None] | None = None
+        survey.changed.connect(self._survey_changed)
 
     def why_not(self) -> str | None:
         """None where a photo can be opened, else the reason as a sentence."""
@@ -50,25 +61,69 @@ class PhotoOpening:
         self._survey.take_in_beside()
 
     @property
-    def opened(self) -> PhotoWindow | None:
-        from vomstudio.ui.photos.photo_window import PhotoWindow
-
-        return self._dialogs.shown(PhotoWindow)
+    def opened(self) -> PhotoPage | None:
+        """The page of the photo that is open."""
+        return self._page
 
     def open(self, name: str | None = None) -> None:
-        """The photo of this name, or the first."""
-        from vomstudio.ui.photos.photo_window import PhotoWindow
+        """The photo of this name, or the first, of the photos in the panel."""
+        from vomstudio.ui.photos.photo_page import PhotoPage
 
+        self._waiting = None
         if self.why_not() is not None:
             return
-        wanted = name or self._survey.rows[0].name
-        window = self._dialogs.show(PhotoWindow, lambda: PhotoWindow(self._parent, self._survey))
-        window.raise_()
-        window.activateWindow()
-        window.show_photo(wanted)
-        window.canvas.setFocus()
+        names = [row.name for row in self._survey.rows]
+        wanted = name if name is not None and name in names else names[0]
+        if self._page is None:
+            self._page = PhotoPage(self._survey)
+            self._page.closed.connect(self._closed)
+        page = self._page
+        self.shown.emit(page)
+        page.show_photo(wanted)
+        page.canvas.setFocus()
+
+    def open_set(self, photo_set: PhotoSet) -> bool:
+        """Show a set of photos in the panel; False, with the reason said, where its folder is not
+        to be found."""
+        document = self._survey.document
+        if (shown := document.photo_set) is not None and shown.id == photo_set.id:
+            return True
+        folder = document.folder_of(photo_set)
+        if folder is None:
+            self._studio.warn(
+                tr(
+                    "The photos {name} are not in {folder} any more. Choose their folder with New "
+                    "model from photos.",
+                    name=photo_set.name,
+                    folder=photo_set.path,
+                )
+            )
+            return False
+        self._survey.open(folder)
+        return True
+
+    def open_in(self, photo_set: PhotoSet, name: str | None = None) -> None:
+        """A photo of a set, which is first shown in the panel where another one is."""
+        if not self.open_set(photo_set):
+            return
+        if self.why_not() is None:
+            self.open(name)
+        elif self._survey.folder is not None:
+            # Opened once its photos are read.
+            self._waiting = self._survey.folder, name
+
+    def _survey_changed(self) -> None:
+        if self._waiting is None:
+            return
+        folder, name = self._waiting
+        if folder != self._survey.folder or self._survey.problem:
+            self._waiting = None
+        elif self.why_not() is None:
+            self.open(name)
+
+    def _closed(self) -> None:
+        self._page = None
 
     def may_close(self) -> bool:
         """Whether the program may end over what was drawn in photos."""
-        window = self.opened
-        return window is None or window.close()
+        return self._page is None or self._page.close()

@@ -40,7 +40,7 @@ class PhotoDocument(QObject):
     """The records of one folder of photos.
 
     points_changed : points or marks of these photos; masks_changed : a frozenset of the names of
-    photos whose mask has changed
+    photos whose mask has changed, an empty one where only the project has moved
     """
 
     points_changed = Signal()
@@ -52,7 +52,9 @@ class PhotoDocument(QObject):
         self.folder: Path | None = None
         self._last: tuple[object, int, float] | None = None
         self._masks: dict[str, Asset] = {}
+        self._home: Path | None = None
         studio.edited.connect(self._edited)
+        studio.history_changed.connect(self._follow_project)
 
     def look_at(self, folder: Path | None) -> None:
         """From now on show the records of this folder; None for none."""
@@ -72,13 +74,15 @@ class PhotoDocument(QObject):
 
     def last_folder(self) -> Path | None:
         """The photos that were added last, where they are to be found."""
+        sets = reversed(list(photo_sets(self._studio.records)))
+        return next((f for each in sets if (f := self.folder_of(each)) is not None), None)
+
+    def folder_of(self, photo_set: PhotoSet) -> Path | None:
+        """Where a set of photos is to be found; None where it is gone."""
         home = self._studio.project.folder
-        for each in reversed(list(photo_sets(self._studio.records))):
-            # A project that was moved together with its photos.
-            for place in (home / each.path, home.parent / each.name):
-                if place.is_dir():
-                    return place
-        return None
+        # A project may have been moved together with its photos.
+        places = (home / photo_set.path, home.parent / photo_set.name)
+        return next((place for place in places if place.is_dir()), None)
 
     def moved_from(self) -> PhotoSet | None:
         """The record of a folder of this name that is not where it was: it is this one, moved."""
@@ -133,9 +137,18 @@ class PhotoDocument(QObject):
     def project_folder(self) -> Path:
         return self._studio.project.folder
 
+    def _follow_project(self) -> None:
+        """A project that is saved elsewhere takes its files along."""
+        if self._home != self._studio.project.folder:
+            self._home = self._studio.project.folder
+            self.masks_changed.emit(frozenset())
+
     def give_masks(self, rows: Sequence[PhotoRow]) -> None:
-        """Enter into each row the file of its mask."""
+        """Enter into each row where its mask and thumbnail are."""
+        thumbnails = self._studio.project.cache / "thumbnails"
         for row in rows:
+            if row.thumbnail is not None:
+                row.thumbnail = str(thumbnails / Path(row.thumbnail).name)
             with contextlib.suppress(VomError):
                 path = self.mask_path(row.name)
                 row.mask = None if path is None else str(path)
@@ -186,19 +199,20 @@ class PhotoDocument(QObject):
         return True
 
     # --- one history -------------------------------------------------------------------------
+    # A trace that is unfinished on the outcrop is not seen here, and stays as it is.
     @property
     def undo_label(self) -> str | None:
-        return self._studio.undo_label
+        return self._studio.session.undo_label
 
     @property
     def redo_label(self) -> str | None:
-        return self._studio.redo_label
+        return self._studio.session.redo_label
 
     def undo(self) -> None:
-        self._studio.undo()
+        self._studio.undo_edit()
 
     def redo(self) -> None:
-        self._studio.redo()
+        self._studio.redo_edit()
 
     def _edited(self, edit: Edit) -> None:
         changed = [r for id_ in edit.ids for r in (edit.before[id_], edit.after[id_])]

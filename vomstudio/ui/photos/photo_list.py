@@ -1,4 +1,4 @@
-"""The list of photos in the photo window, with those first that can show the chosen point."""
+"""The list of photos beside an open one, with those first that can show the chosen point."""
 
 from __future__ import annotations
 

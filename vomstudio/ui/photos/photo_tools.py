@@ -15,7 +15,7 @@ from vomstudio.ui.photos.photo_masks import PhotoMasks
 
 
 class PhotoTools(QObject):
-    """The tools of the photo window.
+    """The tools of an open photo.
 
     marked : (x, y) at which the chosen point is to be marked; moved : (label, x, y, whether the
     drag goes on) of a mark; picked : the label of a mark that was clicked

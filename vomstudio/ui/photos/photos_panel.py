@@ -67,7 +67,7 @@ class PhotosPanel(QWidget):
 
     chosen = Signal(object)
     opened = Signal(str)
-    """A photo that is to be looked at in a window of its own."""
+    """A photo that is to be looked at."""
 
     def __init__(self, survey: PhotoSurvey, actions: dict[str, QAction]) -> None:
         super().__init__()

@@ -1,7 +1,8 @@
-"""The keyboard goes where the eye is: one place decides when the outcrop has it.
+"""The keyboard goes where the eye is: one place decides when the outcrop has it, or the photo that
+is open in its place. Whichever of the two is seen is called the outcrop below.
 
 Outside the outcrop only text that is being edited keeps the keys. All docks of the window are
-served alike, whatever stands in them:
+served alike, whatever stands in them, and so is what stands around an open photo:
 
 - the cursor or the wheel over the outcrop takes the focus from everything but a text that has been
   changed and not yet been confirmed;
@@ -12,10 +13,12 @@ served alike, whatever stands in them:
 - what loses the focus because it disappears or is disabled leaves it to the outcrop.
 
 Dialogs and other windows, cells that are edited in a table, and widgets that have keys of their own
-(the photo) are left alone.
+(the photo in a panel) are left alone.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, Qt, SignalInstance
@@ -57,20 +60,37 @@ _IN_NUMBERS = "0123456789+-.,eE \N{MINUS SIGN}\N{DEGREE SIGN}"
 class KeyboardFocus(QObject):
     """Watches the one widget of a window that has the focus, and the outcrop."""
 
-    def __init__(self, window: QMainWindow, outcrop: QWidget, *opened: SignalInstance) -> None:
-        """opened : sent when something was opened, which is then looked at"""
+    def __init__(
+        self, window: QMainWindow, seen: Callable[[], QWidget], *opened: SignalInstance
+    ) -> None:
+        """seen : gives what stands in the middle of the window, outcrop or photo. opened : sent
+        when something was opened, which is then looked at"""
         super().__init__(window)
-        self._window, self._outcrop = window, outcrop
+        self._window, self._seen = window, seen
+        self._entered: QWidget | None = None
         self._watched: QWidget | None = None
         self._passed_on: QWidget | None = None
         self._text = ""
         self._typed = False
-        outcrop.installEventFilter(self)
         application = QApplication.instance()
         assert isinstance(application, QApplication)
         application.focusChanged.connect(self._moved)
         for signal in opened:
             signal.connect(self.to_outcrop)
+        self.look()
+
+    @property
+    def _outcrop(self) -> QWidget:
+        return self._seen()
+
+    def look(self) -> None:
+        """Something else is seen: it takes the keyboard, and again when the cursor comes over
+        it."""
+        if self._entered is not None and shiboken6.isValid(self._entered):
+            self._entered.removeEventFilter(self)
+        self._entered = self._outcrop
+        self._entered.installEventFilter(self)
+        self.to_outcrop()
 
     def to_outcrop(self, *_: object) -> None:
         """Give the outcrop the focus, unless text is being edited."""
@@ -135,7 +155,7 @@ class KeyboardFocus(QObject):
     # --- what it does with its keys ----------------------------------------------------------
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         kind = event.type()
-        if watched is self._outcrop:
+        if watched is self._entered:
             if kind in (QEvent.Type.Enter, QEvent.Type.Wheel) and self._window_is_active():
                 self.to_outcrop()
             return False

@@ -98,6 +98,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.scene.camera_view import CameraView
         from vomstudio.ui.scene.outcrop_view import OutcropView
         from vomstudio.ui.shell.project_files import Files
+        from vomstudio.ui.workspaces.photo_tab import PhotoTab
 
         self.survey = PhotoSurvey(self.studio)
         self.files = Files(self, self.studio, self.survey)
@@ -107,7 +108,8 @@ class MainWindow(QMainWindow):
         self.docks = WindowDocks(self)
         self.workspaces = Workspaces(self, self.docks, self._settings.window)
         self._dialogs = OpenDialogs()
-        self.photo_opening = PhotoOpening(self, self.survey, self._dialogs)
+        self.photo_opening = PhotoOpening(self.studio, self.survey)
+        self.photo_tab = PhotoTab(self.photo_opening, self.workspaces, self)
 
     def _make_actions(self) -> None:
         from vomstudio.ui.scene.view_panel import ViewPanel
@@ -118,7 +120,8 @@ class MainWindow(QMainWindow):
         self._photo_shown = FeaturePhoto(self.studio)
         self._sightings = SightingList(self._photo_shown.images)
         self.actions_table = Actions(self)
-        for command in (*self._basic_commands(), *self._photo_commands(), *self._rest_commands()):
+        own = (*self._basic_commands(), *self._photo_commands(), *self._rest_commands())
+        for command in self.photo_tab.over(own):
             self.actions_table.add(command)
 
     def _basic_commands(self) -> list[Command]:
@@ -148,9 +151,12 @@ class MainWindow(QMainWindow):
             self, studio, survey, dialogs, self.actions_table.all, self._open_photos
         )
         return [
-            *survey_commands.commands(studio, survey, asked, self._open_photos),
+            *survey_commands.commands(
+                studio, survey, asked, self._open_photos, self.files.place_for
+            ),
             *result_commands.commands(studio, survey, self.cameras, dialogs, self),
             *photo_commands.commands(self.photo_opening, lambda: self.photos_panel.chosen_photo()),
+            *self.photo_tab.commands(),
             *in_photos_commands.commands(
                 studio, self.photo_links, self._sightings, self._photo_shown, self.docks, self
             ),
@@ -185,13 +191,15 @@ class MainWindow(QMainWindow):
 
         self.start_page = StartPage(self.studio, self.actions_table.all, self.open_path)
         self._place = OutcropPlace(self.start_page)
-        self.message_bar = MessageBar(self._place)
+        self.message_bar = MessageBar(self._place.room)
         self._place.set_bar(self.message_bar)
+        self.photo_tab.join(self._place, self.actions_table.of_viewport())
         self.setCentralWidget(self._place)
         self._following = WorkspaceFollowing(
             self.studio, self.survey, self.docks, self.workspaces, self._place
         )
         self.files.opened.connect(self._following.path_opened)
+        self.files.opened.connect(self.photo_tab.show_outcrop)
 
     def _make_panels(self) -> None:
         from vomstudio.ui.common.command_targets import current_model
@@ -201,15 +209,18 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.interpret.project_tree import ProjectTree
         from vomstudio.ui.interpret.properties_panel import PropertiesPanel
         from vomstudio.ui.interpret.table_panel import TablePanel
+        from vomstudio.ui.interpret.tree_photos import TreePhotos
         from vomstudio.ui.photos.photos_panel import PhotosPanel
         from vomstudio.ui.scene.display_panel import DisplayPanel
         from vomstudio.ui.shell.record_actions import record_actions
         from vomstudio.ui.sight.in_photos_panel import InPhotosPanel
 
         studio, actions = self.studio, self.actions_table.all
-        self.tree = ProjectTree(
-            studio, partial(record_actions, self.actions_table), self._open_types
+        photos = TreePhotos(
+            studio, self.survey, self.photo_opening, actions, self._following.photos_opened
         )
+        menus = partial(record_actions, self.actions_table)
+        self.tree = ProjectTree(studio, menus, self._open_types, photos)
         self.tool_panel = ActiveToolPanel(studio, tool_panels.make_panels(studio, actions), actions)
         self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
         self.display_panel.on_clip_toggled(actions["clipping_box"].trigger)
@@ -218,6 +229,7 @@ class MainWindow(QMainWindow):
         )
         self.table = TablePanel(studio, actions["export_csv"])
         self.photos_panel = PhotosPanel(self.survey, actions)
+        photos.chosen.connect(self.photos_panel.choose)
         self.in_photos = InPhotosPanel(
             studio, self.photo_links, self._photo_shown, self._sightings, actions
         )
@@ -248,32 +260,12 @@ class MainWindow(QMainWindow):
         self.tool_panel.tell_title(self.docks["tool"].setWindowTitle)
 
     def _make_bars(self) -> None:
-        from vomstudio.tools.registry import TOOLS
-        from vomstudio.ui.scene import display_commands
-        from vomstudio.ui.shell.menus import fill_menu_bar, make_toolbar
+        from vomstudio.ui.shell.menus import make_bars
         from vomstudio.ui.shell.notices import Notices
         from vomstudio.ui.shell.status_line import StatusLine
-        from vomstudio.ui.workspaces.strip import command_names, make_strip
 
         actions = self.actions_table.all
-        groups = {
-            "workspaces": command_names(),
-            "tools": [entry.name for entry in TOOLS],
-            "of_tools": [n for some in self._of_tools for n in (*(c.name for c in some), "|")],
-        }
-        fill_menu_bar(
-            self,
-            actions,
-            fresh={"recent": self.files.fill_recent, "discarded": self.files.fill_discarded},
-            once={
-                "display": lambda menu: display_commands.fill_menu(menu, actions, self.studio),
-                "docks": self.docks.fill_menu,
-            },
-            groups=groups,
-        )
-        self.addToolBar(make_toolbar(actions, groups))
-        self.addToolBarBreak()
-        self.addToolBar(make_strip(actions))
+        make_bars(self, self.studio, self.files, self.docks, actions, self._of_tools)
         self.status_line = StatusLine(self.studio, actions["declare_frame"])
         self.setStatusBar(self.status_line)
         self._notices = Notices(self.messages, self.message_bar, self.status_line, actions)
@@ -292,15 +284,16 @@ class MainWindow(QMainWindow):
         studio.tool_changed_signal.connect(self.message_bar.end_hint)
         # A dialog takes long to make: not in the same event as all that a new model brings about.
         studio.frame_wanted.connect(self.files.declare_frame, Qt.ConnectionType.QueuedConnection)
-        studio.recovery_found.connect(self._offer_recovery)
+        studio.recovery_found.connect(
+            lambda folders: self._notices.offer_recovery(folders, self.files.open_path)
+        )
         studio.jobs_changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
         self.cameras.found.connect(self.actions_table.refresh)
         self.photos_panel.chosen.connect(self.cameras.choose)
         self.workspaces.changed.connect(self.actions_table.refresh)
-
-    def _offer_recovery(self, folders: list[Path]) -> None:
-        self._notices.offer_recovery(folders, self.files.open_path)
+        self.photo_tab.changed.connect(self.actions_table.refresh)
+        self.photo_tab.hinted.connect(self.status_line.show_photo)
 
     # --- start -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
@@ -308,6 +301,7 @@ class MainWindow(QMainWindow):
         self._fill()
         from vomstudio.rendering.qt.viewport import Viewport
         from vomstudio.ui.shell.keyboard_focus import KeyboardFocus
+        from vomstudio.ui.workspaces.photo_tab import widget_seen
 
         self.viewport = viewport = Viewport(self)
         viewport.setMinimumSize(200, 150)
@@ -321,7 +315,9 @@ class MainWindow(QMainWindow):
         self.view.turned.connect(self.actions_table.refresh)
         self.view.follow_camera()
         opened = (self.studio.project_opened, self.studio.model_loaded, self.files.opened)
-        self._keyboard = KeyboardFocus(self, viewport, *opened)
+        seen = widget_seen(self.photo_tab, viewport)
+        self._keyboard = KeyboardFocus(self, seen, *opened)
+        self.photo_tab.seen_changed.connect(self._keyboard.look)
         viewport.setFocus()
         # A window that is closed before the process ends must be freed: only the first is frozen.
         self._first = thread_switching.nothing_frozen()
@@ -392,7 +388,9 @@ class MainWindow(QMainWindow):
         event.acceptProposedAction()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
-        if event.key() == Qt.Key.Key_Escape and self._filled and self.studio.open_tool is not None:
+        # What is unfinished on the outcrop is not dropped from a photo, where it is not seen.
+        on_outcrop = self._filled and self.photo_tab.seen is None
+        if event.key() == Qt.Key.Key_Escape and on_outcrop and self.studio.open_tool is not None:
             self.studio.cancel_tool()
             return
         super().keyPressEvent(event)

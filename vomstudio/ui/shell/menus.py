@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMainWindow, QMenu, QSizePolicy, QToolBar, QToolButton, QWidget
 
+from vomstudio.tools.registry import TOOLS
 from vomstudio.ui.common import theme
-from vomstudio.ui.workspaces.strip import FittingBar, buttons_of
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.scene import display_commands
+from vomstudio.ui.shell.project_files import Files
+from vomstudio.ui.workspaces.docks import WindowDocks
+from vomstudio.ui.workspaces.strip import FittingBar, buttons_of, command_names, make_strip
 from vomstudio.words import to_translate, tr
 
 # "|" is a line between commands, "*" stands before the name of a menu inside the menu, and "+"
@@ -25,12 +31,12 @@ MENUS = (
         "view_top", "view_north", "view_east", "view_south", "view_west", "view_bottom", "|",
         "*display", "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
         "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
-        "previous_photo", "next_photo", "fit_photo", "|", "*workspaces", "*docks", "only_outcrop",
-        "reset_panels", "*theme")),
+        "previous_photo", "next_photo", "fit_photo", "|", "outcrop_or_photo", "*workspaces",
+        "*docks", "only_outcrop", "reset_panels", "*theme")),
     (to_translate("&Photos"), (
-        "plan_survey", "video_frames", "choose_photos", "open_photo", "take_in_photos", "|",
-        "make_settings", "make_model", "pause_model", "|", "show_alignment", "show_tie_points",
-        "open_report")),
+        "plan_survey", "video_frames", "choose_photos", "open_photo", "close_photo",
+        "take_in_photos", "|", "make_settings", "make_model", "pause_model", "|",
+        "show_alignment", "show_tie_points", "open_report")),
     (to_translate("&Model"), (
         "declare_frame", "locate", "open_cameras", "find_photos", "|", "copy_model",
         "export_model", "remove_model")),
@@ -60,6 +66,36 @@ _INNER = {
 FillMenu = Callable[[QMenu], None]
 Groups = Mapping[str, Sequence[str]]
 """Names of commands, and lines between them, by the name of the group."""
+
+
+def make_bars(
+    window: QMainWindow,
+    studio: Studio,
+    files: Files,
+    docks: WindowDocks,
+    actions: Mapping[str, QAction],
+    of_tools: Iterable[Sequence[Command]],
+) -> None:
+    """Give the window its menus, its toolbar and the strip of workspaces. of_tools : the commands
+    of each tool, for the menu"""
+    groups = {
+        "workspaces": command_names(),
+        "tools": [entry.name for entry in TOOLS],
+        "of_tools": [n for some in of_tools for n in (*(c.name for c in some), "|")],
+    }
+    fill_menu_bar(
+        window,
+        actions,
+        fresh={"recent": files.fill_recent, "discarded": files.fill_discarded},
+        once={
+            "display": lambda menu: display_commands.fill_menu(menu, actions, studio),
+            "docks": docks.fill_menu,
+        },
+        groups=groups,
+    )
+    window.addToolBar(make_toolbar(actions, groups))
+    window.addToolBarBreak()
+    window.addToolBar(make_strip(actions))
 
 
 def fill_menu_bar(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from pathlib import Path
 
@@ -91,10 +92,24 @@ class Files(QObject):
 
     def save_as(self) -> bool:
         """Ask for a folder and save the project there; False where it is not saved."""
+        return self._save_where(tr("Save project as"), "outcrop")
+
+    def place_for(self, photos: str) -> bool:
+        """Ask where the project is to be, before a model of photos is made in one without a name:
+        the model comes to lie in it. photos : the name of their folder, proposed for the project.
+        False, with nothing changed, where the user has cancelled or it cannot be there."""
+        if not self._studio.project.untitled:
+            return True
+        title = tr("Choose where to save the project; the model of {photos} is made in it",
+                   photos=photos)  # fmt: skip
+        return self._save_where(title, photos)
+
+    def _save_where(self, title: str, stem: str) -> bool:
+        """Ask under a title, and propose a name that is free."""
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
-            tr("Save project as"),
-            str(Path(start_folder(self._studio)) / f"outcrop{SUFFIX}"),
+            title,
+            str(_free_place(Path(start_folder(self._studio)), stem)),
             tr("VOM Studio project (*{suffix})", suffix=SUFFIX),
         )
         if not name:
@@ -284,3 +299,12 @@ class Files(QObject):
             action.triggered.connect(lambda _=False, p=work.folder: self.open_path(p))
         if menu.isEmpty():
             menu.addAction(tr("No discarded work")).setEnabled(False)
+
+
+def _free_place(folder: Path, stem: str) -> Path:
+    """A project of this name in a folder, numbered where there is one already."""
+    for number in itertools.count(1):
+        place = folder / f"{stem}{'' if number == 1 else f'-{number}'}{SUFFIX}"
+        if not place.exists():
+            return place
+    raise AssertionError("counting ends never")

@@ -24,6 +24,7 @@ class StatusLine(QStatusBar):
         self._studio = studio
         self._layers_time: datetime | None = None
         self._hint = ElidedLabel()
+        self._of_photo = ""
         self._position = QLabel()
         self._badge = QToolButton()
         self._badge.setObjectName("frame_badge")
@@ -70,7 +71,9 @@ class StatusLine(QStatusBar):
     def refresh(self, *_: object) -> None:
         """Show hint, selection and frame as they are now."""
         studio = self._studio
-        if (tool := studio.tool) is not None:
+        if self._of_photo:
+            self._hint.setText(self._of_photo)
+        elif (tool := studio.tool) is not None:
             self._hint.setText(tool.hint())
         else:
             self._hint.setText(
@@ -92,6 +95,16 @@ class StatusLine(QStatusBar):
         self._badge.setStyleSheet(
             "" if known else "background: #e69f00; color: black; padding: 1px 6px;"
         )
+
+    def show_photo(self, words: str) -> None:
+        """What is said of the photo that is seen in place of the outcrop; "" where none is."""
+        if bool(words) != bool(self._of_photo):
+            self._position.clear()
+        self._of_photo = words
+        if words:
+            self._hint.setText(words)
+        else:
+            self.refresh()
 
     def show_pointer(self, event: PointerEvent) -> None:
         """World coordinates under the cursor."""

@@ -346,7 +346,9 @@ class ReconstructDialog(QDialog):
         self._choose()
         if self._survey.why_not_make() is None:
             self._make_model.trigger()
-            self.close()
+            # The user may have thought better of it when asked for the project's place.
+            if self._survey.making is not None:
+                self.close()
 
     def done(self, result: int) -> None:
         if self._soon.isActive():

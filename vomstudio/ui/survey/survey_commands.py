@@ -23,9 +23,15 @@ _HEIGHT = 320
 
 
 def commands(
-    studio: Studio, survey: PhotoSurvey, show: SurveyDialogs, open_folder: Callable[[Path], None]
+    studio: Studio,
+    survey: PhotoSurvey,
+    show: SurveyDialogs,
+    open_folder: Callable[[Path], None],
+    has_place: Callable[[str], bool],
 ) -> list[Command]:
-    """open_folder : called with the folder of photos that was chosen"""
+    """open_folder : called with the folder of photos that was chosen. has_place : whether a model
+    of the photos in a folder of this name can be made in the project, which asks for its place
+    where it has none"""
 
     def choose() -> None:
         name = QFileDialog.getExistingDirectory(
@@ -36,6 +42,11 @@ def commands(
         )
         if name:
             open_folder(Path(name))
+
+    def make() -> None:
+        # Hours of work must not come to lie where the user never looks.
+        if survey.folder is not None and has_place(survey.folder.name):
+            survey.make()
 
     def nothing_to_make() -> str | None:
         if survey.making is not None:
@@ -54,7 +65,7 @@ def commands(
         Command("make_settings", tr("Reconstruction &settings…"), show.settings, "tune", (),
                 tr("Quality, ground control, coordinate reference system, threads and memory."),
                 nothing_to_make),
-        Command("make_model", tr("&Reconstruct"), survey.make, "cube-scan", (),
+        Command("make_model", tr("&Reconstruct"), make, "cube-scan", (),
                 tr("Align the photos and make a dense, textured model, in the background."),
                 survey.why_not_make),
         Command("pause_model", tr("Pause"), survey.pause, "pause", (),

@@ -14,6 +14,7 @@ from vomstudio.ui.workspaces.docks import WindowDocks
 from vomstudio.ui.workspaces.table import (
     FIRST,
     WORKSPACES,
+    Places,
     Workspace,
     is_small,
     places_in,
@@ -21,20 +22,23 @@ from vomstudio.ui.workspaces.table import (
     workspace_of,
 )
 
-_GEOMETRY, _SHOWN, _DOCKS, _SMALL = "geometry", "workspace", "docks", "small"
+_GEOMETRY, _SHOWN, _DOCKS = "geometry", "workspace", "docks"
+_SMALL, _PHOTO = "small", "photo"
 # Long enough for a drag to end, short enough for a crash to take little.
 _SETTLED_MS = 300
 
 
 class Workspaces(QObject):
-    """leaving : another workspace is about to be shown; changed : it is shown. settled : place,
-    size or docks of the window have changed and are at rest, so that `to_keep` is worth keeping.
-    moved : at once, whenever a dock comes, goes or moves.
+    """leaving : another workspace is about to be shown; arranging : docks are about to be arranged
+    around what then has the middle; changed : the workspace is shown, or a photo has come to its
+    middle or gone. settled : place, size or docks of the window have changed and are at
+    rest, so that `to_keep` is worth keeping. moved : at once, whenever a dock comes, goes or moves.
 
     A workspace remembers one arrangement for windows with room and one for small windows, in which
     docks fold together; what was left last at each of the two sizes comes back with it."""
 
     leaving = Signal()
+    arranging = Signal()
     changed = Signal(str)
     settled = Signal()
     moved = Signal()
@@ -45,12 +49,12 @@ class Workspaces(QObject):
         self._window, self._docks = window, docks
         self._states: dict[str, QByteArray] = {}
         for workspace in WORKSPACES:
-            for small in (False, True):
-                key = _key(workspace, small)
+            for key in _keys(workspace):
                 if (data := screens.from_text(kept.get(key, ""))) is not None and data:
                     self._states[key] = data
         self._shown = workspace_of(kept.get(_SHOWN, FIRST))
         self._small = False
+        self._with_photo: set[str] = set()
         self._put_away: QByteArray | None = None
         self._begun = False
         self._timer = QTimer(self)
@@ -99,11 +103,39 @@ class Workspaces(QObject):
         self._show()
         self.changed.emit(name)
 
+    @property
+    def photo_in_front(self) -> bool:
+        """Whether an open photo stands in the middle of the workspace that is shown."""
+        return self._shown.name in self._with_photo
+
+    def put_photo(self, in_front: bool) -> None:
+        """Whether an open photo has the middle of this workspace, which remembers it, or the
+        outcrop has."""
+        if in_front != self.photo_in_front:
+            self._with_other_photos(self._with_photo ^ {self._shown.name})
+
+    def forget_photo(self) -> None:
+        """No photo is open any more."""
+        self._with_other_photos(set())
+
+    def _with_other_photos(self, names: set[str]) -> None:
+        shown = self._shown
+        if not shown.beside_photo or (shown.name in names) == self.photo_in_front:
+            self._with_photo = names
+        else:
+            was_away = self._put_away is not None
+            self._remember()
+            self._with_photo, self._put_away = names, None
+            self._show()
+            if was_away:
+                self.show_only_outcrop()
+        self.changed.emit(shown.name)
+
     def reset(self) -> None:
         """Arrange the docks of the workspace that is shown as they are at first."""
         self._put_away = None
-        for small in (False, True):
-            self._states.pop(_key(self._shown, small), None)
+        for key in _keys(self._shown):
+            self._states.pop(key, None)
         self._show()
         self.changed.emit(self._shown.name)
 
@@ -120,11 +152,12 @@ class Workspaces(QObject):
 
     def _show(self) -> None:
         self._docks.own = self._shown.docks
+        self.arranging.emit()
         self._window.setUpdatesEnabled(False)
         try:
-            kept = self._states.get(_key(self._shown, self._small))
+            kept = self._states.get(self._key())
             if kept is None or not self._docks.restore(kept):
-                self._docks.arrange(places_in(self._shown, *self._size()))
+                self._docks.arrange(self._places())
                 self.give_sizes()
                 # Docks that have never been shown get their sizes only once they are laid out.
                 # The window may be gone by then, and takes the call with it.
@@ -139,8 +172,15 @@ class Workspaces(QObject):
 
     def give_sizes(self) -> None:
         """Give the docks the sizes that they have at first in a window of this size."""
-        shown, size = self._shown, self._size()
-        self._docks.give_sizes(places_in(shown, *size), sizes_in(shown, *size), shown.first_share)
+        shown = self._shown
+        sizes = sizes_in(shown, *self._size(), photo=self.photo_in_front)
+        self._docks.give_sizes(self._places(), sizes, shown.first_share)
+
+    def _places(self) -> Places:
+        return places_in(self._shown, *self._size(), photo=self.photo_in_front)
+
+    def _key(self) -> str:
+        return _key(self._shown, self._small, self.photo_in_front)
 
     def _size(self) -> tuple[int, int]:
         size: QSize = self._window.size()
@@ -175,7 +215,7 @@ class Workspaces(QObject):
         if self._begun and self._small == self._is_small():
             # What is put away comes back: it is still the arrangement.
             state = self._put_away or self._docks.state()
-            self._states[_key(self._shown, self._small)] = state
+            self._states[self._key()] = state
 
     def _come_on_screen(self) -> None:
         screens.bring_on_screen(self._window)
@@ -202,5 +242,10 @@ def geometry_of(kept: Mapping[str, str]) -> str | None:
     return kept.get(_GEOMETRY)
 
 
-def _key(workspace: Workspace, small: bool) -> str:
-    return " ".join((_DOCKS, workspace.name, *((_SMALL,) if small else ())))
+def _key(workspace: Workspace, small: bool, photo: bool) -> str:
+    own = (*((_SMALL,) if small else ()), *((_PHOTO,) if photo and workspace.beside_photo else ()))
+    return " ".join((_DOCKS, workspace.name, *own))
+
+
+def _keys(workspace: Workspace) -> list[str]:
+    return [_key(workspace, small, photo) for small in (False, True) for photo in (False, True)]

@@ -38,8 +38,9 @@ class WorkspaceFollowing(QObject):
         workspaces.settled.connect(lambda: studio.keep_window(workspaces.to_keep()))
 
     def photos_opened(self) -> None:
-        """The user has had a folder of photos opened."""
+        """The user has had a folder of photos opened, or wants to see its panel."""
         self._workspaces.switch(_PHOTOS)
+        self._docks.bring_forward(_PHOTOS)
 
     def path_opened(self) -> None:
         """The user has had a model or a project opened."""
@@ -67,6 +68,11 @@ class WorkspaceFollowing(QObject):
         self._place.show_outcrop(
             model or instead is None or instead.isHidden() or instead.isFloating()
         )
+        by_photos = shown.middle and not model
+        if by_photos:
+            self._place.name_outcrop(self._docks[shown.middle].windowTitle(), shown.icon)
+        else:
+            self._place.name_outcrop(tr("Outcrop"), "image-filter-hdr")
         if shown.needs == "model":
             empty = not model
         elif shown.needs == "photos":

@@ -35,7 +35,8 @@ class Workspace:
     """title, purpose : noted for translation; purpose : one line that is shown while there is
     nothing of what it needs. shares : of the left, right and bottom docks in the width and height
     of the window; first_share : of the upper stack of a side in its height. middle : the dock that
-    takes the place of the outcrop while no model is open"""
+    takes the place of the outcrop while no model is open. beside_photo : the share of the bottom
+    docks where a photo is open in the middle; 0 where that changes nothing"""
 
     name: str
     title: str
@@ -48,6 +49,7 @@ class Workspace:
     shares: tuple[float, float, float] = (0.205, 0.233, 0.22)
     first_share: float = 0.5
     middle: str = ""
+    beside_photo: float = 0.0
 
     @property
     def places(self) -> Places:
@@ -74,6 +76,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         bottom=(("photos",),),
         shares=(0.205, 0.233, 0.5),
         middle="photos",
+        beside_photo=0.22,
     ),
     Workspace(
         "model",
@@ -102,6 +105,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         right=(("properties",),),
         bottom=(("in_photos", "photos"),),
         shares=(0.205, 0.233, 0.36),
+        beside_photo=0.22,
     ),
     Workspace(
         "interpret",
@@ -161,6 +165,8 @@ _BARS_HEIGHT = 110
 _SIDES: tuple[Area, Area] = ("left", "right")
 _LEAST_STACK = 250
 _LEAST_SIDE, _LEAST_BOTTOM = 210, 130
+_LEAST_BESIDE_PHOTO = 800
+"""Where the window is lower, an open photo has all of its height."""
 
 
 def is_small(width: int, height: int) -> bool:
@@ -168,11 +174,14 @@ def is_small(width: int, height: int) -> bool:
     return width < _SMALL_WIDTH or height < _SMALL_HEIGHT
 
 
-def places_in(workspace: Workspace, width: int, height: int) -> Places:
+def places_in(workspace: Workspace, width: int, height: int, *, photo: bool = False) -> Places:
     """Where its docks stand in a window of this size. What has no height for itself becomes a tab.
     In a small window the docks at the bottom go to the side, where those that need width wait
-    until they are called; where they stand in front, they have the bottom and the right side."""
+    until they are called; where they stand in front, they have the bottom and the right side.
+    photo : an open photo, which lists the others itself, stands in the middle"""
     places = workspace.places
+    if photo and workspace.beside_photo and height < _LEAST_BESIDE_PHOTO:
+        places["bottom"] = ()
     if is_small(width, height) and places["bottom"]:
         if places["bottom"][0][0] in _WIDE:
             places["left"] += places["right"]
@@ -192,9 +201,14 @@ def places_in(workspace: Workspace, width: int, height: int) -> Places:
     return places
 
 
-def sizes_in(workspace: Workspace, width: int, height: int) -> dict[Area, int]:
-    """Width of the sides and height of the bottom in a window of this size, in pixels."""
+def sizes_in(
+    workspace: Workspace, width: int, height: int, *, photo: bool = False
+) -> dict[Area, int]:
+    """Width of the sides and height of the bottom in a window of this size, in pixels. photo : as
+    in `places_in`"""
     left, right, bottom = workspace.shares
+    if photo and workspace.beside_photo:
+        bottom = workspace.beside_photo
     return {
         "left": max(_LEAST_SIDE, round(left * width)),
         "right": max(_LEAST_SIDE, round(right * width)),

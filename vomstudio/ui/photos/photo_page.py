@@ -1,13 +1,12 @@
-"""The photo window, in which masks are drawn and points are marked."""
+"""An open photo, in which masks are drawn and points are marked."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
-    QHBoxLayout,
     QLabel,
     QSplitter,
     QToolBar,
@@ -34,32 +33,48 @@ from vomstudio.ui.photos.photo_document import photo_of
 from vomstudio.ui.photos.photo_list import PhotoList
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_masks import PhotoMasks
-from vomstudio.ui.photos.photo_survey import PhotoSurvey
-from vomstudio.ui.photos.photo_tools import PhotoTools
-from vomstudio.ui.photos.photo_window_commands import (
+from vomstudio.ui.photos.photo_page_commands import (
     TOOLS,
+    give_keys,
     look_commands,
     mask_commands,
+    own_window_command,
     point_commands,
     undo_commands,
 )
+from vomstudio.ui.photos.photo_survey import PhotoSurvey
+from vomstudio.ui.photos.photo_tools import PhotoTools
 from vomstudio.ui.photos.points_box import PointsBox
 from vomstudio.words import tr
 from vomstudio.workspace.history import step_words
 
+# Narrower, the photo has the room of the list.
+_LEAST_WITH_LIST = 1000
 
-class PhotoWindow(QWidget):
-    """A window beside the main one. Every mask and mark is at once a step of the project's history,
-    which both windows undo and redo."""
 
-    def __init__(self, parent: QWidget, survey: PhotoSurvey) -> None:
-        super().__init__(parent, Qt.WindowType.Window)
+class PhotoPage(QWidget):
+    """It stands in the middle of the main window, or is a window beside that. Every mask and mark
+    is at once a step of the project's history, which both undo and redo.
+
+    changed : another step would be undone or redone. hinted : its status line. wanted : it
+    has something to say. other_place_wanted : in a window of its own, or back. closed : for good
+    """
+
+    changed = Signal()
+    hinted = Signal(str)
+    wanted = Signal()
+    other_place_wanted = Signal()
+    closed = Signal()
+
+    def __init__(self, survey: PhotoSurvey) -> None:
+        super().__init__()
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.resize(1400, 860)
+        self.is_open = True
         self.survey = survey
         assert survey.folder is not None
         self.folder = survey.folder
         self._stepping = False
+        self._steps: list[str | None] = []
         self._changed_masks: set[str] = set()
         rows = {row.name: row for row in survey.rows}
         self.document = survey.document
@@ -91,6 +106,7 @@ class PhotoWindow(QWidget):
             *undo_commands(self.masks, self.tools, self.document, self.undo),
             *mask_commands(self.masks, self.mask_box, self.canvas, self.shown),
             *point_commands(self._editing, self.folder, self),
+            own_window_command(self, self.other_place_wanted.emit),
         ):
             self.actions_table.add(command)
         self.actions_table.give_keys_to(self.canvas)
@@ -98,20 +114,21 @@ class PhotoWindow(QWidget):
         self.points.offer(self.actions_table.all)
 
     def _arrange(self) -> None:
-        bar = QToolBar()
+        self.head = bar = QToolBar()
+        bar.setIconSize(QSize(18, 18))
         theme.show_toggles(bar)
         bar.setMovable(False)
         actions = self.actions_table.all
         self._title = QLabel()
         self._title.setObjectName("photo_title")
         for name in ("previous", "next", "*title", "|", *TOOLS, "|", "undo", "redo", "|",
-                     "fit", "one_to_one"):  # fmt: skip
+                     "fit", "one_to_one", "|", "own_window"):  # fmt: skip
             if name == "|":
                 bar.addSeparator()
             elif name == "*title":
                 self._title.setMinimumWidth(self.fontMetrics().horizontalAdvance("M" * 16))
                 self._title.setContentsMargins(6, 0, 6, 0)
-                bar.addWidget(self._title)
+                self._title_place = bar.addWidget(self._title)
             else:
                 bar.addAction(actions[name])
                 button = bar.widgetForAction(actions[name])
@@ -138,9 +155,21 @@ class PhotoWindow(QWidget):
         layout.setSpacing(4)
         layout.addWidget(bar)
         layout.addWidget(split, 1)
-        foot = QHBoxLayout()
-        foot.addWidget(self._status, 1)
-        layout.addLayout(foot)
+        layout.addWidget(self._status)
+        self.place_in_own_window(False)
+
+    def place_in_own_window(self, own: bool) -> None:
+        """Follow a change of place: the main window has a tab that says the photo's name, a status
+        line, buttons that take a step back, and keys of its own."""
+        give_keys(self.actions_table, in_own_window=own)
+        for name in ("undo", "redo"):
+            self.actions_table.all[name].setVisible(own)
+        self._title_place.setVisible(own)
+        self._status.setVisible(own)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        self.list.setVisible(self.width() >= _LEAST_WITH_LIST)
 
     def _connect(self) -> None:
         self.list.opened.connect(self.show_photo)
@@ -163,6 +192,7 @@ class PhotoWindow(QWidget):
         self.survey.edited.connect(self._edited)
         # Where a run has found new cameras, and where another folder is looked at.
         self.survey.changed.connect(self._survey_changed)
+        self.survey.rows_changed.connect(self._survey_changed)
 
     # --- the photo ---------------------------------------------------------------------------
     @property
@@ -241,7 +271,7 @@ class PhotoWindow(QWidget):
 
     def _survey_changed(self) -> None:
         if self.survey.folder != self.folder:
-            if self.isVisible() and not self.masks.busy:
+            if self.is_open and not self.masks.busy:
                 self.close()
         elif _stamp(self.survey.aligned_folder()) != self._cameras_of:
             self._read_cameras()
@@ -292,12 +322,21 @@ class PhotoWindow(QWidget):
 
     def _point_at(self, event: object) -> None:
         x, y = getattr(event, "x", 0.0), getattr(event, "y", 0.0)
-        self._status.setText(f"x {x:.1f}  y {y:.1f}   {self._words}")
+        self._say_status(f"x {x:.1f}  y {y:.1f}   {self._words}")
 
     def _write(self, words: str) -> None:
         """A hint or a message: it stays until the next, whatever the cursor does."""
         self._words = words
-        self._status.setText(words)
+        self._say_status(words)
+
+    def _say_status(self, text: str) -> None:
+        self._status.setText(text)
+        self.hinted.emit(text)
+
+    @property
+    def hint(self) -> str:
+        """What its status line says."""
+        return self._status.text()
 
     def _hint(self) -> str:
         return {
@@ -321,6 +360,15 @@ class PhotoWindow(QWidget):
 
     def _refresh(self) -> None:
         self.actions_table.refresh()
+        steps = [
+            tell(name)
+            for name in ("undo", "redo")
+            for tell in (self.actions_table.why_not, self.actions_table.what)
+        ]
+        if steps != self._steps:
+            # Not with every move of a mark: the main window has many commands.
+            self._steps = steps
+            self.changed.emit()
         used = self.masks.used(self.photo)
         if self.masks.busy:
             words = self.masks.busy
@@ -342,9 +390,9 @@ class PhotoWindow(QWidget):
         """Whether all drawing is finished; if not, the user is told."""
         self.tools.drop()
         if self.masks.busy:
-            self.raise_()
+            self.wanted.emit()
             self.say(
-                tr("The window cannot be closed yet. {reason}", reason=self.masks.busy), "warning"
+                tr("The photo cannot be closed yet. {reason}", reason=self.masks.busy), "warning"
             )
             return False
         return True
@@ -353,17 +401,20 @@ class PhotoWindow(QWidget):
         if not self.may_close():
             event.ignore()
             return
+        self.is_open = False
         self.masks.close()
         self.marks.close()
         self.survey.exports.finish()
         self.shown.close()
         self._background.close()
         self.survey.changed.disconnect(self._survey_changed)
+        self.survey.rows_changed.disconnect(self._survey_changed)
         self.survey.edited.disconnect(self._edited)
         self.survey.history_changed.disconnect(self._refresh)
         if self._changed_masks and self.survey.folder == self.folder:
             self.survey.check_again()
         event.accept()
+        self.closed.emit()
 
 
 def _stamp(out: Path | None) -> object:

@@ -1,14 +1,17 @@
-"""Commands of the photo window."""
+"""Commands of an open photo."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.geometry.pixel_areas import whole_area
-from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.photos.mark_canvas import BRUSH, LOOK, MARK, POLYGON, MarkCanvas
 from vomstudio.ui.photos.mark_editing import MarkEditing
 from vomstudio.ui.photos.mask_box import MaskBox
@@ -18,9 +21,76 @@ from vomstudio.ui.photos.photo_list import PhotoList
 from vomstudio.ui.photos.photo_masks import PhotoMasks
 from vomstudio.ui.photos.photo_tools import PhotoTools
 from vomstudio.words import tr
+from vomstudio.workspace.history import step_words
 
 TOOLS = ("look", "mark", "polygon", "brush")
 _BRUSH_STEP = 1.15
+_WINDOW_KEYS = {
+    "previous": ("PgUp", "Alt+Left"),
+    "next": ("PgDown", "Alt+Right"),
+    "undo": ("Ctrl+Z",),
+    "redo": ("Ctrl+Shift+Z", "Ctrl+Y"),
+}
+# The main window has the others, and gives them to the photo that is seen (`over_photo`).
+_MIDDLE_KEYS = {"previous": ("PgUp",), "next": ("PgDown",), "undo": (), "redo": ()}
+_SAME = {
+    "undo": "undo",
+    "redo": "redo",
+    "previous_photo": "previous",
+    "next_photo": "next",
+    "fit_photo": "fit",
+}
+
+
+def give_keys(table: Actions, *, in_own_window: bool) -> None:
+    """Keys that act wherever in the page the focus is. in_own_window : the page is one, and no
+    other part of it has the same keys"""
+    keys: Mapping[str, tuple[str, ...]] = _WINDOW_KEYS if in_own_window else _MIDDLE_KEYS
+    for name, own in keys.items():
+        action = table.all[name]
+        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        action.setShortcuts([QKeySequence(key) for key in own])
+
+
+def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command:
+    """A command of the main window that does in an open photo what it means there, where one is
+    seen. table : the commands of the photo that is seen, or None"""
+    name = _SAME.get(command.name)
+    if name is None:
+        return command
+
+    def run() -> None:
+        photo = table()
+        if photo is None:
+            command.run()
+        else:
+            photo.run(name)
+
+    def why_not() -> str | None:
+        photo = table()
+        return command.why_not() if photo is None else photo.why_not(name)
+
+    def text() -> str:
+        photo = table()
+        if photo is None:
+            return command.text if command.text_now is None else command.text_now()
+        step = photo.what(name)
+        if step is None:
+            return command.text
+        words = step_words(step).replace("&", "&&")
+        return tr("&Undo {step}", step=words) if name == "undo" else tr("&Redo {step}", step=words)
+
+    named = command if command.text_now is None else replace(command, text_now=text)
+    return replace(named, run=run, why_not=why_not)
+
+
+def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Command:
+    """Takes the page out of the main window, or puts it back."""
+    return Command(
+        "own_window", tr("Own window"), change_place, "open-in-new", (),
+        tr("Show the photo in a window of its own, for a second screen, or put it back."),
+        checked=page.isWindow,
+    )  # fmt: skip
 
 
 def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> list[Command]:
@@ -33,10 +103,8 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
         return lambda: canvas.tool == name
 
     return [
-        Command("previous", tr("Previous photo"), lambda: photos.step(-1), "chevron-left",
-                ("PgUp", "Alt+Left")),
-        Command("next", tr("Next photo"), lambda: photos.step(1), "chevron-right",
-                ("PgDown", "Alt+Right")),
+        Command("previous", tr("Previous photo"), lambda: photos.step(-1), "chevron-left"),
+        Command("next", tr("Next photo"), lambda: photos.step(1), "chevron-right"),
         Command("look", tr("Navigate"), take_up(LOOK), "hand-back-right-outline", "V",
                 tr("Pan and zoom."), in_viewport=True, checked=is_tool(LOOK)),
         Command("mark", tr("Mark"), take_up(MARK), "target", "M",
@@ -60,11 +128,11 @@ def undo_commands(
 ) -> list[Command]:
     """undo : undoes the last step, or with True redoes it"""
     return [
-        Command("undo", tr("Undo"), lambda: undo(False), "undo", "Ctrl+Z", "",
+        Command("undo", tr("Undo"), lambda: undo(False), "undo", (), "",
                 lambda: masks.busy or (None if tools.corners or document.undo_label
                                        else tr("There is nothing to undo.")),
-                what=lambda: document.undo_label),
-        Command("redo", tr("Redo"), lambda: undo(True), "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
+                what=lambda: tr("Last vertex") if tools.corners else document.undo_label),
+        Command("redo", tr("Redo"), lambda: undo(True), "redo", (), "",
                 lambda: masks.busy or (
                     None if document.redo_label else tr("There is nothing to redo.")),
                 what=lambda: document.redo_label),
