@@ -153,6 +153,12 @@ class PhotoSurvey(QObject):
         out = self.out()
         return out is not None and reconstruction_folders.is_begun(out)
 
+    @property
+    def failure(self) -> str:
+        """Why the earlier run failed, as a sentence; "" where it did not, or was paused."""
+        out = self.out() if self._making is None else None
+        return "" if out is None else as_sentence(reconstruction_folders.failure(out))
+
     # --- photos ------------------------------------------------------------------------------
     def open(self, folder: Path, settings: ReconstructionSettings | None = None) -> None:
         """List the photos of a folder, then check them. settings: None for those of before, with
@@ -364,6 +370,7 @@ class PhotoSurvey(QObject):
         order = replace(order, masks=self._masks(RECONSTRUCT))
         session, name = self._studio.session, folder.name
         self.result = None
+        reconstruction_folders.keep_failure(out, "")
 
         def done(result: Reconstruction) -> None:
             self._making, self._goes_on = None, False
@@ -391,6 +398,7 @@ class PhotoSurvey(QObject):
                 self._goes_on = False
                 self.make()
             elif not event.cancelled:
+                reconstruction_folders.keep_failure(out, event.message)
                 self._studio.warn(event.message, "error")
             self.changed.emit()
 

@@ -296,6 +296,13 @@ class PhotosPanel(QWidget):
         warnings = sum(finding.severity != "info" for finding in survey.findings)
         photos = tr_n("{count} photo", "{count} photos", len(survey.rows))
         said = tr_n("{count} warning", "{count} warnings", warnings)
+        if reason := survey.failure:
+            return tr(
+                "{photos}, {warnings}, reconstruction failed: {reason}",
+                photos=photos,
+                warnings=said,
+                reason=reason,
+            )
         if survey.begun and survey.making is None:
             return tr("{photos}, {warnings}, reconstruction paused", photos=photos, warnings=said)
         return tr("{photos}, {warnings}", photos=photos, warnings=said)
