@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vomstudio.geology.profiles import PROFILES
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.tables.orientation_table import COLUMNS
 
@@ -172,3 +173,13 @@ def test_the_written_table_goes_into_every_other_command(run, write, tmp_path: P
     assert net.json["n"] == 3
     (info,) = run("info", target, "--json").json["files"]
     assert (info["kind"], info["points"]) == ("table", 3)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_verdicts_come_with_the_limits_by_which_they_were_given(
+    run, write, tmp_path: Path, profile: str
+) -> None:
+    out = tmp_path / "planes.csv"
+    ran = run("fit", write(PLANE), "--profile", profile, "-o", out)
+    assert ran.out.splitlines()[-1] == PROFILES[profile].in_words
+    assert f"# profile: {PROFILES[profile].in_words}" in out.read_text().splitlines()
