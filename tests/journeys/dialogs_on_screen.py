@@ -70,12 +70,18 @@ def describe(dialog: QWidget, name: str) -> dict[str, Any]:
     area = dialog.screen().availableGeometry()
     place = QRect(dialog.mapToGlobal(QPoint(0, 0)), dialog.size())
     fields = list(fields_of(dialog))
+    squeezed = [
+        f"{type(w).__name__} {w.objectName()}: {w.height()} of {w.minimumSizeHint().height()}"
+        for w in fields
+        if w.height() < w.minimumSizeHint().height() and w.objectName() != "qt_spinbox_lineedit"
+    ]
     return {
         "dialog": name,
         "kind": type(dialog).__name__,
         "fits": area.contains(place),
         "place": [*place.getRect(), area.width(), area.height()],
         "fields": len(fields),
+        "squeezed": squeezed,
         "hidden": [
             getattr(w, "text", lambda: "")() or w.objectName() or type(w).__name__
             for w in fields

@@ -43,15 +43,18 @@ def make_room_for_text(window: QWidget) -> None:
 def fit_to_screen(window: QWidget) -> None:
     """Make a window that is about to be shown no larger than its screen, and let a dialog scroll
     whose contents need more height than that, now or once they have grown."""
+    for widget in (window, *window.findChildren(QWidget)):
+        # Sizes follow from the style, which Qt gives to widgets that are shown only.
+        widget.ensurePolished()
     make_room_for_text(window)
     if isinstance(window, QDialog):
-        _scroll_if_long(window)
+        _make_room(window)
         _Growth(window)
     window.resize(window.size().boundedTo(room_for(window).size()))
 
 
 class _Growth(QObject):
-    """Lets a dialog scroll as soon as what is in it has become too long."""
+    """Makes a dialog higher as its texts grow, and lets it scroll where the screen ends."""
 
     def __init__(self, dialog: QDialog) -> None:
         super().__init__(dialog)
@@ -61,15 +64,24 @@ class _Growth(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         if event.type() == QEvent.Type.LayoutRequest:
             # Widgets are not moved while Qt arranges them.
-            QTimer.singleShot(0, self, lambda: _scroll_if_long(self._dialog))
+            QTimer.singleShot(0, self, lambda: _make_room(self._dialog))
         return super().eventFilter(watched, event)
 
 
-def _scroll_if_long(dialog: QDialog) -> None:
-    """Put all but the buttons at the end, which stay in sight, into a place that scrolls."""
+def _make_room(dialog: QDialog) -> None:
+    """Make it as high as it must be for nothing to be squeezed, or let it scroll."""
     layout, room = dialog.layout(), room_for(dialog)
-    if layout is None or _needed_height(dialog, layout) <= room.height():
+    if layout is None:
         return
+    needed = _needed_height(dialog, layout)
+    if needed > room.height():
+        _scroll(dialog, layout, room)
+    elif needed > dialog.height():
+        dialog.resize(dialog.width(), needed)
+
+
+def _scroll(dialog: QDialog, layout: QLayout, room: QRect) -> None:
+    """Put all but the buttons at the end, which stay in sight, into a place that scrolls."""
     size = dialog.size()
     margins = layout.contentsMargins()
     buttons = _buttons_at_end(layout)
