@@ -5,6 +5,7 @@ Run as a process of its own: the scale of the screen is fixed when Qt starts.
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import os
 import shutil
@@ -200,6 +201,7 @@ class Walk:
 
 def main(folder: Path, reconstruction: Path) -> None:
     """folder : for files; reconstruction : a folder that can be looked into"""
+    faulthandler.enable()
     application = QApplication([])
     walk = Walk(folder, reconstruction)
     begun = time.monotonic()

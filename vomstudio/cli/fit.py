@@ -52,6 +52,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         thresholds=limits,
     )  # fmt: skip
     rows, skipped = fitted.rows, fitted.skipped
+    for column, words in groups.words.items():
+        for row in rows:
+            row[column] = words.get(row["id"]) or None
     if not rows:
         raise _nothing_fitted(args.points, args.by, skipped)
     result: dict[str, Any] = {

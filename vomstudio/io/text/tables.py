@@ -14,7 +14,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.errors import InputError, UsageError
+from vomstudio.io.text.group_words import words_of_groups
 from vomstudio.io.text.rows import (
     TextRows,
     cut,
@@ -216,6 +217,8 @@ class PointGroups:
     dropped: tuple[int, ...]
     """Lines whose coordinates are missing or not finite."""
     warnings: tuple[str, ...]
+    words: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    """Kind and set of the groups that have one."""
 
 
 def plain(name: str) -> str:
@@ -354,15 +357,14 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
                 )
     named = {g: None for g, wanted in zip(groups, keep, strict=True) if wanted or g}
     codes = {name: i for i, name in enumerate(named)}
-    kept = np.fromiter(
-        (codes[g] for g, wanted in zip(groups, keep, strict=True) if wanted), np.int64
-    )
+    kept = np.fromiter((codes[g] for g in itertools.compress(groups, keep)), np.int64)
     counts = np.bincount(kept, minlength=len(codes))
     return PointGroups(
         ids=tuple(codes),
         points=np.ascontiguousarray(points[keep][np.argsort(kept, kind="stable")]),
         offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
         dropped=dropped,
+        words=words_of_groups(table, groups, keep, by, warnings),
         warnings=tuple(warnings),
     )
 

@@ -153,12 +153,6 @@ class PhotoSurvey(QObject):
         out = self.out()
         return out is not None and reconstruction_folders.is_begun(out)
 
-    @property
-    def failure(self) -> str:
-        """Why the earlier run failed, as a sentence; "" where it did not, or was paused."""
-        out = self.out() if self._making is None else None
-        return "" if out is None else as_sentence(reconstruction_folders.failure(out))
-
     # --- photos ------------------------------------------------------------------------------
     def open(self, folder: Path, settings: ReconstructionSettings | None = None) -> None:
         """List the photos of a folder, then check them. settings: None for those of before, with
@@ -367,7 +361,6 @@ class PhotoSurvey(QObject):
         if self.settings.control is None:
             # Tie points join photos whatever places the model.
             order = replace(order, marks=self.tables()[1])
-        order = replace(order, masks=self._masks(RECONSTRUCT))
         session, name = self._studio.session, folder.name
         self.result = None
         reconstruction_folders.keep_failure(out, "")
@@ -398,13 +391,12 @@ class PhotoSurvey(QObject):
                 self._goes_on = False
                 self.make()
             elif not event.cancelled:
-                reconstruction_folders.keep_failure(out, event.message)
-                self._studio.warn(event.message, "error")
+                reconstruction_folders.tell_failure(self._studio, out, event.message)
             self.changed.emit()
 
         self._making = self._studio.jobs.submit(
             RECONSTRUCT,
-            order,
+            replace(order, masks=self._masks(RECONSTRUCT)),
             title=tr("Reconstructing {name}", name=name),
             on_done=done,
             on_failed=failed,

@@ -24,7 +24,9 @@ from PySide6.QtWidgets import (
 
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.fitting_texts import FittingTexts
+from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
+from vomstudio.ui.photos import reconstruction_folders
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.plan_view import PlanView
@@ -296,7 +298,8 @@ class PhotosPanel(QWidget):
         warnings = sum(finding.severity != "info" for finding in survey.findings)
         photos = tr_n("{count} photo", "{count} photos", len(survey.rows))
         said = tr_n("{count} warning", "{count} warnings", warnings)
-        if reason := survey.failure:
+        out = survey.out() if survey.making is None else None
+        if out is not None and (reason := as_sentence(reconstruction_folders.failure(out))):
             return tr(
                 "{photos}, {warnings}, reconstruction failed: {reason}",
                 photos=photos,

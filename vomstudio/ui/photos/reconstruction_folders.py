@@ -54,6 +54,12 @@ def keep_failure(out: Path, reason: str) -> None:
             (out / _FAILURE).unlink(missing_ok=True)
 
 
+def tell_failure(studio: Studio, out: Path, reason: str) -> None:
+    """Keep why the run failed, and say it now."""
+    keep_failure(out, reason)
+    studio.warn(reason, "error")
+
+
 def failure(out: Path) -> str:
     """Why the last run failed, as a sentence; "" where it did not."""
     try:
