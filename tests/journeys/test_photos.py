@@ -137,17 +137,20 @@ def test_a_run_that_failed_says_so_with_the_reason_and_is_not_called_paused(
     driver.wait(lambda: window.survey.making is not None, "the work")
     driver.wait(lambda: window.survey.making is None, "the failure", 120.0)
     warned = [window.messages.item(row).text() for row in range(window.messages.count())]
-    words = window.photos_panel._verdict.text()
-    said = words.partition("reconstruction failed: ")[2]
+    panel = window.photos_panel
+    findings = panel.findChild(QListWidget, "findings")
+    said = findings.item(0).text().partition("The reconstruction failed: ")[2]
     assert said
-    assert "paused" not in words
+    assert panel._verdict.text().startswith("Reconstruction failed, ")
+    assert "paused" not in panel._verdict.text()
     assert any(said.rstrip(".") in text for text in warned), (said, warned)
     driver.keep_picture(window, "photos-failed")
     # It is known still when the photos are opened again, and forgotten when it is tried again.
     drop(window, folder)
     looked_at(window)
-    assert window.photos_panel._verdict.text().endswith(said)
+    assert findings.item(0).text().endswith(said)
     press(window, "make_model")
     driver.wait(lambda: window.survey.making is not None, "the work")
-    assert "failed" not in window.photos_panel._verdict.text()
+    assert "failed" not in panel._verdict.text()
+    assert not any("failed" in findings.item(i).text() for i in range(findings.count()))
     driver.wait(lambda: window.survey.making is None, "the failure", 120.0)
