@@ -193,3 +193,11 @@ def test_the_page_lists_the_columns_of_the_orientation_table_in_their_order() ->
     listed = FIGURE_COLUMNS.search((DOCS / "cli.md").read_text("utf-8"))
     assert listed is not None
     assert tuple(re.findall(r"`(\w+)`", listed.group(1))) == COLUMNS
+
+
+def test_the_page_of_projects_names_the_schema_of_today() -> None:
+    from vomstudio.io.project.journal import SCHEMA_VERSION
+
+    page = " ".join((ROOT / "docs" / "projects.md").read_text(encoding="utf-8").split())
+    assert f"(schema {SCHEMA_VERSION})" in page
+    assert f"schema 1 to {SCHEMA_VERSION - 1} are brought up to date" in page

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vomstudio.geology.profiles import PROFILES
 from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.paths import resource
 from vomstudio.tables.orientation_table import COLUMNS
 
 PLANE = "x,y,z\n0,0,0\n10,0,1\n0,10,0\n10,10,1.01\n5,3,0.5\n2,8,0.21\n"
@@ -172,3 +174,42 @@ def test_the_written_table_goes_into_every_other_command(run, write, tmp_path: P
     assert net.json["n"] == 3
     (info,) = run("info", target, "--json").json["files"]
     assert (info["kind"], info["points"]) == ("table", 3)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_verdicts_come_with_the_limits_by_which_they_were_given(
+    run, write, tmp_path: Path, profile: str
+) -> None:
+    out = tmp_path / "planes.csv"
+    ran = run("fit", write(PLANE), "--profile", profile, "-o", out)
+    assert ran.out.splitlines()[-1] == PROFILES[profile].in_words
+    assert f"# profile: {PROFILES[profile].in_words}" in out.read_text().splitlines()
+
+
+def test_planes_keep_kind_and_set_of_their_points(run, write) -> None:
+    """Or a fold of the table would pool joints with beds: beta of the sample was 28 degrees off."""
+    rows = [
+        f"{name},{kind},{set_},{x},{y},{z}"
+        for name, kind, set_ in (("B1", "bedding", "west"), ("J1", "joint", ""), ("M1", "", "a"))
+        for x, y, z in ((0, 0, 0), (10, 0, 1), (0, 10, 0), (10, 10, 1.01), (5, 3, 0.5))
+    ]
+    rows[-1] = rows[-1].replace("M1,,a", "M1,fault,a")
+    ran = run("fit", write("\n".join(["pick,kind,set,x,y,z", *rows])), "--by", "pick", "--json")
+    said = {row["id"]: (row["kind"], row["set"]) for row in ran.json["planes"]}
+    assert said == {"B1": ("bedding", "west"), "J1": ("joint", None), "M1": (None, "a")}
+    assert "M1 have more than one kind" in " ".join(ran.json["warnings"])
+    by_set = run("fit", write("\n".join(["pick,kind,set,x,y,z", *rows[:5]])), "--by", "set")
+    assert by_set.code == 0
+
+
+def test_the_steps_of_the_first_page_find_the_axis_of_the_sample(run, tmp_path: Path) -> None:
+    planes = tmp_path / "planes.csv"
+    picks = resource("sample", "picks.csv")
+    assert run("fit", picks, "--by", "pick", "-o", planes).code == 0
+    found = run("fold", planes, "--json").json
+    beta = found["beta"]
+    assert {each["what"] for each in found["left_out"]} == {"fault", "joint"}
+    off = np.hypot(
+        (beta["trend_deg"] - 31.0) * math.cos(math.radians(11.0)), beta["plunge_deg"] - 11.0
+    )
+    assert off < beta["max_confidence95_deg"] < 5.0

@@ -10,6 +10,8 @@ import pytest
 from tests.io.photos import photo_maker
 from tests.photogrammetry.surface import wall_maker as wall
 
+SPECIMENS = Path(__file__).parents[1] / "specimens"
+
 
 def test_check_says_all_that_is_promised(run, tmp_path: Path) -> None:
     wall.write_set(tmp_path, wall.good_stations()[:4])
@@ -171,3 +173,12 @@ def test_info_counts_cameras_positions_and_masks(run, data_dir: Path) -> None:
     assert (found["with_gps"], found["with_masks"]) == (5, 28)
     assert [camera["photos"] for camera in found["cameras"]] == [22, 6]
     assert "HUAWEI" in run("info", data_dir / "panel17").out
+
+
+def test_a_check_takes_the_folder_of_a_model_as_reconstruct_made_it(run) -> None:
+    photos = SPECIMENS / "photos"
+    made = SPECIMENS / "schema1.vom" / "reconstruction" / "photos-preview"
+    (frame,) = (made / "work").glob("frame-*")
+    found = [run("check", photos, "--scene", each, "--json").json for each in (made, frame)]
+    assert found[0]["aligned"]["photos"]
+    assert found[0] == found[1]

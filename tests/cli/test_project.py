@@ -13,6 +13,7 @@ from tests.cli.conftest import Run
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model
+from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import MeshSurface
 from vomstudio.io.models.opening import read_model
@@ -96,6 +97,10 @@ def test_a_fit_is_the_row_of_the_exported_table(run, project: Path, tmp_path: Pa
     assert (row["dip_direction_deg"], row["dip_deg"]) == pytest.approx((90.0, 45.0))
     assert run("project", project, "fit", "t1", "--json").json["planes"] == [row]
     assert run("project", project, "fit", "B01", "--json").json["planes"] == [row]
+    by_error = run("project", project, "fit")
+    assert by_error.out.splitlines()[-1] == DEFAULTS.in_words
+    assert run("project", project, "profile", "textbook").code == 0
+    assert run("project", project, "fit").out.splitlines()[-1] == TEXTBOOK.in_words
     refused = run("project", project, "fit", "B02")
     assert refused.code == 2
     assert "no feature B02" in refused.said

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +16,8 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import Measurements, rests_on
 from vomstudio.document.records import DEFAULT_TYPES, PROFILE_ID, Model, Record
 from vomstudio.errors import DocumentError
-from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK
+from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK, Thresholds
+from vomstudio.io.project.export import export_records
 from vomstudio.io.project.folder import Project
 
 OWN = replace(TEXTBOOK, profile="strict", least_coplanarity=1e6)
@@ -100,3 +102,24 @@ def test_a_project_keeps_its_profile_and_undo_takes_it_back(tmp_path: Path) -> N
         assert project.session.undo_label == "Judge by the profile strict"
         project.session.undo()
         assert PROFILE_ID not in project.session.records
+
+
+@pytest.mark.parametrize("profile", [DEFAULTS, TEXTBOOK, OWN], ids=lambda each: each.profile)
+def test_every_file_of_verdicts_names_the_profile_and_its_limits(
+    records: dict[str, Record], tmp_path: Path, profile: Thresholds
+) -> None:
+    judged = records
+    if profile is not DEFAULTS:
+        judged = {**records, **edits.judge_by(records, profile).after}
+    table, layers = tmp_path / "t.csv", tmp_path / "t.gpkg"
+    export_records(judged, "csv", table)
+    export_records(judged, "gpkg", layers)
+    lines = table.read_text(encoding="utf-8").splitlines()
+    assert f"# profile: {profile.in_words}" in lines
+    head, row = [line for line in lines if not line.startswith("#")]
+    assert row.split(",")[head.split(",").index("profile")] == profile.profile
+    with closing(sqlite3.connect(layers)) as file:
+        described = file.execute("SELECT table_name, description FROM gpkg_contents").fetchall()
+    said = {name: text for name, text in described if name != "layer_styles"}
+    assert {"planes", "traces"} <= said.keys()
+    assert set(said.values()) == {profile.in_words}

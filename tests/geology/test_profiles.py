@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -86,3 +86,18 @@ def test_limits_that_are_no_numbers_are_refused() -> None:
         with pytest.raises(TypeError):
             Thresholds(**wrong)  # type: ignore[arg-type]
     assert DEFAULTS.profile == "error"
+
+
+@pytest.mark.parametrize("limits", PROFILES.values())
+def test_a_profile_in_words_states_every_limit_that_decides(limits: Thresholds) -> None:
+    """Each limit is moved to a value of its own, and only those that judge change the words."""
+    decides = {
+        "error": {"good_confidence95_deg", "poor_confidence95_deg", "least_extent_over_resolution"},
+        "shape": {"least_coplanarity", "most_collinearity", "extent_over_resolution"},
+    }[limits.by] | {"surface_effect_deg"}
+    assert f"“{limits.profile}”" in limits.in_words
+    for field in fields(limits):
+        if field.type != "float":
+            continue
+        said = replace(limits, **{field.name: 13.7}).in_words
+        assert ("13.7" in said) == (field.name in decides), field.name

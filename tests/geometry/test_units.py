@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vomstudio.geometry.units import METRES, area_text, length_text
+from vomstudio.geometry.units import METRES, area_text, bar_text, length_text, round_length
 
 
 @pytest.mark.parametrize(
@@ -85,3 +85,16 @@ def test_units_by_name_are_their_metres():
 def test_a_number_that_is_none_is_said_to_be_none(text):
     assert text(float("inf")).startswith("inf")
     assert text(float("nan")).startswith("nan")
+
+
+@pytest.mark.parametrize(
+    ("longest", "text"),
+    [(0.0049, "2 mm"), (0.005, "5 mm"), (0.0199, "1 cm"), (0.9, "50 cm"), (1.0, "1 m"),
+     (7.3, "5 m"), (999.0, "500 m"), (2500.0, "2 km")],
+)  # fmt: skip
+def test_a_scale_bar_has_a_round_length_no_longer_than_there_is_room(longest, text):
+    assert bar_text(round_length(longest)) == text
+
+
+def test_a_scale_bar_of_unknown_scale_counts_units():
+    assert bar_text(round_length(0.3), metric=False) == "0.2 units"

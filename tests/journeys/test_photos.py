@@ -119,3 +119,41 @@ def test_a_model_is_made_paused_and_continued(window, photos, tmp_path, monkeypa
     driver.pause(1500)
     driver.keep_picture(window, "photos-model")
     shutil.rmtree(out)
+
+
+def test_a_run_that_failed_says_so_with_the_reason_and_is_not_called_paused(
+    window, tmp_path
+) -> None:
+    """Photos of nothing: they can be read, and no two of them show the same."""
+    import numpy as np
+    from PIL import Image
+
+    folder = tmp_path / "mist"
+    folder.mkdir()
+    for number, grey in enumerate((90, 120, 150)):
+        picture = np.full((480, 640, 3), grey, np.uint8)
+        Image.fromarray(picture).save(folder / f"mist{number}.jpg")
+    drop(window, folder)
+    looked_at(window)
+    window.photos_panel.quality.setCurrentIndex(window.photos_panel.quality.findData("preview"))
+    press(window, "make_model")
+    driver.wait(lambda: window.survey.making is not None, "the work")
+    driver.wait(lambda: window.survey.making is None, "the failure", 120.0)
+    warned = [window.messages.item(row).text() for row in range(window.messages.count())]
+    panel = window.photos_panel
+    findings = panel.findChild(QListWidget, "findings")
+    said = findings.item(0).text().partition("The reconstruction failed: ")[2]
+    assert said
+    assert panel._verdict.text().startswith("Reconstruction failed, ")
+    assert "paused" not in panel._verdict.text()
+    assert any(said.rstrip(".") in text for text in warned), (said, warned)
+    driver.keep_picture(window, "photos-failed")
+    # It is known still when the photos are opened again, and forgotten when it is tried again.
+    drop(window, folder)
+    looked_at(window)
+    assert findings.item(0).text().endswith(said)
+    press(window, "make_model")
+    driver.wait(lambda: window.survey.making is not None, "the work")
+    assert "failed" not in panel._verdict.text()
+    assert not any("failed" in findings.item(i).text() for i in range(findings.count()))
+    driver.wait(lambda: window.survey.making is None, "the failure", 120.0)

@@ -12,6 +12,7 @@ import pytest
 from tests.io.photos import photo_maker
 from tests.photogrammetry.surface import wall_maker as wall
 from vomstudio.geometry.plane_sizes import PlaneSizes
+from vomstudio.geometry.units import length_text
 from vomstudio.io.photos.reading import read_photos
 from vomstudio.survey.camera_positions import metres_from_gps, rotation_error95_deg, straightness
 from vomstudio.survey.check import check_photos, pixel_size
@@ -23,7 +24,7 @@ from vomstudio.survey.overlap import (
     features_of,
     optical_axes,
 )
-from vomstudio.survey.photo_limits import length
+from vomstudio.survey.photo_limits import planes_in_short, planes_in_words
 from vomstudio.survey.photo_quality import blur, interpolation_period, linear_light
 
 
@@ -405,13 +406,17 @@ def test_the_size_of_a_pixel_needs_a_distance(tmp_path: Path) -> None:
     assert pixel_size(photo, 10.0) == pytest.approx(10 / 400)
 
 
-@pytest.mark.parametrize(
-    ("metres", "words"),
-    [(0.0005, "0.5 mm"), (0.018, "18 mm"), (0.25, "25 cm"), (1.8, "1.8 m"), (250.0, "250 m")],
-)
-def test_lengths_read_as_people_say_them(metres: float, words: str) -> None:
-    assert length(metres) == words
-    assert length(0.25, "model units") == "0.25 model units"
+@pytest.mark.parametrize("pixel", [0.0005, 0.004, 0.018, 0.25])
+def test_sizes_of_planes_are_written_as_every_other_length(pixel: float) -> None:
+    planes = PlaneSizes.of_pixels(pixel)
+    large = length_text(1000 * pixel, 2)
+    small = length_text(planes.size_for(5.0), 2)
+    assert small in planes_in_short(planes)
+    assert f"{large} (1000 px)" in planes_in_short(planes)
+    assert f"those {large} across" in planes_in_words(planes)
+    assert f"One pixel covers {length_text(pixel, 2)}." in verdict_of([], pixel)
+    unscaled = planes_in_words(planes, metric=False)
+    assert f"those {length_text(1000 * pixel, 2, metric=False)} across" in unscaled
 
 
 def test_the_verdict_never_states_the_size_of_a_plane_without_its_angle() -> None:

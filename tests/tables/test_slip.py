@@ -193,6 +193,31 @@ def test_a_slip_comes_out_of_every_table_and_layer_as_it_was_worked_out(
                 assert got == wanted, (file, sense, column)
 
 
+@pytest.mark.filterwarnings("ignore:'crs' was not provided:UserWarning")
+@pytest.mark.parametrize("name", CASES)
+def test_a_slip_does_not_depend_on_how_the_line_was_drawn_and_the_file_stands(
+    tmp_path: Path, name: str
+) -> None:
+    """The line is drawn from its other end, in a file with y up and z south, in feet."""
+    case = CASES[name]
+    records = records_of(case)
+    records[MODEL.id] = replace(MODEL, placement=Frame("local", None, 0.3048, "y"))
+    for sense in SENSES:
+        line = records[sense or "none"]
+        assert isinstance(line, Lineation)
+        turned = [(east, up, -north) for east, north, up in reversed(line.vertices)]
+        feet = tuple(tuple(float(value) / 0.3048 for value in point) for point in turned)
+        records[line.id] = replace(line, vertices=feet)
+    for file, rows in written(records, tmp_path).items():
+        for sense in SENSES:
+            row = rows[sense or "none"]
+            names = SHORT if file.startswith("t_") else {name: name for name in SHORT}
+            assert row[names["plunge_deg"]] == pytest.approx(case.plunge, abs=1e-6)
+            expected = case.slips.get(sense)
+            wanted = None if expected is None else pytest.approx(expected, abs=1e-6)
+            assert row[names["slip_rake_deg"]] == wanted, (file, sense)
+
+
 @pytest.mark.parametrize("name", [n for n, case in CASES.items() if case.plane[1]])
 def test_a_sense_that_leaves_the_direction_open_is_kept_and_said(name: str) -> None:
     case, records = CASES[name], records_of(CASES[name])

@@ -13,8 +13,9 @@ from PySide6.QtTest import QTest
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import PROFILE_ID, Model
-from vomstudio.geology.profiles import TEXTBOOK
+from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK
 from vomstudio.ui.analyse.profile_dialog import ProfileDialog
+from vomstudio.ui.interpret.table_model import COLUMNS, QUALITY
 
 
 @pytest.fixture
@@ -39,12 +40,22 @@ def choose(dialog: ProfileDialog, profile: str) -> None:
     dialog.profile.activated.emit(dialog.profile.currentIndex())
 
 
+def shown_verdict(window: Any) -> list[str]:
+    """Of the selected feature in Properties, and in the cell of the table: word and tooltip."""
+    word = window.properties._fit._word
+    table = window.table.view.model()
+    column = next(i for i, c in enumerate(COLUMNS) if c is QUALITY)
+    tip = table.data(table.index(0, column), Qt.ItemDataRole.ToolTipRole)
+    assert word.toolTip() in tip
+    return [word.text(), word.toolTip()]
+
+
 def qualities(studio: Any) -> list[str]:
     return [m.verdict.quality for m in studio.measured(["t0", "t1"]).values()]
 
 
 def test_the_textbook_is_chosen_in_one_step_that_undo_takes_back(
-    dialog: ProfileDialog, studio: Any
+    dialog: ProfileDialog, studio: Any, window: Any
 ) -> None:
     before = qualities(studio)
     assert not dialog.apply.isEnabled()
@@ -56,7 +67,11 @@ def test_the_textbook_is_chosen_in_one_step_that_undo_takes_back(
     QTest.mouseClick(dialog.apply, Qt.MouseButton.LeftButton)
     assert studio.records[PROFILE_ID].limits == TEXTBOOK
     assert qualities(studio) == ["good", "doubtful"]
+    studio.selection.set(["t0"])
+    for word in ("good", TEXTBOOK.in_words):
+        assert word in shown_verdict(window)
     studio.undo()
+    assert DEFAULTS.in_words in shown_verdict(window)
     assert PROFILE_ID not in studio.records
     assert qualities(studio) == before
     assert dialog.profile.currentData() == "error"

@@ -305,6 +305,7 @@ def fit_planes(
             ),
             field=str(first["id"]),
         )
+    _keep_words(done.rows, groups, by)
     said = [
         tr("Plane {plane} was skipped: {reason}.", plane=item["id"], reason=item["reason"])
         for item in done.skipped
@@ -322,6 +323,18 @@ def fit_planes(
     made.attrs["skipped"] = done.skipped
     made.attrs["warnings"] = said
     return made
+
+
+def _keep_words(rows: list[dict[str, Any]], given: Any, by: Any) -> None:
+    """Kind and set of the planes whose points have one and the same, as the command line does."""
+    for column in ("kind", "set"):
+        if by is None or by == column or column not in given.columns:
+            continue
+        words = given.groupby(by, observed=True)[column].agg(
+            lambda each: None if each.nunique() != 1 else each.dropna().iloc[0]
+        )
+        for row in rows:
+            row[column] = words.get(row["id"])
 
 
 def _points(given: Any) -> npt.NDArray[np.float64]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.cli import text_tables
@@ -26,7 +27,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--scene",
         metavar="DIR",
-        help=tr("folder of an alignment of these photos, to check that too"),
+        help=tr("folder of a model made of these photos, whose alignment is checked too"),
     )
 
 
@@ -36,8 +37,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     scene = None
     if args.scene is not None:
         from vomstudio.photogrammetry.base.scene import SparseScene
+        from vomstudio.photogrammetry.base.stage_folders import stage_folder
 
-        scene = SparseScene.load(args.scene)
+        scene = SparseScene.load(stage_folder(Path(args.scene), "frame") or args.scene)
     checked, folder = check_folder(args.photos, args.distance, progress_of(args))
     out.text(_in_words(checked.report))
     if scene is not None:

@@ -45,12 +45,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     if args.output is not None:
         check_target(args.output, force=args.force, inputs=[args.points])
+    limits = PROFILES[args.profile]
     groups = read_points(args.points, args.by)
     fitted = fitted_planes(
         groups.ids, groups.points, groups.offsets, method=args.method, axis=args.axis,
-        thresholds=PROFILES[args.profile],
+        thresholds=limits,
     )  # fmt: skip
     rows, skipped = fitted.rows, fitted.skipped
+    for column, words in groups.words.items():
+        for row in rows:
+            row[column] = words.get(row["id"]) or None
     if not rows:
         raise _nothing_fitted(args.points, args.by, skipped)
     result: dict[str, Any] = {
@@ -60,7 +64,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         "warnings": list(groups.warnings),
     }
     if args.output is not None:
-        write_orientation_csv(args.output, rows, force=args.force)
+        write_orientation_csv(args.output, rows, limits=limits, force=args.force)
         result["table"] = args.output
     out.result(result)
     out.warn(groups.warnings)
@@ -70,7 +74,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             for item in skipped
         ]
     )
-    out.text(_in_words(rows))
+    out.text(f"{_in_words(rows)}\n{limits.in_words}")
 
 
 def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) -> GeometryError:

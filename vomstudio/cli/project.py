@@ -112,7 +112,10 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
             for item in found.skipped
         ]
     )
-    out.text("\n".join(_row_in_words(row) for row in found.rows) or tr("no features"))
+    said = [_row_in_words(row) for row in found.rows]
+    if any(row.get("quality") for row in found.rows):
+        said.append(found.limits.in_words)
+    out.text("\n".join(said) or tr("no features"))
 
 
 def _verify(args: argparse.Namespace, out: Output) -> None:

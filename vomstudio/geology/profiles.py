@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Literal
 
+from vomstudio.words import tr
+
 
 @dataclass(frozen=True)
 class Thresholds:
@@ -51,6 +53,35 @@ class Thresholds:
                 raise TypeError(f"{field.name} is no number")
         if self.by not in ("error", "shape") or not isinstance(self.profile, str):
             raise TypeError("by or profile is unknown")
+
+    @property
+    def in_words(self) -> str:
+        """The profile with the limits that decide, as a sentence: it stands wherever verdicts are
+        printed, since a word like good says nothing without them."""
+        if self.by == "shape":
+            return tr(
+                "Verdicts by the profile “{profile}”: good with a coplanarity of at least "
+                "{coplanarity:g}, a collinearity of at most {collinearity:g} and an extent of at "
+                "least {extent:g} times the model's resolution, doubtful where one of them is "
+                "missed or a trace with little relief lies within {face:g}° of the outcrop face, "
+                "poor where more are missed.",
+                profile=self.profile,
+                coplanarity=self.least_coplanarity,
+                collinearity=self.most_collinearity,
+                extent=self.extent_over_resolution,
+                face=self.surface_effect_deg,
+            )
+        return tr(
+            "Verdicts by the profile “{profile}”: good up to a total 95 % error of {good:g}°, poor "
+            "over {poor:g}°; doubtful between them, and with three points only, with roughness as "
+            "long as the trace, with an extent under {extent:g} times the model's resolution, or "
+            "where a trace with little relief lies within {face:g}° of the outcrop face.",
+            profile=self.profile,
+            good=self.good_confidence95_deg,
+            poor=self.poor_confidence95_deg,
+            extent=self.least_extent_over_resolution,
+            face=self.surface_effect_deg,
+        )
 
 
 DEFAULTS = Thresholds()

@@ -24,12 +24,17 @@ Kind = Literal["trace", "patch"]
 class Verdict:
     """quality; reasons : what kept it from being good, and what to do about it; notes : shape and
     extent beside their wanted values, and what only the geologist can answer. Whole sentences.
-    profile : by whose limits"""
+    limits : by which it was given"""
 
     quality: Quality
     reasons: tuple[str, ...]
     notes: tuple[str, ...] = ()
-    profile: str = "error"
+    limits: Thresholds = DEFAULTS
+
+    @property
+    def profile(self) -> str:
+        """The name of the limits."""
+        return self.limits.profile
 
 
 # Ours: a trace with less relief than this out of the face is a drawing on the face.
@@ -112,13 +117,13 @@ def judge(
     """
     if fit.error is not None:
         said = tr("There is no plane: {error}", error=_sentence(fit.error))
-        return Verdict("poor", (said,), profile=thresholds.profile)
+        return Verdict("poor", (said,), limits=thresholds)
     drawn, question = _of_face(fit, kind, outcrop_normal, resolution_m, thresholds)
     decided = _by_shape if thresholds.by == "shape" else _by_error
     poor, reasons, notes = decided(fit, kind, resolution_m, thresholds)
     reasons += drawn
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
-    return Verdict(quality, tuple(reasons), tuple(notes + question), thresholds.profile)
+    return Verdict(quality, tuple(reasons), tuple(notes + question), thresholds)
 
 
 def _by_error(
@@ -413,7 +418,7 @@ def judge_line(
     if plane_is_gone:
         reasons.append(tr("The plane it lay on is gone or has no fit, so its rake is not known."))
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
-    return Verdict(quality, tuple(reasons), profile=t.profile)
+    return Verdict(quality, tuple(reasons), limits=t)
 
 
 def _axial_angle_deg(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> float | None:

@@ -79,6 +79,22 @@ def length_text(value_m: float | None, digits: int = 3, *, metric: bool = True) 
     return f"{_rounded(value_m / 1000.0, digits)} km"
 
 
+def round_length(longest: float) -> float:
+    """The largest 1, 2 or 5 times a power of ten that is at most `longest`: for scale bars."""
+    power = 10.0 ** math.floor(math.log10(longest))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= longest * (1.0 + 1e-9))
+
+
+def bar_text(length_m: float, *, metric: bool = True) -> str:
+    """What stands at a scale bar of a round length: no more digits than it has."""
+    if not metric:
+        return tr("{length} units", length=f"{length_m:g}")
+    for unit, size in (("km", 1e3), ("m", 1.0), ("cm", 1e-2)):
+        if length_m >= size:
+            return f"{length_m / size:g} {unit}"
+    return f"{length_m * 1e3:g} mm"
+
+
 def area_text(value_m2: float | None, digits: int = 3, *, metric: bool = True) -> str:
     if value_m2 is None:
         return "–"

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vomstudio.geometry.plane_sizes import PlaneSizes
+from vomstudio.geometry.units import length_text
 from vomstudio.progress import Progress, Silent
 from vomstudio.survey import picture_checks, station_checks
 from vomstudio.survey.camera_positions import metres_from_gps
@@ -27,7 +28,7 @@ from vomstudio.survey.check_results import (
     verdict_of,
 )
 from vomstudio.survey.overlap import compare_photos, features_of, optical_axes
-from vomstudio.survey.photo_limits import ground_sampling_distance, length, planes_in_words
+from vomstudio.survey.photo_limits import ground_sampling_distance, planes_in_words
 from vomstudio.survey.photo_quality import measure_quality
 from vomstudio.words import tr, tr_n
 
@@ -132,7 +133,9 @@ def _hint(photos: Sequence[Photo]) -> str:
     if not focal:
         return tr("The pixel size is unknown, since neither focal length nor distance is known.")
     per_10_m = 10.0 / float(np.median(focal))
-    pixel = tr("At 10 m from the rock one pixel would cover {pixel}.", pixel=length(per_10_m))
+    pixel = tr(
+        "At 10 m from the rock one pixel would cover {pixel}.", pixel=length_text(per_10_m, 2)
+    )
     return f"{pixel} {planes_in_words(PlaneSizes.of_pixels(per_10_m))}"
 
 

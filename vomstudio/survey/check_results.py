@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
-from vomstudio.survey.photo_limits import length, planes_in_words
+from vomstudio.geometry.units import length_text
+from vomstudio.survey.photo_limits import planes_in_words
 from vomstudio.words import to_translate, tr
 
 Severity = Literal["info", "warning", "error"]
@@ -162,14 +163,15 @@ def advice_for(findings: Sequence[Finding]) -> tuple[str, ...]:
 def verdict_of(
     findings: Sequence[Finding],
     gsd_m: float | None,
-    unit: str = "m",
     *,
+    metric: bool = True,
     planes: PlaneSizes | None = None,
     hint: str = "",
 ) -> str:
     """Two or three sentences for a geologist.
 
-    gsd_m : median pixel size on the rock in `unit`, None where unknown; then `hint` follows
+    metric : whether sizes are in metres, else they are in units of the model
+    gsd_m : median pixel size on the rock, None where unknown; then `hint` follows
     planes : of the model, where there is one; None: what photos of this pixel size let expect
     """
     errors = [f for f in findings if f.severity == "error"]
@@ -188,11 +190,13 @@ def verdict_of(
         first = tr("These photos should give a sound model.")
     second = hint
     if planes is not None:
-        second = tr("The model resolves {size}.", size=length(planes.resolution, unit))
-        second += " " + planes_in_words(planes, unit, by_pixels=False)
+        second = tr(
+            "The model resolves {size}.", size=length_text(planes.resolution, 2, metric=metric)
+        )
+        second += " " + planes_in_words(planes, metric=metric, by_pixels=False)
     elif gsd_m is not None:
-        second = tr("One pixel covers {pixel}.", pixel=length(gsd_m, unit))
-        second += " " + planes_in_words(PlaneSizes.of_pixels(gsd_m), unit)
+        second = tr("One pixel covers {pixel}.", pixel=length_text(gsd_m, 2, metric=metric))
+        second += " " + planes_in_words(PlaneSizes.of_pixels(gsd_m), metric=metric)
     return f"{first} {second}" if second else first
 
 

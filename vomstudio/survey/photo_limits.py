@@ -11,6 +11,7 @@ from vomstudio.geometry.plane_sizes import (
     WANTED_DEG,
     PlaneSizes,
 )
+from vomstudio.geometry.units import length_text
 from vomstudio.words import tr
 
 
@@ -43,20 +44,11 @@ def gsd_for_plane(extent_m: float) -> float:
     return extent_m / (PIXELS_PER_RESOLUTION * TEXTBOOK_RESOLUTIONS)
 
 
-def length(value: float, unit: str = "m") -> str:
-    """A length as people say it: `3.2 mm`, `1.8 m`; figures of a local frame keep their unit."""
-    if unit != "m":
-        return f"{value:.3g} {unit}"
-    for factor, name in ((1e3, "mm"), (1e2, "cm"), (1.0, "m")):
-        if value * factor < 100 or name == "m":
-            return f"{value * factor:.2g} {name}" if value * factor < 100 else f"{value:.0f} m"
-    return f"{value:g} m"
-
-
-def planes_in_words(planes: PlaneSizes, unit: str = "m", *, by_pixels: bool = True) -> str:
+def planes_in_words(planes: PlaneSizes, *, metric: bool = True, by_pixels: bool = True) -> str:
     """How well the direction of planes is known, in one sentence: of the smallest for which the
     verdict is good, and of the textbook's limit.
 
+    metric : whether sizes are in metres, else they are in units of the model
     by_pixels : whether the resolution is that of photos, else it is that of a model
     """
     smallest = planes.size_for(WANTED_DEG)
@@ -68,9 +60,9 @@ def planes_in_words(planes: PlaneSizes, unit: str = "m", *, by_pixels: bool = Tr
             off=planes.registration_deg,
         )
     values: dict[str, Any] = {
-        "small": length(smallest, unit),
+        "small": length_text(smallest, 2, metric=metric),
         "within": f"{planes.error_deg(smallest):.1f}",
-        "large": length(planes.textbook, unit),
+        "large": length_text(planes.textbook, 2, metric=metric),
         "better": f"{planes.error_deg(planes.textbook):.1f}",
     }
     if by_pixels:
@@ -86,11 +78,11 @@ def planes_in_words(planes: PlaneSizes, unit: str = "m", *, by_pixels: bool = Tr
     )
 
 
-def planes_in_short(planes: PlaneSizes, unit: str = "m") -> str:
+def planes_in_short(planes: PlaneSizes) -> str:
     """The same for a line of a table, for the resolution of photos."""
     large = tr(
         "{large} (1000 px) ± {better:.1f}°",
-        large=length(planes.textbook, unit),
+        large=length_text(planes.textbook, 2),
         better=planes.error_deg(planes.textbook),
     )
     smallest = planes.size_for(WANTED_DEG)
@@ -98,7 +90,7 @@ def planes_in_short(planes: PlaneSizes, unit: str = "m") -> str:
         return large
     small = tr(
         "{small} ± {within:.1f}°",
-        small=length(smallest, unit),
+        small=length_text(smallest, 2),
         within=planes.error_deg(smallest),
     )
     return f"{small}, {large}"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.units import length_text
 from vomstudio.survey.camera_positions import (
     accuracy_of,
     metres_from_gps,
@@ -18,7 +19,6 @@ from vomstudio.survey.camera_positions import (
 from vomstudio.survey.check_limits import Limits, SurveyMeasurements
 from vomstudio.survey.check_results import Finding, named
 from vomstudio.survey.overlap import FEWEST_MATCHES, SetOverlap
-from vomstudio.survey.photo_limits import length
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -374,9 +374,9 @@ def _of_gps_accuracy(placed: Sequence[Photo], at: Array, limits: Limits) -> Find
     sigma, stated = accuracy_of(placed)
     error, _ = rotation_error95_deg(at, sigma)
     accuracy = (
-        tr("{length}, as stated in the files", length=length(sigma))
+        tr("{length}, as stated in the files", length=length_text(sigma, 2))
         if stated
-        else tr("{length}, assumed", length=length(sigma))
+        else tr("{length}, assumed", length=length_text(sigma, 2))
     )
     if straightness(at) < limits.straight and error > limits.rotation_deg:
         return Finding(
@@ -398,7 +398,7 @@ def _of_gps_accuracy(placed: Sequence[Photo], at: Array, limits: Limits) -> Find
                 "The camera positions extend over {extent} with an accuracy of {accuracy}. A model "
                 "registered by them alone, and every dip on it, can be rotated by up to "
                 "{error:.0f} degrees (95 %). Control points are needed.",
-                extent=length(2 * _radius(at)),
+                extent=length_text(2 * _radius(at), 2),
                 accuracy=accuracy,
                 error=error,
             ),

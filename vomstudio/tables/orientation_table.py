@@ -24,6 +24,7 @@ from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.version import __version__
 
 if TYPE_CHECKING:
+    from vomstudio.geology.profiles import Thresholds
     from vomstudio.geology.quality import Verdict
     from vomstudio.geometry.planes import PlaneFit
 
@@ -109,12 +110,14 @@ def write_orientation_csv(
     north: str | None = None,
     notes: Sequence[str] = (),
     axes: Axes = WORLD,
+    limits: Thresholds | None = None,
     force: bool = False,
 ) -> None:
     """Write rows as UTF-8 CSV, whole or not at all.
 
     crs: of x, y, z ("EPSG:32615"), None where none was declared. north: what azimuths count from.
-    notes: further lines for the `#` block. axes: what is known of x, y, z. Raises `TargetError`.
+    notes: further lines for the `#` block. axes: what is known of x, y, z. limits: by
+    which the rows were judged, None where none has a verdict. Raises `TargetError`.
     """
     if north is None:
         north = "y axis of the coordinates as given" if crs is None else f"grid north of {crs}"
@@ -124,6 +127,7 @@ def write_orientation_csv(
         f"north: {north}",
         f"notation: {NOTATION}",
         f"units: {UNITS.format(axes=axes.in_words, unit=axes.unit)}",
+        *([] if limits is None else [f"profile: {limits.in_words}"]),
         *notes,
     ]
     lines = [f"# {' '.join(text.split())}" for text in head]

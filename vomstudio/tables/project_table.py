@@ -12,8 +12,9 @@ from vomstudio.document.figures import Subject
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.reading_comparison import nearest_picks
-from vomstudio.document.records import Feature, Model, OnAModel, Record, get
+from vomstudio.document.records import Feature, Model, OnAModel, Record, get, limits_of
 from vomstudio.document.records.frames import crs_label
+from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.tables.orientation_table import Row, row_of
 from vomstudio.words import tr
@@ -37,6 +38,8 @@ class ProjectTable:
     """Metres in a unit of `crs`; the rows are in metres whatever it is."""
     axes: Axes = WORLD
     """What is known of x, y, z and lengths of all rows."""
+    limits: Thresholds = DEFAULTS
+    """By which all rows were judged."""
 
 
 def project_table(
@@ -60,7 +63,8 @@ def project_table(
             rows.append(row)
     crs, north, unit_m = _frame(records, features)
     axes = _axes(records, features)
-    return ProjectTable(rows, skipped, crs, north, unit_m=unit_m, axes=axes)
+    limits = limits_of(records, measurements.otherwise)
+    return ProjectTable(rows, skipped, crs, north, unit_m=unit_m, axes=axes, limits=limits)
 
 
 def feature_row(subject: Subject) -> Row | None:

@@ -12,6 +12,7 @@ from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.errors import InputError
+from vomstudio.geology.profiles import Thresholds
 from vomstudio.io.project.export import thresholds_of
 from vomstudio.io.project.journal import read_replay, read_schema_and_replay
 from vomstudio.tables.orientation_table import Row
@@ -102,10 +103,11 @@ def summarise(folder: Path) -> ProjectSummary:
 @dataclass(frozen=True)
 class Fitted:
     """rows : columns of the orientation table; skipped : id, name and reason of each feature that
-    has no orientation"""
+    has no orientation; limits : by which the rows were judged"""
 
     rows: tuple[Row, ...]
     skipped: tuple[dict[str, str], ...]
+    limits: Thresholds
 
 
 def fitted(folder: Path, wanted: Sequence[str] = ()) -> Fitted:
@@ -129,6 +131,7 @@ def fitted_records(
     return Fitted(
         tuple(row for row in table.rows if chosen is None or row["id"] in chosen),
         tuple(item for item in table.skipped if chosen is None or item["id"] in chosen),
+        table.limits,
     )
 
 

@@ -180,3 +180,14 @@ def test_a_decimal_comma_is_a_point() -> None:
 )  # fmt: skip
 def test_what_is_not_plain_is_left_to_pandas(content: bytes) -> None:
     assert xyz.plain_numbers(content, layout(" ", ".", 3)) is None
+
+
+@pytest.mark.parametrize("head", ["ncols 3\nnrows 2\n", "NCOLS        3\r\nNROWS        2\r\n"])
+def test_a_grid_of_heights_is_called_one(tmp_path: Path, head: str) -> None:
+    """Its header was taken for names of columns, and its heights could be for coordinates."""
+    path = tmp_path / "dem.asc"
+    path.write_bytes(
+        (head + "xllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9\n1 2 3\n4 5 6\n").encode()
+    )
+    with pytest.raises(InputError, match=r"Esri ASCII.*GeoTIFF"):
+        read_model(path)

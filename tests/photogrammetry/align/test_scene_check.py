@@ -94,7 +94,7 @@ def test_what_can_be_told_of_planes_rests_on_the_model_not_on_the_pixels() -> No
     report = check_scene(scene(good_views()), planes=PlaneSizes(0.03, 0.005))
     assert report.gsd_m == pytest.approx(0.01, rel=0.03)
     assert report.smallest_plane_m == pytest.approx(3.0)
-    assert "The model resolves 30 mm." in report.verdict
+    assert "The model resolves 3.0 cm." in report.verdict
     assert "1000 pixels" not in report.verdict
     assert grave(report) == set()
 
@@ -121,7 +121,7 @@ def test_figures_are_those_of_the_cameras() -> None:
 @pytest.mark.parametrize("scaled", [True, False])
 def test_a_local_frame_has_no_metres(scaled: bool) -> None:
     report = check_scene(scene(good_views(), scaled=scaled))
-    assert ("model units" in report.verdict) == (not scaled)
+    assert (" units across" in report.verdict) == (not scaled)
 
 
 def test_parallel_views_in_a_line_are_doming_and_collinear() -> None:

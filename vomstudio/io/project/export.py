@@ -70,8 +70,9 @@ def export_records(
         if table.crs is not None and table.unit_m != 1.0:
             named = tr("{crs}, its axes in metres", crs=table.crs)
         write_orientation_csv(
-            out, table.rows, crs=named, north=table.north, axes=table.axes, force=force
-        )
+            out, table.rows, crs=named, north=table.north, axes=table.axes, limits=table.limits,
+            force=force,
+        )  # fmt: skip
         return replace(table, files=(out,))
     if format_ == "gpkg":
         from vomstudio.io.project.geopackage import write_layers

@@ -38,7 +38,7 @@ def write_layers(
         for layer in project_layers(records, table, measurements):
             _write(
                 part, layer.name, _TYPES[layer.kind], _geometry(layer), layer.columns, crs,
-                append=append,
+                described=table.limits.in_words, append=append,
             )  # fmt: skip
             append = True
 
@@ -61,6 +61,7 @@ def _write(
     columns: dict[str, npt.NDArray[Any]],
     crs: str | None,
     *,
+    described: str,
     append: bool,
 ) -> None:
     import shapely
@@ -78,6 +79,7 @@ def _write(
             geometry_type=geometry_type,
             crs=crs,
             append=append,
+            layer_options={"DESCRIPTION": described},
         )
     except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:
         raise TargetError(

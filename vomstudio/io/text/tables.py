@@ -14,16 +14,16 @@ from __future__ import annotations
 import itertools
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import compress
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.errors import InputError, UsageError
+from vomstudio.io.text.group_words import words_of_groups
 from vomstudio.io.text.rows import (
     TextRows,
     cut,
@@ -219,6 +219,8 @@ class PointGroups:
     dropped: tuple[int, ...]
     """Lines whose coordinates are missing or not finite."""
     warnings: tuple[str, ...]
+    words: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    """Kind and set of the groups that have one."""
 
 
 def plain(name: str) -> str:
@@ -357,13 +359,14 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
                 )
     named = groups if all(groups) else [g for g, k in zip(groups, keep, strict=True) if k or g]
     codes = {name: i for i, name in enumerate(dict.fromkeys(named))}
-    kept = np.fromiter(map(codes.__getitem__, compress(groups, keep)), np.int64)
+    kept = np.fromiter(map(codes.__getitem__, itertools.compress(groups, keep)), np.int64)
     counts = np.bincount(kept, minlength=len(codes))
     return PointGroups(
         ids=tuple(codes),
         points=np.ascontiguousarray(points[keep][np.argsort(kept, kind="stable")]),
         offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
         dropped=dropped,
+        words=words_of_groups(table, groups, keep, by, warnings),
         warnings=tuple(warnings),
     )
 

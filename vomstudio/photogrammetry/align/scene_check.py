@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.plane_sizes import PlaneSizes
+from vomstudio.geometry.units import length_text
 from vomstudio.photogrammetry.align.lens_check import of_lenses
 from vomstudio.survey.camera_positions import straightness
 from vomstudio.survey.check_limits import Limits
@@ -22,7 +23,6 @@ from vomstudio.survey.check_results import (
     named,
     verdict_of,
 )
-from vomstudio.survey.photo_limits import length
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
@@ -56,7 +56,6 @@ def check_scene(
         pixel size let expect, without a registration
     """
     limits = limits or Limits()
-    unit = "m" if scene.scaled or scene.crs is not None else tr("model units")
     if not scene.views:
         finding = Finding(
             "unregistered",
@@ -103,7 +102,7 @@ def check_scene(
         "after",
         figures,
         tuple(findings),
-        verdict_of(findings, middle, unit, planes=planes),
+        verdict_of(findings, middle, metric=_is_metric(scene), planes=planes),
         middle,
         None if told is None else told.textbook,
         advice_for(findings),
@@ -446,6 +445,10 @@ def _of_places(scene: SparseScene, gsd: Array, limits: Limits) -> list[Finding]:
     ]
 
 
+def _is_metric(scene: SparseScene) -> bool:
+    return scene.scaled or scene.crs is not None
+
+
 def _of_line(scene: SparseScene, limits: Limits) -> list[Finding]:
     """Collinear cameras cannot register a model (textbook 3.2.2)."""
     if len(scene.views) < 3:
@@ -454,7 +457,6 @@ def _of_line(scene: SparseScene, limits: Limits) -> list[Finding]:
     if width >= limits.straight:
         return []
     across = width * float(np.linalg.norm(scene.centres.std(axis=0)))
-    unit = "m" if scene.scaled or scene.crs is not None else tr("model units")
     return [
         Finding(
             "collinear",
@@ -464,7 +466,7 @@ def _of_line(scene: SparseScene, limits: Limits) -> list[Finding]:
                 "The camera positions lie in one line (within {width}). A model registered by them "
                 "alone can rotate about this line. Add control points, or photos from beside the "
                 "line.",
-                width=length(across, unit),
+                width=length_text(across, 2, metric=_is_metric(scene)),
             ),
             width,
         )

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.geology.notation import format_azimuth
+from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import STEEP_DEG
 from vomstudio.products.ortho.view_directions import View
@@ -40,9 +41,7 @@ def format_of(path: str | Path) -> str:
 
 def bar_length(width_m: float) -> float:
     """A length of 1, 2 or 5 times a power of ten, a tenth to a quarter of the picture's width."""
-    limit = 0.25 * width_m
-    power = 10.0 ** math.floor(math.log10(limit))
-    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= limit)
+    return round_length(0.25 * width_m)
 
 
 def end_labels(view: View) -> tuple[str, str, str]:
@@ -123,7 +122,7 @@ def draw_sheet(
     draw.text((x + picture.width / 2 + side, pad // 2), right, _INK, font, anchor="ra")
     _arrow(draw, width // 2, pad // 2, size, up, font)
     length = bar_length(picture.width * metres_per_pixel)
-    words = _metres(length) if view.metric else tr("{length:g} units", length=length)
+    words = bar_text(length, metric=view.metric)
     _bar(draw, x, bottom + pad // 2, words, length / metres_per_pixel, size, font)
     x_words = min(x, width - pad - widest)
     for i, words in enumerate(text):
@@ -149,14 +148,6 @@ def _bar(draw: Any, x: int, y: int, length: str, pixels: float, size: int, font:
     draw.text((x, below), "0", _INK, font)
     end = max(pixels, font.getlength("0 ") + font.getlength(length) / 2)
     draw.text((x + end, below), length, _INK, font, anchor="ma")
-
-
-def _metres(length: float) -> str:
-    if length >= 1000:
-        return f"{length / 1000:g} km"
-    if length >= 1:
-        return f"{length:g} m"
-    return f"{length * 100:g} cm" if length >= 0.01 else f"{length * 1000:g} mm"
 
 
 def _wind(azimuth_deg: float) -> str:

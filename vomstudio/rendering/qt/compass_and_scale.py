@@ -10,6 +10,7 @@ import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
 
+from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.rendering.qt import painting
 from vomstudio.words import tr
 
@@ -87,25 +88,6 @@ def draw_compass(painter: QPainter, frame: Array, height: float, north_known: bo
     painter.restore()
 
 
-def round_length(longest: float) -> float:
-    """The largest 1, 2 or 5 times a power of ten that is at most `longest`."""
-    power = 10.0 ** math.floor(math.log10(longest))
-    for step in (5.0, 2.0, 1.0):
-        if step * power <= longest * (1.0 + 1e-9):
-            return step * power
-    return power
-
-
-def length_text(metres: float) -> str:
-    if metres >= 1000.0:
-        return f"{metres / 1000.0:g} km"
-    if metres >= 1.0:
-        return f"{metres:g} m"
-    if metres >= 0.01:
-        return f"{metres * 100.0:g} cm"
-    return f"{metres * 1000.0:g} mm"
-
-
 def scale_bar(metres_per_pixel: float, width: float) -> tuple[float, float]:
     """Round length in metres and its length in pixels, at most a sixth of the view."""
     longest = max(60.0, min(220.0, width / 6.0)) * metres_per_pixel
@@ -143,7 +125,7 @@ def draw_scale_bar(
         pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
         painter.setPen(pen)
         painter.drawPath(bar)
-    text = length_text(length) if unit_known else tr("{length:g} units", length=length)
+    text = bar_text(length, metric=unit_known)
     font = painting.system_font(bold=True)
     painting.outlined_text(
         painter,

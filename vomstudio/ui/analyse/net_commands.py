@@ -16,6 +16,7 @@ from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import to_translate, tr
 
@@ -84,6 +85,7 @@ def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
             studio.info(reading_comparison.summary(ids, picks))
 
     dialog.accepted.connect(add)
+    fit_to_screen(dialog)
     dialog.open()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.ui.scene.view_panel import ViewPanel
@@ -20,7 +21,9 @@ def commands(
         from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
 
         if view.viewport is not None:
-            OrthoDialog(parent, studio, view.viewport, directions).open()
+            dialog = OrthoDialog(parent, studio, view.viewport, directions)
+            fit_to_screen(dialog)
+            dialog.open()
 
     return [
         Command("orthophoto", tr("&Orthophoto along this view…"), ask,

@@ -35,6 +35,7 @@ from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrt
 from vomstudio.products.ortho import orthophoto, planning, view_directions
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.ui.common.command_targets import current_model, start_folder
+from vomstudio.ui.common.long_boxes import make_room_for_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, file_field
@@ -69,7 +70,7 @@ class OrthoDialog(QDialog):
         )
         self._buttons.accepted.connect(self.accept)
         self._buttons.rejected.connect(self.reject)
-        self._layout = layout = QVBoxLayout(self)
+        layout = QVBoxLayout(self)
         layout.addLayout(form)
         layout.addWidget(self._buttons)
         self.model.currentIndexChanged.connect(self._propose)
@@ -186,8 +187,7 @@ class OrthoDialog(QDialog):
         self._cost.setText(cost[:1].upper() + cost[1:])
         self._check()
         # Labels of several lines have their text only now.
-        self._layout.activate()
-        self.resize(self.width(), max(self.height(), self._layout.heightForWidth(self.width())))
+        make_room_for_text(self)
 
     def _check(self, *_: object) -> None:
         gsd = parse_number(self.gsd.text())

@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QDialog, QLabel, QTextBrowser, QVBoxLayout, QWidget
 
+from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.words import tr
 
 
@@ -17,6 +18,7 @@ def open_page(parent: QWidget, path: Path) -> None:
         return
     page = HtmlPage(parent, path)
     page.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    fit_to_screen(page)
     page.show()
 
 

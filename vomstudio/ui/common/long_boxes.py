@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QRect, QSize, Qt
-from PySide6.QtWidgets import QDialog, QDialogButtonBox, QTextBrowser, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QObject, QRect, QSize, Qt, QTimer
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QLayout,
+    QTextBrowser,
+    QVBoxLayout,
+    QWidget,
+)
 
 from vomstudio.ui.common.widgets import Scrolling
 
@@ -35,23 +42,81 @@ def make_room_for_text(window: QWidget) -> None:
 
 def fit_to_screen(window: QWidget) -> None:
     """Make a window that is about to be shown no larger than its screen, and let a dialog scroll
-    whose contents need more height than that."""
-    room = room_for(window)
+    whose contents need more height than that, now or once they have grown."""
+    for widget in (window, *window.findChildren(QWidget)):
+        # Sizes follow from the style, which Qt gives to widgets that are shown only.
+        widget.ensurePolished()
     make_room_for_text(window)
-    layout = window.layout()
-    if (
-        isinstance(window, QDialog)
-        and layout is not None
-        and window.minimumSizeHint().height() > room.height()
-    ):
-        page = QWidget()
-        size = window.size()
-        page.setLayout(layout)
-        column = QVBoxLayout(window)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(Scrolling(page))
-        window.resize(size)
-    window.resize(window.size().boundedTo(room.size()))
+    if isinstance(window, QDialog):
+        _make_room(window)
+        _Growth(window)
+    window.resize(window.size().boundedTo(room_for(window).size()))
+
+
+class _Growth(QObject):
+    """Makes a dialog higher as its texts grow, and lets it scroll where the screen ends."""
+
+    def __init__(self, dialog: QDialog) -> None:
+        super().__init__(dialog)
+        self._dialog = dialog
+        dialog.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.LayoutRequest:
+            # Widgets are not moved while Qt arranges them.
+            QTimer.singleShot(0, self, lambda: _make_room(self._dialog))
+        return super().eventFilter(watched, event)
+
+
+def _make_room(dialog: QDialog) -> None:
+    """Make it as high as it must be for nothing to be squeezed, or let it scroll."""
+    layout, room = dialog.layout(), room_for(dialog)
+    if layout is None:
+        return
+    needed = _needed_height(dialog, layout)
+    if needed > room.height():
+        _scroll(dialog, layout, room)
+    elif needed > dialog.height():
+        dialog.resize(dialog.width(), needed)
+
+
+def _scroll(dialog: QDialog, layout: QLayout, room: QRect) -> None:
+    """Put all but the buttons at the end, which stay in sight, into a place that scrolls."""
+    size = dialog.size()
+    margins = layout.contentsMargins()
+    buttons = _buttons_at_end(layout)
+    page = QWidget()
+    page.setLayout(layout)
+    column = QVBoxLayout(dialog)
+    column.setContentsMargins(0, 0, 0, 0)
+    column.addWidget(Scrolling(page))
+    if buttons is not None:
+        below = QVBoxLayout()
+        below.setContentsMargins(margins)
+        below.addWidget(buttons)
+        column.addLayout(below)
+    # Until then the dialog may be no smaller than all its contents.
+    column.activate()
+    dialog.resize(size.boundedTo(room.size()))
+
+
+def _needed_height(dialog: QDialog, layout: QLayout) -> int:
+    """Lines of texts are counted at the width that the dialog will have."""
+    least = dialog.minimumSizeHint().height()
+    if not layout.hasHeightForWidth():
+        return least
+    width = min(dialog.width(), room_for(dialog).width())
+    return max(least, layout.totalMinimumHeightForWidth(width))
+
+
+def _buttons_at_end(layout: QLayout) -> QDialogButtonBox | None:
+    """Taken out of the layout."""
+    item = layout.itemAt(layout.count() - 1)
+    found = None if item is None else item.widget()
+    if not isinstance(layout, QVBoxLayout) or not isinstance(found, QDialogButtonBox):
+        return None
+    layout.removeWidget(found)
+    return found
 
 
 def show_long_text(parent: QWidget, title: str, html: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret import plane_relations
 from vomstudio.ui.scene.view_panel import ViewPanel
@@ -20,7 +21,9 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         return tr("Pick planes of two feature types or sets first.")
 
     def ask_for_sets() -> None:
-        plane_relations.IntersectionDialog(studio, parent).open()
+        dialog = plane_relations.IntersectionDialog(studio, parent)
+        fit_to_screen(dialog)
+        dialog.open()
 
     return [
         Command("keep_intersection", tr("&Keep intersection"), lambda: plane_relations.keep(studio),

@@ -76,7 +76,7 @@ COLUMNS: tuple[Column, ...] = (
     _of(of.DIP_DIRECTION_ERROR), _of(of.M), _of(of.K), _of(of.COPLANARITY), _of(of.COLLINEARITY),
     _of(of.N_POINTS), _of(of.EXTENT), _of(of.AREA), _of(slip_figures.RAKE),
     _of(slip_figures.SLIP_RAKE), _of(slip_figures.SLIP_SENSE), _of(slip_figures.ON_PLANE), TO_PICK,
-    _of(of.EXTENT_OVER_RESOLUTION), _of(of.RMS), _of(of.REASONS), _of(of.NOTES),
+    _of(of.EXTENT_OVER_RESOLUTION), _of(of.RMS), _of(of.REASONS), _of(of.PROFILE), _of(of.NOTES),
 )  # fmt: skip
 _TO_PICK = COLUMNS.index(TO_PICK)
 
@@ -211,6 +211,8 @@ class OrientationModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole and not column.left:
             return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ToolTipRole:
+            if column is QUALITY and (verdict := row.measured.verdict):
+                return "\n".join(filter(None, (row.reasons, verdict.limits.in_words)))
             return row.reasons or tr(column.tip)
         return None
 

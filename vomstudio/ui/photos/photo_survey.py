@@ -361,9 +361,9 @@ class PhotoSurvey(QObject):
         if self.settings.control is None:
             # Tie points join photos whatever places the model.
             order = replace(order, marks=self.tables()[1])
-        order = replace(order, masks=self._masks(RECONSTRUCT))
         session, name = self._studio.session, folder.name
         self.result = None
+        reconstruction_folders.keep_failure(out, "")
 
         def done(result: Reconstruction) -> None:
             self._making, self._goes_on = None, False
@@ -391,12 +391,12 @@ class PhotoSurvey(QObject):
                 self._goes_on = False
                 self.make()
             elif not event.cancelled:
-                self._studio.warn(event.message, "error")
+                reconstruction_folders.tell_failure(self._studio, out, event.message)
             self.changed.emit()
 
         self._making = self._studio.jobs.submit(
             RECONSTRUCT,
-            order,
+            replace(order, masks=self._masks(RECONSTRUCT)),
             title=tr("Reconstructing {name}", name=name),
             on_done=done,
             on_failed=failed,

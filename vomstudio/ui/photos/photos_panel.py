@@ -24,7 +24,9 @@ from PySide6.QtWidgets import (
 
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.fitting_texts import FittingTexts
+from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
+from vomstudio.ui.photos import reconstruction_folders
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.plan_view import PlanView
@@ -101,6 +103,7 @@ class PhotosPanel(QWidget):
         self._stage = ElidedLabel()
         self.table = self._make_table()
         self._findings = QListWidget()
+        self._failed = ""
         self._findings.setObjectName("findings")
         self._findings.setWordWrap(True)
         self._findings.itemSelectionChanged.connect(self._finding_chosen)
@@ -208,6 +211,7 @@ class PhotosPanel(QWidget):
             for number, row in enumerate(survey.rows):
                 self._fill_row(number, row)
         self._findings.clear()
+        self._failed = ""
         if survey.verdict:
             self._add_finding("info", survey.verdict, [])
             verdict = self._findings.item(0)
@@ -252,10 +256,12 @@ class PhotosPanel(QWidget):
             if (item := self.table.item(number, _MASK)) is not None:
                 item.setText(_mask_text(row))
 
-    def _add_finding(self, severity: str, text: str, photos: list[str]) -> None:
+    def _add_finding(
+        self, severity: str, text: str, photos: list[str], place: int | None = None
+    ) -> None:
         item = QListWidgetItem(theme.icon(_SEVERITIES[severity]), text)
         item.setData(Qt.ItemDataRole.UserRole, photos)
-        self._findings.addItem(item)
+        self._findings.insertItem(self._findings.count() if place is None else place, item)
 
     def _refresh(self) -> None:
         survey = self._survey
@@ -280,6 +286,7 @@ class PhotosPanel(QWidget):
         elif survey.reading:
             self._bar.setRange(0, 0)
         self._verdict.setText(self._words())
+        self._show_failure()
         make = self._actions["make_model"]
         make.setText(
             tr("&Continue reconstruction") if survey.begun and job is None else tr("&Reconstruct")
@@ -296,9 +303,28 @@ class PhotosPanel(QWidget):
         warnings = sum(finding.severity != "info" for finding in survey.findings)
         photos = tr_n("{count} photo", "{count} photos", len(survey.rows))
         said = tr_n("{count} warning", "{count} warnings", warnings)
+        if self._failure():
+            return tr("Reconstruction failed, {photos}, {warnings}", photos=photos, warnings=said)
         if survey.begun and survey.making is None:
             return tr("{photos}, {warnings}, reconstruction paused", photos=photos, warnings=said)
         return tr("{photos}, {warnings}", photos=photos, warnings=said)
+
+    def _failure(self) -> str:
+        """Why the earlier run failed, as a sentence; "" where it did not, or was paused."""
+        out = self._survey.out() if self._survey.making is None else None
+        return "" if out is None else as_sentence(reconstruction_folders.failure(out))
+
+    def _show_failure(self) -> None:
+        """Above the findings."""
+        reason = self._failure()
+        if reason == self._failed:
+            return
+        if self._failed:
+            self._findings.takeItem(0)
+        self._failed = reason
+        if reason:
+            text = tr("The reconstruction failed: {reason}", reason=reason)
+            self._add_finding("error", text, [], place=0)
 
     # --- choosing ----------------------------------------------------------------------------
     def _chosen_names(self) -> set[str]:

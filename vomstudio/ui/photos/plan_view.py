@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QHelpEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QToolTip, QWidget
 
+from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.words import tr
 
@@ -79,7 +79,7 @@ class PlanView(QWidget):
         length = round_length(70 / scale)
         y = self.height() - 9.0
         painter.drawLine(QPointF(8, y), QPointF(8 + length * scale, y))
-        painter.drawText(QPointF(12 + length * scale, y + 4), tr("{length:g} m", length=length))
+        painter.drawText(QPointF(12 + length * scale, y + 4), bar_text(length))
         painter.drawText(QPointF(self.width() - 18, 16), "N")
         painter.drawLine(QPointF(self.width() - 13, 36), QPointF(self.width() - 13, 20))
 
@@ -121,9 +121,3 @@ class PlanView(QWidget):
             QToolTip.showText(event.globalPos(), words, self)
             return True
         return super().event(event)
-
-
-def round_length(metres: float) -> float:
-    """1, 2 or 5 times a power of ten, at most `metres`."""
-    power = 10.0 ** math.floor(math.log10(metres))
-    return max(step * power for step in (1, 2, 5) if step * power <= metres)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 from collections.abc import Sequence
 from pathlib import Path
 
 from vomstudio.document.photo_edits import add_reconstruction
-from vomstudio.errors import VomError, WorkerError
+from vomstudio.errors import TargetError, VomError, WorkerError
+from vomstudio.files.atomic import write_bytes
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
 from vomstudio.io.project.reconstructions import REQUEST, RESULT, read_reconstruction
 from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
@@ -18,6 +20,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings, asked_for
 
+_FAILURE = "work/failure.txt"
 # A direction that is steeper has no arrow on a map.
 _LEAST_ARROW = 0.2
 
@@ -38,6 +41,31 @@ def folder_for(project: Path, photos: Path, quality: str) -> Path:
 def is_begun(out: Path) -> bool:
     """An earlier run has finished some stages and no more."""
     return (out / "work").is_dir() and not (out / "report.html").exists()
+
+
+def keep_failure(out: Path, reason: str) -> None:
+    """Write beside the finished stages why the run failed, for the next start of the program; ""
+    once it is made again. A disk that takes nothing has told so already."""
+    with contextlib.suppress(OSError, TargetError):
+        if reason:
+            (out / _FAILURE).parent.mkdir(parents=True, exist_ok=True)
+            write_bytes(out / _FAILURE, reason.encode("utf-8"), force=True)
+        else:
+            (out / _FAILURE).unlink(missing_ok=True)
+
+
+def tell_failure(studio: Studio, out: Path, reason: str) -> None:
+    """Keep why the run failed, and say it now."""
+    keep_failure(out, reason)
+    studio.warn(reason, "error")
+
+
+def failure(out: Path) -> str:
+    """Why the last run failed, as a sentence; "" where it did not."""
+    try:
+        return (out / _FAILURE).read_text(encoding="utf-8", errors="replace").strip()
+    except OSError:
+        return ""
 
 
 def aligned(out: Path, photos: Path) -> Path | None:

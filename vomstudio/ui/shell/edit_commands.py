@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QInputDialog, QWidget
 from vomstudio.document import edits
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
+from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 from vomstudio.workspace.history import step_words
@@ -66,5 +67,6 @@ def find_command(parent: QWidget, actions: Actions) -> None:
     from vomstudio.ui.shell.command_palette import CommandPalette
 
     dialog = CommandPalette(parent, actions)
+    fit_to_screen(dialog)
     if dialog.exec() and dialog.chosen:
         actions.run(dialog.chosen)

@@ -8,9 +8,9 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.products.report.field_sheet import CONTROL, FACE, OBLIQUE, PERPENDICULAR
 from vomstudio.survey.planning import Station, SurveyPlan
-from vomstudio.ui.photos.plan_view import round_length
 from vomstudio.words import tr
 
 _MARGIN, _TITLE, _LEGEND = 18.0, 22.0, 26.0
@@ -147,7 +147,7 @@ class PlanDrawing(QWidget):
         painter.drawLine(QPointF(x, y), QPointF(x + length * scale, y))
         for end in (x, x + length * scale):
             painter.drawLine(QPointF(end, y - 3), QPointF(end, y + 3))
-        words = tr("{length:g} m", length=length)
+        words = bar_text(length)
         x += length * scale + 6
         painter.drawText(QPointF(x, y + 4), words)
         x += painter.fontMetrics().horizontalAdvance(words) + 22

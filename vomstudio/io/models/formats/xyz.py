@@ -63,6 +63,10 @@ class Layout:
     sample: list[list[str]]
 
 
+# The head of an Esri grid, whose numbers below are heights without places.
+_GRID = re.compile(rb"\s*ncols\s+\d+\s+nrows\s+\d+\s", re.IGNORECASE)
+
+
 @dataclass
 class Columns:
     """Which column is what, counted from 0."""
@@ -94,6 +98,14 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if b"\r" in data and b"\n" not in data:
         data = data.replace(b"\r", b"\n")
     refuse_binary(path, data)
+    if _GRID.match(data):
+        raise InputError(
+            tr(
+                "This is a grid of heights (Esri ASCII), which this program does not read. Convert "
+                "it to GeoTIFF, for example by gdal_translate, or export it from a GIS."
+            ),
+            file=path,
+        )
     said: list[str] = []
     layout = _layout(data[:HEAD_BYTES], len(data) > HEAD_BYTES, path)
     columns = _columns(layout, path, said)

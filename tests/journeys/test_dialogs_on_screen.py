@@ -1,0 +1,59 @@
+"""Every dialog fits a small screen, and everything in it can be reached."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QDialog
+
+import vomstudio.ui
+from tests.photogrammetry import made_reconstruction
+
+
+def dialogs_of_the_program() -> set[str]:
+    """Names of all classes of dialogs."""
+    for module in pkgutil.walk_packages(vomstudio.ui.__path__, "vomstudio.ui."):
+        importlib.import_module(module.name)
+    kinds = QDialog.__subclasses__()
+    return {kind.__name__ for kind in kinds if kind.__module__.startswith("vomstudio.ui")}
+
+
+# As many logical pixels as these at most; the screen of the tests has another shape.
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (960, 10_000)])
+def test_every_dialog_fits_the_screen_and_all_in_it_is_reached(
+    qapp,
+    own_folders: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    width: int,
+    height: int,
+) -> None:
+    screen = QGuiApplication.primaryScreen().geometry()
+    scale = max(screen.width() / width, screen.height() / height, 1.0)
+    monkeypatch.setenv("QT_SCALE_FACTOR", str(scale))
+    made = made_reconstruction.make(tmp_path / "made")
+    ran = subprocess.run(
+        [sys.executable, "-m", "tests.journeys.dialogs_on_screen", str(tmp_path), str(made.out)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    seen = [json.loads(line) for line in ran.stdout.splitlines()]
+    for dialog in seen:
+        screen_width, screen_height = dialog["place"][-2:]
+        assert screen_width <= width
+        assert screen_height <= height
+        assert dialog["fits"], dialog
+        assert dialog["hidden"] == [], dialog
+        assert dialog["squeezed"] == [], dialog
+    assert dialogs_of_the_program() <= {dialog["kind"] for dialog in seen}
+    assert sum(dialog["fields"] for dialog in seen) > 80
