@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, wait
@@ -258,3 +259,21 @@ def wheel(widget, at: QPoint, delta: int) -> None:
         Qt.MouseButton.NoButton, driver.NONE, Qt.ScrollPhase.NoScrollPhase, False,
     )  # fmt: skip
     QApplication.sendEvent(widget, event)
+
+
+def test_the_cross_of_the_cursor_leaves_the_photo_with_the_cursor(traced):
+    window, panel = traced, traced.in_photos
+    window.actions_table.run("show_in_photos")
+    shown(window)
+    middle = window.viewport.rect().center()
+
+    def crossed() -> bool:
+        for k in range(12):
+            move(window.viewport, middle + QPoint(0, 9 * k))
+            if panel.canvas._cross is not None:
+                return True
+        return False
+
+    wait(crossed, "the cross of the cursor in the photo")
+    QApplication.sendEvent(window.viewport, QEvent(QEvent.Type.Leave))
+    assert panel.canvas._cross is None

@@ -31,7 +31,9 @@ def test_wherever_some_place_is_free_nothing_is_covered(line, cursor, rubber):
     _, place = ReadingPlace().choose([SIZE], VIEW, picked)
     shown = rectangle(place)
     x, y, wide, high = place
-    assert x >= 0 and y >= 0 and x + wide <= VIEW[0] and y + high <= VIEW[1]
+    assert min(x, y) >= 0
+    assert x + wide <= VIEW[0]
+    assert y + high <= VIEW[1]
     if not shown.buffer(7.5).intersects(drawn):
         inside = x < cursor[0] < x + wide and y < cursor[1] < y + high
         assert not inside

@@ -16,10 +16,11 @@ from vomstudio.document.records import Point
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.orientation import Line
+from vomstudio.geometry.places import why_no_coordinate, why_not_on_earth
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.project.field_table import FieldTable, number_in
 from vomstudio.io.text.orientation_reading import plane_of
-from vomstudio.io.text.tables import FARTHEST_M, lines_in_words
+from vomstudio.io.text.tables import lines_in_words
 from vomstudio.words import tr, tr_n
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/plunge")
@@ -169,13 +170,13 @@ def understand(
         word = {role: cells[column] for role, column in columns.items()}
         try:
             geometry, azimuth, inclination = _orientation(word, notation, table)
+            position = _position(word, table, to_grid)
         except InputError as error:
             bad.append(BadRow(line, error.message))
             continue
         if inclination < 0:
             turned_over.append(line)
             azimuth, inclination = float(wrap360(azimuth + 180.0)), -inclination
-        position = _position(word, table, to_grid)
         if position is None and any(word.get(c) for c in ("x", "y", "longitude", "latitude")):
             placeless.append(line)
         rows.append(
@@ -290,13 +291,19 @@ def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float
 
 
 def _position(word: Mapping[str, str], table: FieldTable, to_grid: ToGrid | None) -> Point | None:
+    """Raises InputError for numbers that are nowhere on Earth."""
     x, y, z, longitude, latitude = (
         number_in(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
     )
+    said = why_no_coordinate(value for value in (x, y, z) if value is not None)
+    if longitude is not None and latitude is not None:
+        said = said or why_not_on_earth(longitude, latitude)
+    if said is not None:
+        raise InputError(said)
     if (x is None or y is None) and to_grid and longitude is not None and latitude is not None:
-        found = to_grid(longitude, latitude) if abs(latitude) <= 90.0 else None
+        found = to_grid(longitude, latitude)
         x, y = found if found is not None else (None, None)
-    if x is None or y is None or z is None or max(abs(x), abs(y), abs(z)) > FARTHEST_M:
+    if x is None or y is None or z is None:
         return None
     return x, y, z
 

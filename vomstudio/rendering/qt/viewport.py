@@ -64,6 +64,8 @@ class Viewport(QWidget):
 
     pointer = Signal(object)
     """PointerEvent"""
+    left = Signal()
+    """The cursor is no longer over the view."""
     camera_changed = Signal()
     first_frame = Signal()
     model_stage = Signal(str, str)
@@ -298,6 +300,7 @@ class Viewport(QWidget):
     def leaveEvent(self, event: QEvent) -> None:  # noqa: N802 - Qt's name
         self.gestures.leave()
         self.photos.leave()
+        self.left.emit()
         if self.preview is not None:
             self.update()
         super().leaveEvent(event)

@@ -211,7 +211,9 @@ class MainWindow(QMainWindow):
             studio, partial(record_actions, self.actions_table), self._open_types
         )
         self.tool_panel = ActiveToolPanel(studio, tool_panels.make_panels(studio, actions), actions)
-        self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
+        self.display_panel = DisplayPanel(
+            studio, actions, partial(current_model, studio), self.view.models_box
+        )
         self.display_panel.on_clip_toggled(actions["clipping_box"].trigger)
         self.properties = PropertiesPanel(
             studio, actions["declare_frame"], actions["keep_intersection"]

@@ -13,11 +13,11 @@ from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import VomError
 from vomstudio.io.gis.crs import world_crs
-from vomstudio.io.models.registry import extensions
 from vomstudio.io.project.export import export_records
 from vomstudio.io.project.folder import SUFFIX, is_project
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
+from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
@@ -59,12 +59,11 @@ class Files(QObject):
 
     def choose_model(self) -> None:
         """Ask for files of models and open them."""
-        patterns = " ".join(f"*{e} *{e.upper()}" for e in extensions())
         names, _ = QFileDialog.getOpenFileNames(
             self._parent,
             tr("Open model"),
             start_folder(self._studio),
-            ";;".join((tr("Models ({patterns})", patterns=patterns), tr("All files (*)"))),
+            file_filters.models(),
         )
         for name in names:
             self.open_path(Path(name))
@@ -254,7 +253,10 @@ class Files(QObject):
         if model is None:
             return
         name, _ = QFileDialog.getOpenFileName(
-            self._parent, tr("Locate {model}", model=model.name), start_folder(self._studio)
+            self._parent,
+            tr("Locate {model}", model=model.name),
+            start_folder(self._studio),
+            file_filters.models(),
         )
         if name:
             self._studio.locate_model(model.id, Path(name))
