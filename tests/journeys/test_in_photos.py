@@ -263,16 +263,19 @@ def wheel(widget, at: QPoint, delta: int) -> None:
 
 def test_the_cross_of_the_cursor_leaves_the_photo_with_the_cursor(traced):
     window, panel = traced, traced.in_photos
+    window.studio.selection.set(["B05"])
     window.actions_table.run("show_in_photos")
     shown(window)
-    middle = window.viewport.rect().center()
+    wait(lambda: "B05: visible in" in panel.words.text(), "the photos that show it")
+    points = points_of(window, "B05")
+    look_at(window, points, *window.viewport.moves.view_direction())
+    views = panel.shown.photos.views
+    seen = points[views.shows(panel.shown.view, points, 0.02)]
 
     def crossed() -> bool:
-        for k in range(12):
-            move(window.viewport, middle + QPoint(0, 9 * k))
-            if panel.canvas._cross is not None:
-                return True
-        return False
+        move(window.viewport, driver.pixel(window, seen[len(seen) // 2]))
+        move(window.viewport, driver.pixel(window, seen[len(seen) // 2]) + QPoint(3, 3))
+        return panel.canvas._cross is not None
 
     wait(crossed, "the cross of the cursor in the photo")
     QApplication.sendEvent(window.viewport, QEvent(QEvent.Type.Leave))

@@ -50,6 +50,7 @@ from vomstudio.products.net.contents import (
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.style import NetStyle
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
@@ -118,6 +119,7 @@ class StereonetPanel(QWidget):
 
     def __init__(self, studio: Studio, export: QAction) -> None:
         super().__init__()
+        explain(self, "numbers.md#the-net")
         self._studio = studio
         self.artists: NetArtists | None = None
         self.figure = Figure()

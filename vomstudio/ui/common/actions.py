@@ -26,7 +26,8 @@ class Command:
     why_not: None where it can run now, else the reason as a sentence, which the tooltip shows.
     in_viewport: the shortcut is a plain key that acts only while the viewport has the focus.
     checked: whether it is switched on, for a command that is a switch. what: to what it would be
-    done now, for the tooltip. text_now: where the text says what it would do now."""
+    done now, for the tooltip. text_now: where the text says what it would do now. everywhere: the
+    shortcut acts in dialogs beside the window too."""
 
     name: str
     text: str
@@ -39,6 +40,7 @@ class Command:
     checked: Callable[[], bool] | None = None
     what: Callable[[], str | None] = lambda: None
     text_now: Callable[[], str] | None = None
+    everywhere: bool = False
 
 
 class Actions(QObject):
@@ -61,7 +63,9 @@ class Actions(QObject):
         if command.in_viewport:
             action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         else:
-            action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
+            context = Qt.ShortcutContext
+            reach = context.ApplicationShortcut if command.everywhere else context.WindowShortcut
+            action.setShortcutContext(reach)
             self._window.addAction(action)
         action.setCheckable(command.checked is not None)
         action.triggered.connect(lambda *_: self.run(command.name))

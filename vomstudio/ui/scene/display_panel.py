@@ -38,6 +38,7 @@ from vomstudio.rendering.view.scalars import (
     title_of,
 )
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, Scrolling, narrow_form
 from vomstudio.words import to_translate, tr
@@ -64,11 +65,10 @@ class DisplayPanel(QWidget):
         studio: Studio,
         actions: dict[str, QAction],
         current: Callable[[], Model | None],
-        models_box: Callable[[], ClipBox | None],
     ) -> None:
-        """models_box : around all visible models"""
         super().__init__()
-        self._models_box = models_box
+        explain(self, "window.md#look-as-you-need")
+        self._models_box: Callable[[], ClipBox | None] = lambda: None
         self._studio, self._display, self._current = studio, studio.display, current
         self._view_display: Display | None = None
         page = QWidget()
@@ -91,8 +91,10 @@ class DisplayPanel(QWidget):
             signal.connect(self.refresh)
         self.refresh()
 
-    def watch(self, viewport: Viewport) -> None:
-        """Show the field ranges of this viewport from now on."""
+    def watch(self, viewport: Viewport, models_box: Callable[[], ClipBox | None]) -> None:
+        """Show the field ranges of this viewport from now on. models_box : around all visible
+        models"""
+        self._models_box = models_box
         self._view_display = viewport.display
         viewport.field_shown.connect(self.refresh)
 

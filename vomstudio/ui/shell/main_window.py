@@ -160,7 +160,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.analyse import net_commands, ortho_commands, profile_dialog
         from vomstudio.ui.interpret import feature_commands, line_commands, tool_panels
         from vomstudio.ui.scene import display_commands
-        from vomstudio.ui.shell import compact_commands, help_commands
+        from vomstudio.ui.shell import compact_commands, help_commands, tour
 
         studio, view = self.studio, self.view
         self._of_tools = tool_panels.commands(studio)
@@ -175,6 +175,7 @@ class MainWindow(QMainWindow):
             *display_commands.commands(studio, view, self.cameras, self.docks),
             *compact_commands.commands(studio, self),
             *help_commands.commands(self.actions_table, self, self._dialogs, self),
+            *tour.commands(studio, self.actions_table.all, view, self.docks, self),
         ]
 
     def _make_centre(self) -> None:
@@ -211,9 +212,7 @@ class MainWindow(QMainWindow):
             studio, partial(record_actions, self.actions_table), self._open_types
         )
         self.tool_panel = ActiveToolPanel(studio, tool_panels.make_panels(studio, actions), actions)
-        self.display_panel = DisplayPanel(
-            studio, actions, partial(current_model, studio), self.view.models_box
-        )
+        self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
         self.display_panel.on_clip_toggled(actions["clipping_box"].trigger)
         self.properties = PropertiesPanel(
             studio, actions["declare_frame"], actions["keep_intersection"]
@@ -341,7 +340,7 @@ class MainWindow(QMainWindow):
         self.cameras.chosen.connect(self.photos_panel.choose)
         self.photos_panel.opened.connect(self.photo_opening.open)
         self.workspaces.leaving.connect(viewport.moves.stay)
-        self.display_panel.watch(viewport)
+        self.display_panel.watch(viewport, self.view.models_box)
         self.in_photos.watch(viewport)
         self.in_photos.listed.connect(self.actions_table.refresh)
         self._photo_shown.pointer.connect(self.status_line.show_pointer)

@@ -34,6 +34,7 @@ from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, Surv
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
@@ -83,6 +84,7 @@ class PlannerDialog(QDialog):
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
+        explain(self, "photos.md#planning-a-survey")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Plan a photo survey"))
         self.resize(1120, 720)

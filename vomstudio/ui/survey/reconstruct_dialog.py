@@ -34,6 +34,7 @@ from vomstudio.io.gis.crs import parse_crs
 from vomstudio.jobs.survey_tasks import ControlFacts, MemoryFacts, PointFacts
 from vomstudio.ui.common import file_filters, theme
 from vomstudio.ui.common.crs_field import CrsField
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import gigabytes
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox, file_field
@@ -51,6 +52,7 @@ class ReconstructDialog(QDialog):
 
     def __init__(self, parent: QWidget, survey: PhotoSurvey, make: QAction) -> None:
         super().__init__(parent)
+        explain(self, "photos.md")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Reconstruction settings"))
         self.setMinimumWidth(720)

@@ -25,6 +25,7 @@ from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder, TakenFrames
 from vomstudio.survey.video import DEFAULT_FPS, is_ours
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.common.widgets import file_field
@@ -41,6 +42,7 @@ class VideoDialog(QDialog):
         self, parent: QWidget, studio: Studio, open_photos: Callable[[Path], None]
     ) -> None:
         super().__init__(parent)
+        explain(self, "photos.md#frames-from-a-video")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Frames from a video"))
         self.setMinimumWidth(620)
