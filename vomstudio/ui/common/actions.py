@@ -6,8 +6,8 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common import theme
@@ -44,7 +44,12 @@ class Command:
 
 
 class Actions(QObject):
-    """The commands of a window with the QAction of each, under its name."""
+    """The commands of a window with the QAction of each, under its name.
+
+    refused : a plain key was pressed whose command cannot run now; the reason as a sentence
+    """
+
+    refused = Signal(str)
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
@@ -77,6 +82,23 @@ class Actions(QObject):
         for name, command in self._commands.items():
             if command.in_viewport:
                 viewport.addAction(self.all[name])
+        viewport.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
+        """A key comes as such only where no command that can run has taken it."""
+        pressed = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress
+        # Esc with nothing to cancel is no mistake.
+        if pressed and event.key() != Qt.Key.Key_Escape and not event.isAutoRepeat():
+            self._say_why_not(QKeySequence(event.keyCombination()))
+        return False
+
+    def _say_why_not(self, pressed: QKeySequence) -> None:
+        for name, command in self._commands.items():
+            if command.in_viewport and pressed in self.all[name].shortcuts():
+                reason = command.why_not()
+                if reason is not None:
+                    self.refused.emit(as_sentence(reason))
+                    return
 
     def run(self, name: str) -> None:
         """Run an action if it can run now."""

@@ -282,6 +282,7 @@ class MainWindow(QMainWindow):
     def _connect(self) -> None:
         studio = self.studio
         studio.notice.connect(self._notices.show)
+        self.actions_table.refused.connect(studio.hint)
         studio.history_changed.connect(self._refresh)
         studio.selection_changed.connect(self._refresh)
         studio.project_opened.connect(self._refresh)

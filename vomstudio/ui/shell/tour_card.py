@@ -70,10 +70,10 @@ class TourCard(QFrame):
         row.addWidget(self.end)
         row.addStretch(1)
         row.addWidget(self.next)
-        layout = QVBoxLayout(self)
-        layout.addWidget(self._count)
-        layout.addWidget(self._text)
-        layout.addLayout(row)
+        self._layout = QVBoxLayout(self)
+        self._layout.addWidget(self._count)
+        self._layout.addWidget(self._text)
+        self._layout.addLayout(row)
 
     def say(self, count: str, text: str, onward: str) -> None:
         """count : as "Step 2 of 9"; onward : the text of the button"""
@@ -81,7 +81,7 @@ class TourCard(QFrame):
         self._text.setText(text)
         self.next.setText(onward)
         self.end.setVisible(onward != tr("Close"))
-        self.setFixedHeight(self.layout().totalHeightForWidth(WIDTH))
+        self.setFixedHeight(self._layout.totalHeightForWidth(WIDTH))
 
     @property
     def text(self) -> str:

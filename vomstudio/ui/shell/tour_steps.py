@@ -69,7 +69,7 @@ def steps(
         now = direction()
         if now is None or before is None:
             return False
-        return float(now @ before) < np.cos(np.radians(_TURNED_DEG))
+        return bool(now @ before < np.cos(np.radians(_TURNED_DEG)))
 
     def picked() -> int:
         tool = studio.open_tool
