@@ -86,9 +86,10 @@ class Actions(QObject):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
         """A key comes as such only where no command that can run has taken it."""
-        pressed = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress
+        if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
+            return False
         # Esc with nothing to cancel is no mistake.
-        if pressed and event.key() != Qt.Key.Key_Escape and not event.isAutoRepeat():
+        if event.key() != Qt.Key.Key_Escape and not event.isAutoRepeat():
             self._say_why_not(QKeySequence(event.keyCombination()))
         return False
 
