@@ -294,11 +294,13 @@ def test_types_and_sets_of_the_table_go_before_those_for_all(tmp_path):
          "A longitude of 1500 is not within -360 to 360. Correct it."),
     ],
 )  # fmt: skip
-def test_a_position_that_is_nowhere_is_refused_with_its_line_and_takes_no_other_with_it(
+def test_a_position_that_is_nowhere_is_refused_with_its_line_and_the_reading_stays(
     tmp_path, header, cells, said
 ):
     table = table_of(tmp_path, f"dip direction,dip,{header}\n132,41,{cells}\n132,41,46,15,350\n")
     found = guess(table)
     understood = understand(table, found.columns, "dipdir/dip", from_degrees("EPSG:32633"))
-    assert [(row.line, row.reason) for row in understood.bad] == [(2, said)]
-    assert [row.line for row in understood.rows] == [3]
+    assert understood.bad == ()
+    assert understood.rows[0].position is None
+    assert understood.rows[1].position is not None
+    assert understood.remarks == (f"1 reading is imported without position (line 2). {said}",)

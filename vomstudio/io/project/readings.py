@@ -163,6 +163,7 @@ def understand(
     bad: list[BadRow] = []
     turned_over: list[int] = []
     placeless: list[int] = []
+    nowhere: list[tuple[int, str]] = []
     for i, (cells, line) in enumerate(zip(table.rows, table.lines, strict=True)):
         if i in table.ragged:
             bad.append(BadRow(line, table.ragged[i]))
@@ -170,15 +171,19 @@ def understand(
         word = {role: cells[column] for role, column in columns.items()}
         try:
             geometry, azimuth, inclination = _orientation(word, notation, table)
-            position = _position(word, table, to_grid)
         except InputError as error:
             bad.append(BadRow(line, error.message))
             continue
         if inclination < 0:
             turned_over.append(line)
             azimuth, inclination = float(wrap360(azimuth + 180.0)), -inclination
-        if position is None and any(word.get(c) for c in ("x", "y", "longitude", "latitude")):
-            placeless.append(line)
+        position = None
+        try:
+            position = _position(word, table, to_grid)
+            if position is None and any(word.get(c) for c in ("x", "y", "longitude", "latitude")):
+                placeless.append(line)
+        except InputError as error:
+            nowhere.append((line, error.message))
         rows.append(
             FieldRow(
                 line=line,
@@ -194,7 +199,7 @@ def understand(
             )
         )
     in_degrees = "longitude" in columns and to_grid is None
-    remarks = [*table.notes, *_remarks(turned_over, placeless, in_degrees)]
+    remarks = [*table.notes, *_remarks(turned_over, placeless, in_degrees), *_nowhere(nowhere)]
     return FieldReadings(tuple(rows), tuple(bad), tuple(remarks))
 
 
@@ -229,6 +234,22 @@ def _remarks(turned_over: list[int], placeless: list[int], in_degrees: bool) -> 
             )
         )
     return remarks
+
+
+def _nowhere(rows: list[tuple[int, str]]) -> list[str]:
+    """What is said of positions that cannot be meant; their readings are sound without them."""
+    if not rows:
+        return []
+    lines = lines_in_words([line for line, _ in rows])
+    return [
+        tr_n(
+            "{count} reading is imported without position ({lines}). {reason}",
+            "{count} readings are imported without position ({lines}). {reason}",
+            len(rows),
+            lines=lines,
+            reason=rows[0][1],
+        )
+    ]
 
 
 def _orientation(
