@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from vomstudio.geometry.boxes import EDGES, FACES, ClipBox, box_range, boxes_hit
+from vomstudio.geometry.boxes import EDGES, FACES, ClipBox, box_hit, box_range, boxes_hit
 
 UTM = np.array([576_700.0, 5_188_150.0, 160.0])
 BOX = ClipBox((0.0, 10.0, -3.0), (4.0, 11.0, 2.0))
@@ -153,6 +153,8 @@ def test_a_ray_is_in_a_box_from_where_it_enters_to_where_it_leaves() -> None:
                 assert enter[k] == pytest.approx(there[0], abs=6e-3)
                 assert leave[k] == pytest.approx(there[-1], abs=6e-3)
                 assert ahead[k] == (there[-1] >= 0.0)
+                assert box_hit(low[k], high[k], origin, way) == ahead[k]
+                assert box_hit(low[k], high[k], origin, way, pad=0.1) or not ahead[k]
             else:
                 # Grazed for less than a step, or not at all.
                 assert leave[k] - enter[k] < 6e-3
@@ -172,6 +174,12 @@ def test_a_ray_along_an_axis_meets_what_stands_in_its_way(axis: int) -> None:
     assert leave[0] == pytest.approx(4.5)
     assert boxes_hit(low, high, origin, way)[0]
     assert not boxes_hit(low, high, origin, -way)[0]
+    assert box_hit(low[0], high[0], origin, way)
+    assert not box_hit(low[0], high[0], origin, -way)
+    beside = origin.copy()
+    beside[others[0]] = -0.1
+    assert not box_hit(low[0], high[0], beside, way)
+    assert box_hit(low[0], high[0], beside, way, pad=0.2)
     for k in others:
         for place, meets in ((0.0, True), (high[0, k], True), (-1e-9, False),
                              (high[0, k] + 1e-9, False)):  # fmt: skip

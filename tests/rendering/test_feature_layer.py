@@ -18,7 +18,7 @@ def _line(name: str, x: float) -> FeatureDrawing:
 def test_selected_lines_lie_over_each_other_as_they_do_otherwise() -> None:
     """Pictures of one selection are the same on every day: ids are random."""
     layer = FeatureLayer()
-    layer.attach(vtkRenderer())
+    layer.attach(vtkRenderer(), vtkRenderer())
     layer.change({f"f{i:03d}": _line(f"f{i:03d}", float(i)) for i in range(50)})
     layer.select(frozenset(f"f{i:03d}" for i in range(0, 50, 2)))
     layer.refresh()

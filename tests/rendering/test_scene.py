@@ -134,6 +134,41 @@ def test_features_over_a_kept_surface_are_those_of_a_full_redraw(scene: Scene) -
     assert np.abs(scene.canvas.pixels()[::-1, :, :3].astype(int) - bare).max() <= 2
 
 
+def test_a_selection_over_kept_features_is_that_of_a_full_redraw(scene: Scene) -> None:
+    show(scene, "w", wall(relief=0.0))
+    scene.camera.fit(scene.corners(), SIZE)
+    drawings = {}
+    for k, height in enumerate((2.0, 4.0, 6.0)):
+        line = UTM + np.array([[1.0, 0.0, height], [9.0, 0.0, height + 0.5]])
+        drawings[f"f{k}"] = FeatureDrawing(f"f{k}", line, None, (1.0, 0.5, 0.0), "", line[0])
+    scene.set_features(drawings)
+    bare = rest(scene)
+    for chosen in (["f0"], ["f1", "f2"], []):
+        scene.set_selected(chosen)
+        with pytest.MonkeyPatch.context() as patch:
+            # All lines but those of the selection stay as they are.
+            patch.setattr(scene.features, "_dress", only_emphasis(scene.features._dress))
+            scene.picture.draw_features()
+        over = scene.canvas.pixels()[::-1, :, :3].astype(int)
+        assert (np.abs(over - bare).max(axis=2) > 40).any() == bool(chosen)
+        assert np.abs(over - rest(scene)).max() <= 2
+    # A feature that changes is drawn anew, selected or not.
+    scene.set_selected(["f0"])
+    scene.set_features({"f0": None, "f1": None})
+    scene.picture.draw_features()
+    over = scene.canvas.pixels()[::-1, :, :3].astype(int)
+    assert (np.abs(over - bare).max(axis=2) > 40).sum() > 500
+    assert np.abs(over - rest(scene)).max() <= 2
+
+
+def only_emphasis(dress: Callable[..., None]) -> Callable[..., None]:
+    def checked(mark: str, *values: object) -> None:
+        assert mark == "+"
+        dress(mark, *values)
+
+    return checked
+
+
 def test_a_line_behind_the_surface_is_faint_and_one_on_it_is_full(scene: Scene) -> None:
     show(scene, "w", wall(relief=0.0))
     scene.camera.orthographic = True

@@ -16,6 +16,7 @@ from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
+from vomstudio.ui.analyse import stereonet_panel
 from vomstudio.ui.analyse.net_commands import export_net
 
 LEFT, NONE, CTRL = driver.LEFT, driver.NONE, driver.CTRL
@@ -40,7 +41,7 @@ def net(window, studio):
 
 def drawn(window) -> None:
     net = window.net
-    driver.wait(lambda: net.artists is not None and not net._timer.isActive(), "the net")
+    driver.wait(lambda: net.artists is not None and net.up_to_date, "the net")
     QApplication.processEvents()
 
 
@@ -99,7 +100,7 @@ def test_a_click_takes_one_pole_and_a_click_on_empty_net_clears(net, studio):
 def test_what_is_selected_elsewhere_is_emphasised_without_drawing_the_net_anew(net, studio):
     before, artists = net.canvas.grab().toImage(), net.artists
     draws: list[object] = []
-    net.canvas.mpl_connect("draw_event", draws.append)
+    artists.axes.figure.canvas.mpl_connect("draw_event", draws.append)
     studio.selection.set(["E1"])
     driver.pause(50)
     assert net.artists is artists
@@ -140,6 +141,42 @@ def test_great_circles_are_left_out_of_a_crowd_and_the_net_says_so(net, window, 
     drawn(window)
     assert not any(len(a) for a in net.artists.arcs)
     assert any("not drawn" in t.get_text() for t in net.artists.axes.texts)
+
+
+def test_a_net_of_many_is_drawn_in_a_thread_and_is_the_same(net, window, studio, monkeypatch):
+    readings = [
+        Reading(f"r{i}", f"r{i}", "joint", "plane", 0.61 * i, 20.0 + 0.1 * i) for i in range(500)
+    ]
+    assert studio.attempt(edits.add_readings, readings)
+    drawn(window)
+    shown = net.canvas.grab().toImage()
+    monkeypatch.setattr(stereonet_panel, "_MANY", 1000)
+    net.redraw()
+    assert net.up_to_date
+    assert net.canvas.grab().toImage() == shown
+    monkeypatch.setattr(stereonet_panel, "_MANY", 100)
+    net.redraw()
+    # What is selected while it is being drawn is emphasised when it is there.
+    assert not net.up_to_date
+    studio.selection.set(["r7"])
+    drawn(window)
+    assert net.artists.contents.selected == {"r7"}
+    assert net.canvas.grab().toImage() != shown
+
+
+def test_the_net_keeps_its_shape_until_it_is_drawn_for_another_size(net, window):
+    window.docks["stereonet"].setFloating(True)
+    window.docks["stereonet"].resize(400, 420)
+    driver.pause(120)
+    drawn(window)
+    image = net.canvas._image
+    for width, height in ((800, 420), (300, 600)):
+        net.canvas.resize(width, height)
+        place = net.canvas._place(image)
+        assert place.width() / place.height() == pytest.approx(image.width() / image.height())
+        assert place.width() <= width + 1e-6
+        assert place.height() <= height + 1e-6
+    window.docks["stereonet"].setFloating(False)
 
 
 def test_legend_and_net_do_not_meet_at_any_size_of_the_dock(net, window):

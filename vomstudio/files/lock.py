@@ -24,7 +24,9 @@ class FolderLock:
         """Raises InputError that says who holds it, TargetError where it cannot be written."""
         for attempt in (1, 2):
             try:
-                self._db = sqlite3.connect(path, isolation_level=None, timeout=patience_s)
+                self._db = sqlite3.connect(
+                    path, isolation_level=None, timeout=patience_s, check_same_thread=False
+                )
                 self._db.execute("CREATE TABLE IF NOT EXISTS holder (pid INTEGER, host TEXT)")
                 self._db.execute("DELETE FROM holder")
                 mine = (os.getpid(), platform.node())

@@ -62,17 +62,19 @@ def plane_row(
     *,
     resolution_m: float | None = None,
     registration_error_deg: float | None = None,
+    plane: Plane | None = None,
     **metadata: Any,
 ) -> Row:
     """The row of a fitted plane.
 
     fit, verdict: in World. resolution_m: of the model around the points. registration_error_deg:
     95 % half-angle of the model's rotation, which is added to that of fit and resolution in
-    `total95_deg`.
+    `total95_deg`. plane: the fit's attitude where it is known already.
     metadata: any other of `COLUMNS` (id, name, kind, set, overturned, area_m2, model, frame,
     notes). Raises TypeError for a name that is no column.
     """
-    measured = Measurement(np.zeros((0, 3)), resolution_m, None, fit, verdict, None, **of_fit(fit))
+    own = of_fit(fit, plane)
+    measured = Measurement(np.zeros((0, 3)), resolution_m, None, fit, verdict, None, **own)
     row = _bare(measured, *catalogue.PLANE, *catalogue.PLACE, *catalogue.FITTED, *catalogue.VERDICT)
     total = row["total95_deg"]
     if registration_error_deg is not None and total is not None:

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import (
     SURROUNDINGS_RULE,
+    Feature,
     Painted,
     Picked,
     Point,
@@ -29,11 +31,8 @@ def around(surface: Surface, vertices: Sequence[Point]) -> tuple[float | None, P
 
 def of_earlier_rules(records: Mapping[str, Record]) -> list[Surrounded]:
     """Features whose surroundings were measured by a rule before today's."""
-    return [
-        record
-        for record in records.values()
-        if isinstance(record, Surrounded) and record.rule < SURROUNDINGS_RULE
-    ]
+    every = records.of(Feature) if isinstance(records, RecordMap) else records.values()
+    return [r for r in every if isinstance(r, Surrounded) and r.rule < SURROUNDINGS_RULE]
 
 
 def measured_anew(surface: Surface, feature: Surrounded) -> dict[str, Any]:

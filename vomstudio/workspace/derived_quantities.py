@@ -27,9 +27,9 @@ class DerivedQuantities:
         self._nearest: dict[str, NearestPick] | None = None
         self._affected: tuple[Edit, list[str]] | None = None
 
-    def forget_all(self) -> None:
-        """Another project is opened."""
-        self.measurements = Measurements(self._thresholds())
+    def begin(self) -> None:
+        """Another project has been opened."""
+        self.measurements = self._projects.measurements or Measurements(self._thresholds())
         self._nearest = None
         self._affected = None
 

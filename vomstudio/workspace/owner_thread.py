@@ -30,6 +30,18 @@ class Timer(Protocol):
     def active(self) -> bool: ...
 
 
+def in_the_way(work: Call) -> None:
+    """An `Aside` for an owner that has nothing else to do."""
+    work()
+
+
+class Aside(Protocol):
+    """Does work that takes long while the owner waits for it, and goes on painting if it paints."""
+
+    def __call__(self, work: Call) -> None:
+        """The work is done when this returns, maybe in another thread; what it raises is raised."""
+
+
 class Later(Protocol):
     """Makes timers of the owner's thread."""
 

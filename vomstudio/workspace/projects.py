@@ -6,16 +6,21 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from vomstudio.document.edit import Edit
+from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.record_map import RecordMap
 from vomstudio.document.session import Session
 from vomstudio.files.user_folders import home_is_writable
 from vomstudio.io.project.folder import Project, create_untitled, is_free, untitled_projects
+from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.signals import Signal
 from vomstudio.words import tr
 from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.owner_thread import Aside, in_the_way
 from vomstudio.workspace.preferences import Preferences
 
 T = TypeVar("T")
+_LARGE = 1_000_000
+"""Bytes of a journal above which reading it takes more than some tenths of a second."""
 
 
 class Projects:
@@ -25,13 +30,18 @@ class Projects:
     edited, history_changed : of whichever is open; saved : also under another name
     """
 
-    def __init__(self, preferences: Preferences, notices: Notices) -> None:
+    def __init__(
+        self, preferences: Preferences, notices: Notices, aside: Aside = in_the_way
+    ) -> None:
         self.leaving: Signal[()] = Signal()
         self.opened: Signal[()] = Signal()
         self.edited: Signal[Edit] = Signal()
         self.history_changed: Signal[()] = Signal()
         self.saved: Signal[()] = Signal()
-        self._preferences, self._notices = preferences, notices
+        self.measurements: Measurements | None = None
+        """Of the features of a project that has just been opened; None where they were not made."""
+        self._preferences, self._notices, self._aside = preferences, notices, aside
+        self._opening = False
         self._project: Project | None = None
         self._told = False
 
@@ -92,9 +102,33 @@ class Projects:
         present = self._project
         if present is not None and folder.resolve() == present.folder.resolve():
             return
-        self._adopt(Project.open(folder, settings=self._preferences.settings.affecting_results))
+        if self._opening:
+            self._notices.warn(tr("Another project is being opened. Wait until it is there."))
+            return
+        self._opening = True
+        try:
+            project, measurements = self._read(folder)
+        finally:
+            self._opening = False
+        self._adopt(project, measurements)
         if not self.project.untitled:
             self._preferences.remember(self.project.folder)
+
+    def _read(self, folder: Path) -> tuple[Project, Measurements | None]:
+        settings = self._preferences.settings
+        journal = folder / JOURNAL
+        if not journal.is_file() or journal.stat().st_size < _LARGE:
+            return Project.open(folder, settings=settings.affecting_results), None
+        read: list[tuple[Project, Measurements]] = []
+
+        def work() -> None:
+            project = Project.open(folder, settings=settings.affecting_results)
+            measurements = Measurements(settings.thresholds)
+            measurements.of(project.session.records, [f.id for f in project.session.features()])
+            read.append((project, measurements))
+
+        self._aside(work)
+        return read[0]
 
     def unclosed(self) -> list[Path]:
         """Projects that a crash or a power cut has left open."""
@@ -102,10 +136,10 @@ class Projects:
         left = (*(f for f in named if is_free(f)), *untitled_projects(finished=False))
         return [f for f in left if f.resolve() != self.project.folder.resolve()]
 
-    def _adopt(self, project: Project) -> None:
+    def _adopt(self, project: Project, measurements: Measurements | None = None) -> None:
         if self._project is not None:
             self.leave()
-        self._project = project
+        self._project, self.measurements = project, measurements
         project.session.changed.connect(self.edited.emit)
         project.session.history_changed.connect(lambda _: self.history_changed.emit())
         self._mark_open(True)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from vomstudio.document import edits
-from vomstudio.document.records import Model, Surrounded, get
+from vomstudio.document.records import Model, Surrounded
 from vomstudio.errors import VomError
 from vomstudio.failures import exception_hooks
 from vomstudio.geometry.surface import Surface
@@ -39,9 +39,9 @@ class Surroundings:
         """Why there is nothing to update; None where there is."""
         if self._running:
             return tr("The surroundings are being measured.")
-        if not of_earlier_rules(self._projects.records):
+        if not self._earlier():
             return tr("No feature was measured by an earlier rule.")
-        if not self._at_hand():
+        if not any(self._at_hand()):
             return tr("The models of these features are not open. Locate their files first.")
         return None
 
@@ -67,21 +67,24 @@ class Surroundings:
         if self.why_not() is not None:
             return
         self._running = True
-        features = self._at_hand()
+        features = list(self._at_hand())
         surfaces = {f.model_id: self._models.surface(f.model_id) for f in features}
         threading.Thread(
             target=self._measure, args=(features, surfaces), name="surroundings", daemon=True
         ).start()
 
-    def _at_hand(self) -> list[Surrounded]:
+    def _earlier(self) -> list[Surrounded]:
+        return self._projects.records.once(of_earlier_rules)
+
+    def _at_hand(self) -> Iterator[Surrounded]:
+        # Asked after every gesture, of thousands of features that lie on a few models.
         records = self._projects.records
-        return [
-            feature
-            for feature in of_earlier_rules(records)
-            if self._models.surface(feature.model_id) is not None
-            and (model := get(records, feature.model_id, Model)) is not None
-            and model.content_hash == feature.model_hash
-        ]
+        hashes = {
+            model.id: model.content_hash
+            for model in records.of(Model)
+            if self._models.surface(model.id) is not None
+        }
+        return (f for f in self._earlier() if hashes.get(f.model_id) == f.model_hash)
 
     def _measure(self, features: list[Surrounded], surfaces: Mapping[str, Surface | None]) -> None:
         found: dict[str, dict[str, Any]] = {}
@@ -104,7 +107,7 @@ class Surroundings:
         still = {f.id: found[f.id] for f in features if f.id in found and records.get(f.id) is f}
         if not still or not self._editing.attempt(edits.update_surroundings, still):
             return
-        left = len(of_earlier_rules(self._projects.records))
+        left = len(self._earlier())
         self._notices.info(
             tr_n(
                 "The surroundings of {count} feature were measured anew. Undo takes it back.",

@@ -20,7 +20,7 @@ from vomstudio.workspace.layer_export import GisLayers
 from vomstudio.workspace.model_loading import ModelLoader
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.owner_thread import Call, Later, Post
+from vomstudio.workspace.owner_thread import Aside, Call, Later, Post, in_the_way
 from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
@@ -38,7 +38,9 @@ class Workspace:
     derived has been brought up to date; recovery_found : projects that a crash has left open
     """
 
-    def __init__(self, settings: Settings, post: Post, later: Later) -> None:
+    def __init__(
+        self, settings: Settings, post: Post, later: Later, aside: Aside = in_the_way
+    ) -> None:
         self.project_opened: Signal[()] = Signal()
         self.edited: Signal[Edit] = Signal()
         self.history_changed: Signal[()] = Signal()
@@ -54,7 +56,7 @@ class Workspace:
         self.preferences = Preferences(settings, self.notices, hand_over)
         self.jobs = Jobs(hand_over)
         self.selection = Selection()
-        self.projects = Projects(self.preferences, self.notices)
+        self.projects = Projects(self.preferences, self.notices, aside)
         self.editing = Editing(self.projects, self.notices)
         self.derived = DerivedQuantities(self.projects, lambda: settings.thresholds)
         self.visibility = Visibility(self.projects)
@@ -93,6 +95,7 @@ class Workspace:
     # --- coming and going of a project -------------------------------------------------------
     def _begin(self) -> None:
         session = self.projects.session
+        self.derived.begin()
         self.visibility.load()
         self.tools.begin()
         self.display.load(self.projects.view("display"))
@@ -121,7 +124,6 @@ class Workspace:
         self.tools.forget()
         self.history.forget()
         self.models.open.clear()
-        self.derived.forget_all()
 
     def offer_recovery(self) -> None:
         """Send `recovery_found` where a crash has left projects open."""

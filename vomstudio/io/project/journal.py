@@ -69,7 +69,10 @@ class SqliteJournal:
                 tr("This is not a VOM Studio project: journal.sqlite is missing."), file=path
             )
         try:
-            self._db = sqlite3.connect(path, isolation_level=None, timeout=5.0)
+            # A window has it read in a thread of its own; two threads never use it at a time.
+            self._db = sqlite3.connect(
+                path, isolation_level=None, timeout=5.0, check_same_thread=False
+            )
             self._db.text_factory = _text
             if create:
                 self._db.executescript("BEGIN;" + _SCHEMA + "COMMIT;")

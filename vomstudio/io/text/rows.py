@@ -12,6 +12,7 @@ import stat
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import repeat
 from pathlib import Path
 
 from vomstudio.errors import InputError
@@ -222,6 +223,10 @@ def refuse_binary(path: Path, raw: bytes) -> None:
     raise InputError(said, file=path)
 
 
+_NO_ROW = frozenset({"", *"#-=_>,;\x1a", *(c for c in map(chr, range(0x3001)) if c.isspace())})
+"""How a line may begin that is blank, a comment or a rule; a row may begin so too."""
+
+
 def is_blank(bare: str) -> bool:
     """Nothing, the end-of-file mark of old systems, or the bare delimiters of an empty row."""
     return not bare.strip(",;\x1a")
@@ -233,6 +238,11 @@ def _without_comments(lines: list[str]) -> tuple[list[str], list[int], list[str]
     comments: list[str] = []
     separators: list[int] = []
     for number, line in enumerate(lines, 1):
+        # Of a table of a million rows hardly one begins like something that is no row.
+        if line[:1] not in _NO_ROW:
+            data.append(line)
+            numbers.append(number)
+            continue
         bare = line.strip()
         if is_blank(bare):
             continue
@@ -408,7 +418,7 @@ def _checked_widths(
         if delimiter == " ":
             uniform = all(len(line.split()) == width for line in data)
         else:
-            uniform = all(line.count(delimiter) == width - 1 for line in data)
+            uniform = set(map(str.count, data, repeat(delimiter))) <= {width - 1}
         if uniform:
             return None
         rows = [cut(line, delimiter) for line in data]

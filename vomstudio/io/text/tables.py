@@ -17,6 +17,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import compress
 from pathlib import Path
 
 import numpy as np
@@ -85,10 +86,12 @@ class TextTable:
     def labels(self, column: int) -> list[str]:
         """(n,) the words of a column that tells rows apart. Programs that write whole tables in
         scientific notation write the label 1 as 1.000000e+00."""
-        return [
-            f"{float(cell):.15g}" if _SCIENTIFIC.fullmatch(cell) else cell
-            for cell in self.cells(column)
-        ]
+        cells = self.cells(column)
+        labels = {
+            cell: f"{float(cell):.15g}" if _SCIENTIFIC.fullmatch(cell) else cell
+            for cell in set(cells)
+        }
+        return [labels[cell] for cell in cells]
 
     def numbers(self, columns: Sequence[int]) -> NDArray[np.float64]:
         """(n, len(columns)) float64; an empty cell is NaN. Raises `InputError` at a word."""
@@ -353,11 +356,9 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
                     file=table.path,
                     field=by,
                 )
-    named = {g: None for g, wanted in zip(groups, keep, strict=True) if wanted or g}
-    codes = {name: i for i, name in enumerate(named)}
-    kept = np.fromiter(
-        (codes[g] for g, wanted in zip(groups, keep, strict=True) if wanted), np.int64
-    )
+    named = groups if all(groups) else [g for g, k in zip(groups, keep, strict=True) if k or g]
+    codes = {name: i for i, name in enumerate(dict.fromkeys(named))}
+    kept = np.fromiter(map(codes.__getitem__, compress(groups, keep)), np.int64)
     counts = np.bincount(kept, minlength=len(codes))
     return PointGroups(
         ids=tuple(codes),

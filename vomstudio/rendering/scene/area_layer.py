@@ -111,6 +111,7 @@ class AreaLayer:
     def __init__(self) -> None:
         self.scale = 1.0
         self._renderer: vtkRenderer | None = None
+        self._emphasis: vtkRenderer | None = None
         self._origin: Array = np.zeros(3)
         self._drawings: dict[str, FeatureDrawing] = {}
         self._selected: frozenset[str] = frozenset()
@@ -123,8 +124,14 @@ class AreaLayer:
         self._live_stale = False
         self._planes: vtkPlaneCollection | None = None
 
-    def attach(self, renderer: vtkRenderer) -> None:
-        self._renderer = renderer
+    @property
+    def only_emphasis(self) -> bool:
+        """Whether no area itself has changed since they were drawn last."""
+        return not self._stale
+
+    def attach(self, renderer: vtkRenderer, emphasis: vtkRenderer) -> None:
+        """emphasis : draws what is selected or being painted"""
+        self._renderer, self._emphasis = renderer, emphasis
         self._all_stale()
 
     def set_origin(self, origin: Array) -> None:
@@ -169,8 +176,8 @@ class AreaLayer:
         self._live_stale = True
 
     def refresh(self, *, moving: bool, pixel: Pixel | None = None) -> None:
-        renderer = self._renderer
-        if renderer is None:
+        renderer, emphasis = self._renderer, self._emphasis
+        if renderer is None or emphasis is None:
             return
         for number in self._stale:
             piece = self._bins.get(number)
@@ -182,13 +189,13 @@ class AreaLayer:
         if self._chosen_stale:
             self._chosen_stale = False
             if self._chosen is None:
-                self._chosen = self._piece(renderer, SELECTED_OPACITY, SELECTED_BORDER_WIDTH)
+                self._chosen = self._piece(emphasis, SELECTED_OPACITY, SELECTED_BORDER_WIDTH)
             chosen = [d for key, d in self._drawings.items() if key in self._selected]
             self._chosen.set([(d.area, d.color, WHITE) for d in chosen if d.area], self._origin)
         if self._live_stale:
             self._live_stale = False
             if self._live_piece is None:
-                self._live_piece = self._piece(renderer, OPACITY, BORDER_WIDTH)
+                self._live_piece = self._piece(emphasis, OPACITY, BORDER_WIDTH)
             self._live_piece.set([(*self._live, WHITE)] if self._live else [], self._origin)
         over = OVER_STAND_IN if moving else OVER_SURFACE
         for piece in (*self._bins.values(), self._chosen, self._live_piece):

@@ -34,6 +34,11 @@ class CameraLayer:
         self._stale = True
         self._actors: dict[str, vtkActor] = {}
 
+    @property
+    def stale(self) -> bool:
+        """Whether they have changed since they were drawn last."""
+        return self._stale
+
     def attach(self, renderer: vtkRenderer) -> None:
         for name in ("faces", "faces+", "halo", "lines", "lines+"):
             actor, mapper = vtkActor(), vtkPolyDataMapper()

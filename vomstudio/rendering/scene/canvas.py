@@ -1,8 +1,8 @@
 """The off-screen window that VTK draws in, and what can be read from it.
 
-Two layers: layer 0 is the surface of the models, layer 1 the features drawn over them. When layer 0
-stands, colour and depth are kept aside; a later change of the features alone puts them back instead
-of drawing the models again.
+Three layers: layer 0 is the surface of the models, layer 1 the features drawn over them, layer 2
+what is selected among these or being painted. When a layer stands, colour and depth are kept aside;
+a later change of those above it puts them back instead of drawing it again.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ class Canvas:
     software : the processor draws, there is no graphics card
     texture_limit : largest side of a texture in pixels; whole_texture_side : the largest that is
         taken to the card in one piece, None for any
-    frames : how many pictures have been drawn; kept : the surface of the models is kept aside
+    frames : how many pictures have been drawn; kept : the surface of the models is kept aside;
+    features_kept : and so is the same with the features
     """
 
     def __init__(self) -> None:
@@ -47,11 +48,12 @@ class Canvas:
         self.texture_limit = SOFTWARE_TEXTURE_SIDE
         self.whole_texture_side: int | None = SOFTWARE_WHOLE_SIDE
         self.frames = 0
-        self.kept = False
-        self.surface, self.layer = vtkRenderer(), vtkRenderer()
+        self.kept = self.features_kept = False
+        self.surface, self.layer, self.chosen = vtkRenderer(), vtkRenderer(), vtkRenderer()
         self._window: vtkOpenGLRenderWindow | None = None
         self._buffers: Buffers | None = None
         self._before_layer: Callable[[], None] | None = None
+        self._before_chosen: Callable[[], None] | None = None
         self._pixels = vtkUnsignedCharArray()
         self._depths = vtkFloatArray()
         self._depth: npt.NDArray[np.float32] | None = None
@@ -80,15 +82,17 @@ class Canvas:
         window.SetOffScreenRendering(1)
         window.SetMultiSamples(0)
         window.SetSize(width, height)
-        window.SetNumberOfLayers(2)
+        window.SetNumberOfLayers(3)
         self.size = (width, height)
-        surface, layer = self.surface, self.layer
+        surface = self.surface
         surface.SetBackground(*BACKGROUND)
-        layer.SetLayer(1)
-        layer.PreserveDepthBufferOn()
-        layer.PreserveColorBufferOn()
-        layer.AddObserver(vtkCommand.StartEvent, self._layer_starts)
-        for renderer in (surface, layer):
+        for number, renderer in enumerate((self.layer, self.chosen), start=1):
+            renderer.SetLayer(number)
+            renderer.PreserveDepthBufferOn()
+            renderer.PreserveColorBufferOn()
+        self.layer.AddObserver(vtkCommand.StartEvent, self._layer_starts)
+        self.chosen.AddObserver(vtkCommand.StartEvent, self._chosen_starts)
+        for renderer in (surface, self.layer, self.chosen):
             renderer.SetAutomaticLightCreation(0)
             # Plain blending: the weighted kind needs three more full-screen passes.
             renderer.SetUseOIT(False)
@@ -98,7 +102,8 @@ class Canvas:
         light.SetLightTypeToHeadlight()
         surface.AddLight(light)
         surface.GetActiveCamera()
-        layer.SetActiveCamera(surface.GetActiveCamera())
+        for renderer in (self.layer, self.chosen):
+            renderer.SetActiveCamera(surface.GetActiveCamera())
         self._window = window
         self._buffers = Buffers(window)
 
@@ -121,8 +126,8 @@ class Canvas:
         """Release every graphics resource; the canvas cannot be opened again."""
         window = self.window
         self.buffers.release()
-        self.layer.RemoveAllObservers()
-        for renderer in (self.surface, self.layer):
+        for renderer in (self.surface, self.layer, self.chosen):
+            renderer.RemoveAllObservers()
             renderer.RemoveAllViewProps()
             window.RemoveRenderer(renderer)
         window.Finalize()
@@ -132,7 +137,7 @@ class Canvas:
         self.size = (width, height)
         if self._window is not None:
             self._window.SetSize(width, height)
-            self.kept = False
+            self.kept = self.features_kept = False
 
     # -- what is drawn
 
@@ -177,17 +182,20 @@ class Canvas:
         erase: bool,
         surface: bool,
         layer: bool,
+        chosen: bool,
         before_layer: Callable[[], None] | None = None,
+        before_chosen: Callable[[], None] | None = None,
     ) -> None:
-        """Draw these layers. before_layer : called between the two"""
+        """Draw these layers. before_layer, before_chosen : called before layers 1 and 2"""
         self.surface.SetDraw(surface)
         self.surface.SetErase(erase)
         self.layer.SetDraw(layer)
-        self._before_layer = before_layer
+        self.chosen.SetDraw(chosen)
+        self._before_layer, self._before_chosen = before_layer, before_chosen
         if layer:
             self._depth = None
         self.window.Render()
-        self._before_layer = None
+        self._before_layer = self._before_chosen = None
         self.frames += 1
 
     def wait(self) -> None:
@@ -198,6 +206,10 @@ class Canvas:
         if self._before_layer is not None:
             self._before_layer()
 
+    def _chosen_starts(self, *_: object) -> None:
+        if self._before_chosen is not None:
+            self._before_chosen()
+
     # -- keeping the models' picture aside
 
     def keep_surface(self) -> None:
@@ -206,6 +218,13 @@ class Canvas:
 
     def restore_surface(self) -> None:
         self.buffers.restore("surface")
+
+    def keep_features(self) -> None:
+        self.buffers.save("features")
+        self.features_kept = True
+
+    def restore_features(self) -> None:
+        self.buffers.restore("features")
 
     # -- what was drawn
 

@@ -52,13 +52,20 @@ class FeatureLayer:
         self._chosen_stale = True
         self._actors: dict[str, vtkActor] = {}
 
-    def attach(self, renderer: vtkRenderer) -> None:
+    @property
+    def only_emphasis(self) -> bool:
+        """Whether nothing but the selection and what is being painted has changed since the
+        features were drawn last."""
+        return not self._stale and self.areas.only_emphasis
+
+    def attach(self, renderer: vtkRenderer, emphasis: vtkRenderer) -> None:
+        """emphasis : draws what is selected, over all others"""
         # Polygons stay where they are: only the lines of this layer are shifted.
         vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()
         vtkMapper.SetResolveCoincidentTopologyPolygonOffsetParameters(0.0, 0.0)
         vtkMapper.SetResolveCoincidentTopologyLineOffsetParameters(0.0, 0.0)
-        self.areas.attach(renderer)
-        order = ["discs", "halo", "line", "halo+", "line+", "hidden", "hidden+"]
+        self.areas.attach(renderer, emphasis)
+        order = ["discs", "halo", "line", "hidden", "halo+", "line+", "hidden+"]
         for name in order:
             actor = vtkActor()
             mapper = vtkPolyDataMapper()
@@ -84,7 +91,7 @@ class FeatureLayer:
                 look.SetOpacity(HIDDEN_OPACITY)
                 mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, OVER_ALL)
             self._actors[name] = actor
-            renderer.AddActor(actor)
+            (emphasis if selected else renderer).AddActor(actor)
         self._stale = True
 
     def set_origin(self, origin: Array) -> None:

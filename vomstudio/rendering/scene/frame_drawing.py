@@ -99,8 +99,7 @@ class Picture:
         self._canvas.kept = False
         features = self._contents.features
         features.thin = moving
-        keep = None if moving else self._canvas.keep_surface
-        self._render(erase=True, surface=True, layer=True, before_layer=keep)
+        self._render(erase=True, surface=True, layer=True, keep=not moving)
         features.thin = False
         self._canvas.wait()
         spent = time.perf_counter() - started
@@ -147,8 +146,11 @@ class Picture:
         busy = self.refining and not frame.first
         if busy:
             canvas.buffers.save("frame")
-        restore = canvas.restore_surface
-        self._render(erase=False, surface=False, layer=True, before_layer=restore)
+        drawn = self._contents
+        if canvas.features_kept and drawn.features.only_emphasis and not drawn.cameras.stale:
+            self._render_emphasis()
+        else:
+            self._render(erase=False, surface=False, layer=True, keep=not busy)
         if busy:
             canvas.pixels()
             canvas.buffers.restore("frame")
@@ -187,8 +189,7 @@ class Picture:
         batch = [part for _, part in frame.pending[:count]]
         frame.pending = frame.pending[count:]
         self._show(batch)
-        keep = canvas.keep_surface if last else None
-        self._render(erase=frame.first, surface=True, layer=last, before_layer=keep)
+        self._render(erase=frame.first, surface=True, layer=last, keep=last)
         canvas.wait()
         frame.first = False
         self.pace.learn(batch, time.perf_counter() - started)
@@ -246,12 +247,37 @@ class Picture:
         erase: bool,
         surface: bool,
         layer: bool,
-        before_layer: Callable[[], None] | None,
+        keep: bool,
     ) -> None:
+        """The models or, over the picture of them that is kept, the features. keep : keep aside
+        what is drawn, for changes of what lies over it"""
+        canvas = self._canvas
         if layer:
+            canvas.features_kept = False
             self._contents.features.refresh(self._sight.pixel_at)
             self._contents.cameras.refresh()
-        self._canvas.render(erase=erase, surface=surface, layer=layer, before_layer=before_layer)
+        before: Callable[[], None] | None = canvas.restore_surface
+        if surface:
+            before = canvas.keep_surface if keep else None
+        canvas.render(
+            erase=erase,
+            surface=surface,
+            layer=layer,
+            chosen=layer,
+            before_layer=before,
+            before_chosen=canvas.keep_features if keep else None,
+        )
+
+    def _render_emphasis(self) -> None:
+        """What is selected or being painted, over the picture of all else that is kept."""
+        self._contents.features.refresh(self._sight.pixel_at)
+        self._canvas.render(
+            erase=False,
+            surface=False,
+            layer=False,
+            chosen=True,
+            before_chosen=self._canvas.restore_features,
+        )
 
 
 def bands(height: int, count: int) -> list[tuple[int, int]]:

@@ -63,7 +63,7 @@ class Scene:
         """Make the off-screen window and learn what the graphics driver is."""
         canvas = self.canvas
         canvas.open(width, height)
-        self.features.attach(canvas.layer)
+        self.features.attach(canvas.layer, canvas.chosen)
         self.cameras.attach(canvas.layer)
         self._sight.apply()
         canvas.learn_driver()

@@ -50,7 +50,7 @@ def warm_up(canvas: Canvas, contents: Contents, sight: Sight, intake: Intake) ->
             part.actor.GetProperty().LightingOff()
         sight.apply(Camera())
         part.actor.VisibilityOn()
-        canvas.render(erase=True, surface=True, layer=False)
+        canvas.render(erase=True, surface=True, layer=False, chosen=False)
         canvas.wait()
         intake.drop(part)
         canvas.origin = before

@@ -277,24 +277,22 @@ class Camera:
         width, height = size
         tall = self.tangent
         wide = tall * width / max(height, 1.0)
-        q = points @ self.frame.T
-        centre = (q.min(axis=0) + q.max(axis=0)) / 2.0
+        # Row by row: of columns of (n, 3) the extremes take four times as long.
+        q = np.ascontiguousarray((points @ self.frame.T).T)
+        centre = (q.min(axis=1) + q.max(axis=1)) / 2.0
         depth = 0.0
         # In perspective the middle of the picture is not that of the box: a few steps find it.
         for _ in range(8):
-            p = q - centre
+            p = q - centre[:, None]
             if self.orthographic:
-                depth = float(max(np.abs(p[:, 1]).max() / tall, np.abs(p[:, 0]).max() / wide))
+                depth = float(max(np.abs(p[1]).max() / tall, np.abs(p[0]).max() / wide))
                 break
             depth = float(
-                max(
-                    (np.abs(p[:, 1]) / tall - p[:, 2]).max(),
-                    (np.abs(p[:, 0]) / wide - p[:, 2]).max(),
-                )
+                max((np.abs(p[1]) / tall - p[2]).max(), (np.abs(p[0]) / wide - p[2]).max())
             )
-            depth = max(depth, float(-p[:, 2].min()) * 1.01 + 1e-3)
-            seen = p[:, :2] / (p[:, 2:] + depth)
-            centre[:2] += (seen.min(axis=0) + seen.max(axis=0)) / 2.0 * depth
+            depth = max(depth, float(-p[2].min()) * 1.01 + 1e-3)
+            seen = p[:2] / (p[2] + depth)
+            centre[:2] += (seen.min(axis=1) + seen.max(axis=1)) / 2.0 * depth
         self.distance = max(depth * 1.06, 1e-2)
         self.pivot = self.frame.T @ centre
         self.position = self.pivot - self.distance * self.direction

@@ -100,9 +100,12 @@ def place_labels(
     wanted = order[finite[order]]
     spots = _spots(grid, anchors[wanted], sizes[wanted], gap)
     margins = np.zeros(len(wanted)) if clear is None else clear[wanted]
-    for start in range(0, len(wanted), _TOGETHER):
-        part = slice(start, start + _TOGETHER)
-        # Of thousands of labels nearly all find nothing free: that is told for many at once.
+    stop = 0
+    while stop < len(wanted):
+        # Of thousands of labels nearly all find nothing free: that is told for many at once, and
+        # for more and more the fuller the image is.
+        part = slice(stop, max(2 * stop, _TOGETHER))
+        stop = part.stop
         blocked = grid.taken(spots[part].reshape(-1, 4)).reshape(-1, len(_PLACES))
         open_ = np.flatnonzero(~blocked.all(axis=1))
         each = zip(

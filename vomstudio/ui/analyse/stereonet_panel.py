@@ -5,25 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import Any
 
 import numpy as np
-from matplotlib.backend_bases import MouseEvent
-from matplotlib.backends.backend_qtagg import FigureCanvasQTAgg
-from matplotlib.figure import Figure
-from PySide6.QtCore import QPointF, Qt, QTimer, Signal
-from PySide6.QtGui import (
-    QAction,
-    QPainter,
-    QPaintEvent,
-    QPalette,
-    QPen,
-    QPolygonF,
-    QResizeEvent,
-)
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QAction, QMouseEvent, QPalette
 from PySide6.QtWidgets import (
     QHBoxLayout,
-    QLabel,
     QSizePolicy,
     QToolButton,
     QVBoxLayout,
@@ -34,6 +21,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kind import Evidence, NetLook
 from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement import Measurement
+from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import FeatureType, Typed, get_feature
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
@@ -47,13 +35,14 @@ from vomstudio.products.net.contents import (
     NetSet,
     means_of,
 )
-from vomstudio.products.net.figure import NetArtists, draw_stereonet
+from vomstudio.products.net.figure import NetArtists
 from vomstudio.products.net.style import NetStyle
+from vomstudio.ui.analyse.net_canvas import DPI, DrawnNet, NetCanvas, NetThread, Wanted
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
 from vomstudio.words import tr
 
 _MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "pentagon": "p",
@@ -65,53 +54,8 @@ _CLICK_PX = 4
 _FONT_PX = 12.0
 # A redraw that takes long comes seldom: it must never hold up a row of picks.
 _SOON_MS, _QUICK_MS, _LATEST_MS = 30, 60, 500
-
-
-class NetCanvas(FigureCanvasQTAgg):
-    """The net is drawn once; the selection is drawn over it, and the lasso over both."""
-
-    painted = Signal()
-
-    def __init__(self, figure: Figure) -> None:
-        super().__init__(figure)
-        self.artists: NetArtists | None = None
-        self.lasso: list[QPointF] = []
-        self.draw_ms = 0.0
-        self._clean: Any = None
-
-    def draw(self) -> None:
-        start = perf_counter()
-        super().draw()
-        self._clean = self.copy_from_bbox(self.figure.bbox)
-        self._emphasise()
-        self.draw_ms = 1000.0 * (perf_counter() - start)
-
-    def show_emphasis(self) -> None:
-        """What is selected has changed, and nothing else."""
-        if self._clean is None:
-            self.draw_idle()
-            return
-        self.restore_region(self._clean)
-        self._emphasise()
-        self.update()
-
-    def _emphasise(self) -> None:
-        if self.artists is not None:
-            for artist in self.artists.emphasis:
-                self.artists.axes.draw_artist(artist)
-
-    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
-        super().paintEvent(event)
-        self.painted.emit()
-        if len(self.lasso) > 1:
-            painter = QPainter(self)
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            color = self.palette().color(QPalette.ColorRole.Highlight)
-            painter.setPen(QPen(color, 1.5))
-            color.setAlpha(40)
-            painter.setBrush(color)
-            painter.drawPolygon(QPolygonF(self.lasso))
-            painter.end()
+_MANY = 300
+"""Orientations above which the net is drawn in a thread: Matplotlib takes 0.1 s for 5,000."""
 
 
 class StereonetPanel(QWidget):
@@ -121,16 +65,18 @@ class StereonetPanel(QWidget):
         super().__init__()
         explain(self, "numbers.md#the-net")
         self._studio = studio
-        self.artists: NetArtists | None = None
-        self.figure = Figure()
-        self.canvas = NetCanvas(self.figure)
+        self._net: DrawnNet | None = None
+        self.canvas = NetCanvas()
         self.canvas.setMinimumSize(220, 220)
-        self.canvas.setToolTip("")
-        self.canvas.mpl_connect("button_press_event", self._pressed)
-        self.canvas.mpl_connect("motion_notify_event", self._moved)
-        self.canvas.mpl_connect("button_release_event", self._released)
-        self.canvas.mpl_connect("figure_leave_event", lambda _: self._show_selected())
+        self.canvas.pressed.connect(self._pressed)
+        self.canvas.moved.connect(self._moved)
+        self.canvas.released.connect(self._released)
+        self.canvas.left.connect(self._show_selected)
         self.canvas.painted.connect(self._painted)
+        self.canvas.resized.connect(self._soon)
+        self._thread = NetThread(self)
+        self._thread.done.connect(self._drawn)
+        self._wanted: Wanted | None = None
         self._stale = True
         self._path: list[tuple[float, float]] = []
         self._projection = ComboBox()
@@ -148,7 +94,7 @@ class StereonetPanel(QWidget):
         )
         self._export = QToolButton()
         self._export.setDefaultAction(export)
-        self._under = QLabel()
+        self._under = ElidedLabel()
         self._under.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._under.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         row = QHBoxLayout()
@@ -197,9 +143,20 @@ class StereonetPanel(QWidget):
         if self._studio.affected(edit):
             self._soon()
 
-    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
-        super().resizeEvent(event)
-        self._soon()
+    def close_thread(self) -> None:
+        """The program ends."""
+        self._timer.stop()
+        self._thread.close()
+
+    @property
+    def artists(self) -> NetArtists | None:
+        """The net that is shown; None before the first."""
+        return None if self._net is None else self._net.artists
+
+    @property
+    def up_to_date(self) -> bool:
+        """Whether no other net is wanted or being drawn."""
+        return not self._timer.isActive() and self._wanted is None
 
     def _painted(self) -> None:
         if self._stale:
@@ -210,28 +167,24 @@ class StereonetPanel(QWidget):
         """The visible planes and lines: one group for each feature type and set, and within it for
         planes, lines and compass readings."""
         studio = self._studio
+        shown = {kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)}
         features = [
             f
-            for f in studio.session.features()
-            if isinstance(f, Typed)
-            and kind_of(f).net is not None
-            and studio.visible(f.id)
-            and studio.visible(f.type_id)
+            for f in studio.session.records.once(_on_the_net)
+            if shown.get(f.type_id, True) and studio.visible(f.id)
         ]
         measured = studio.measured(f.id for f in features)
-        by_type: dict[str, list[Typed]] = {}
+        groups: dict[str, dict[str, list[Typed]]] = {}
         for feature in features:
-            by_type.setdefault(feature.type_id, []).append(feature)
+            groups.setdefault(feature.type_id, {}).setdefault(feature.set_name, []).append(feature)
         sets: list[NetSet] = []
         beds: list[NetSet] = []
         for kind in studio.session.of(FeatureType):
-            own = by_type.get(kind.id, [])
+            own = groups.get(kind.id, {})
             # The same symbol for a set, whether picked or read on a compass.
-            names = sorted({f.set_name for f in own}, key=natural)
-            for variant, name in enumerate(names):
+            for variant, name in enumerate(sorted(own, key=natural)):
                 title = f"{kind.name}: {name}" if name else kind.name
-                there = [f for f in own if f.set_name == name]
-                for look, evidence, alike in _alike(there):
+                for look, evidence, alike in _alike(own[name]):
                     marker = look.marker or _MARKERS.get(kind.symbol, "o")
                     new = _sets(kind, f"{title}{look.suffix}", alike, measured, marker, variant)
                     if kind.id == "bedding" and evidence == "picked":
@@ -288,42 +241,56 @@ class StereonetPanel(QWidget):
             return
         start = perf_counter()
         dark = self.palette().color(QPalette.ColorRole.Window).lightness() < 128
-        ratio = self.canvas.devicePixelRatioF()
-        style = NetStyle.dock(dark=dark, dpi=self.figure.dpi / ratio, font_px=_FONT_PX)
-        self.artists = self.canvas.artists = draw_stereonet(self.figure, self.contents(), style)
-        self._animate()
-        self.canvas.draw_idle()
-        took = 1000.0 * (perf_counter() - start) + self.canvas.draw_ms
+        wanted = Wanted(
+            self.contents(),
+            NetStyle.dock(dark=dark, dpi=DPI, font_px=_FONT_PX),
+            (self.canvas.width(), self.canvas.height()),
+            self.canvas.devicePixelRatioF(),
+        )
+        if sum(map(len, wanted.contents.sets)) > _MANY:
+            self._wanted = wanted
+            self._thread.draw(wanted)
+        else:
+            self._thread.forget()
+            self._wanted = None
+            self._show(DrawnNet.of(wanted))
+        took = 1000.0 * (perf_counter() - start)
         slow = took > _QUICK_MS
         self._timer.setInterval(min(_LATEST_MS, int(5 * took)) if slow else _SOON_MS)
+
+    def _drawn(self, made: tuple[Wanted, DrawnNet]) -> None:
+        """The thread has drawn a net."""
+        wanted, net = made
+        if wanted is not self._wanted:
+            return
+        self._wanted = None
+        if wanted.contents.selected != frozenset(self._studio.selection.ids):
+            net.artists.select(self._studio.selection.ids, self._ellipses())
+        self._show(net)
+
+    def _show(self, net: DrawnNet) -> None:
+        self._net = net
+        self.canvas.show_net(net)
         self._show_selected()
 
-    def _animate(self) -> None:
-        """Emphasis is left out of the net that is kept."""
-        for artist in self.artists.emphasis if self.artists else ():
-            artist.set_animated(True)
-
     def _select(self, ids: tuple[str, ...]) -> None:
-        if self.artists is not None and not self._timer.isActive():
-            self.artists.select(ids, self._ellipses())
-            self._animate()
-            self.canvas.show_emphasis()
+        if self._net is not None and self.up_to_date:
+            self._net.artists.select(ids, self._ellipses())
+            self.canvas.show_net(self._net)
         self._show_selected()
 
     # --- pointing ----------------------------------------------------------------------------
-    def _pressed(self, event: MouseEvent) -> None:
-        if event.button == 1:
-            self._path = [(event.x, event.y)]
-            self.canvas.lasso = [event.guiEvent.position()]
+    def _pressed(self, event: QMouseEvent, x: float, y: float) -> None:
+        self._path = [(x, y)]
+        self.canvas.lasso = [event.position()]
 
-    def _moved(self, event: MouseEvent) -> None:
+    def _moved(self, x: float, y: float) -> None:
         if self._path:
-            self._path.append((event.x, event.y))
-            self.canvas.lasso.append(event.guiEvent.position())
+            self._path.append((x, y))
             if self._is_lasso():
                 self.canvas.update()
             return
-        line = self.artists.line_at(event.x, event.y) if self.artists else None
+        line = self.artists.line_at(x, y) if self.artists else None
         if line is None:
             self._show_selected()
         else:
@@ -333,8 +300,8 @@ class StereonetPanel(QWidget):
         start, far = self._path[0], _CLICK_PX * self.canvas.devicePixelRatioF()
         return any(abs(x - start[0]) > far or abs(y - start[1]) > far for x, y in self._path)
 
-    def _released(self, event: MouseEvent) -> None:
-        if event.button != 1 or not self._path:
+    def _released(self, event: QMouseEvent, x: float, y: float) -> None:
+        if not self._path:
             return
         path, is_lasso = self._path, self._is_lasso()
         self._path, self.canvas.lasso = [], []
@@ -342,7 +309,7 @@ class StereonetPanel(QWidget):
         if self.artists is None:
             return
         adding = bool(
-            event.guiEvent.modifiers()
+            event.modifiers()
             & (Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier)
         )
         selection = self._studio.selection
@@ -352,7 +319,7 @@ class StereonetPanel(QWidget):
             found = [f.id for f in self._studio.session.features() if f.id in inside]
             selection.set([*selection.ids, *found] if adding else found)
             return
-        at = self.artists.feature_at(event.x, event.y, 8.0 * self.canvas.devicePixelRatioF())
+        at = self.artists.feature_at(x, y, 8.0 * self.canvas.devicePixelRatioF())
         if at is not None and adding:
             selection.toggle(at)
         elif not adding:
@@ -381,15 +348,21 @@ class StereonetPanel(QWidget):
 def _alike(features: Sequence[Typed]) -> list[tuple[NetLook, Evidence, list[Typed]]]:
     """Features by where they come from and how their kinds stand on the net, in the order of the
     kinds."""
+    of_class: dict[type[Typed], list[Typed]] = {}
+    for feature in features:
+        of_class.setdefault(type(feature), []).append(feature)
     result: dict[tuple[NetLook, Evidence], list[Typed]] = {}
     for kind in KINDS:
-        if kind.net is not None:
-            result.setdefault((kind.net, kind.evidence), [])
-    for feature in features:
-        kind = kind_of(feature)
-        if kind.net is not None:
-            result[kind.net, kind.evidence].append(feature)
+        if kind.net is not None and kind.record in of_class:
+            result.setdefault((kind.net, kind.evidence), []).extend(of_class[kind.record])
     return [(look, evidence, own) for (look, evidence), own in result.items()]
+
+
+def _on_the_net(records: RecordMap) -> list[Typed]:
+    """The features of kinds that stand on a net."""
+    typed = records.of(Typed)
+    classes = {type(f): kind_of(f).net is not None for f in {type(f): f for f in typed}.values()}
+    return [f for f in typed if classes[type(f)]]
 
 
 def _fold(beds: Sequence[NetSet]) -> FoldAxis | None:
@@ -429,12 +402,13 @@ def _sets(
 ) -> list[NetSet]:
     """The planes and the lines among features, each as a set; those without orientation are left
     out."""
-    planes = [(f.id, p) for f in features if (p := measured[f.id].plane) is not None]
-    lines = [
-        (f.id, line)
-        for f in features
-        if measured[f.id].plane is None and (line := measured[f.id].line) is not None
-    ]
+    planes, lines = [], []
+    for feature in features:
+        figures = measured[feature.id]
+        if (plane := figures.plane) is not None:
+            planes.append((feature.id, plane))
+        elif (line := figures.line) is not None:
+            lines.append((feature.id, line))
     result = []
     if planes:
         azimuth = np.array([p.dip_direction_deg for _, p in planes], dtype=float)

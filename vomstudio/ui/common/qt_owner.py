@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import threading
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QEventLoop, QMetaObject, QObject, Qt, QTimer, Signal
+from PySide6.QtGui import QGuiApplication
 
 from vomstudio.workspace.owner_thread import Call, Timer
 
@@ -43,6 +45,29 @@ class QtOwner(QObject):
 
     def _make(self, call: Call) -> None:
         call()
+
+    def aside(self, work: Call) -> None:
+        """In a thread, while the window is painted and its timers run; keys and the mouse wait."""
+        loop, failed = QEventLoop(), []
+
+        def run() -> None:
+            try:
+                work()
+            except BaseException as error:  # noqa: BLE001 - raised where the work is waited for
+                failed.append(error)
+            finally:
+                QMetaObject.invokeMethod(loop, "quit", Qt.ConnectionType.QueuedConnection)
+
+        thread = threading.Thread(target=run, name="aside", daemon=True)
+        QGuiApplication.setOverrideCursor(Qt.CursorShape.BusyCursor)
+        try:
+            thread.start()
+            loop.exec(QEventLoop.ProcessEventsFlag.ExcludeUserInputEvents)
+            thread.join()
+        finally:
+            QGuiApplication.restoreOverrideCursor()
+        if failed:
+            raise failed[0]
 
     def later(self, seconds: float, call: Call) -> Timer:
         return QtTimer(self, seconds, call)

@@ -44,7 +44,7 @@ class Studio(QObject):
     def __init__(self, settings: Settings) -> None:
         super().__init__()
         owner = QtOwner(self)
-        self.workspace = Workspace(settings, owner.post, owner.later)
+        self.workspace = Workspace(settings, owner.post, owner.later, owner.aside)
         self.settings = settings
         self._forward()
         self._connect()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QDialog,
@@ -18,7 +20,7 @@ from vomstudio.document.kinds import has_plane, is_picked_plane
 from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.record_map import RecordMap
-from vomstudio.document.records import Feature, FeatureType, Group, Typed
+from vomstudio.document.records import FeatureType, Group, Typed
 from vomstudio.geology.notation import format_line
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import degrees, natural
@@ -181,10 +183,13 @@ def groups_of(studio: Studio) -> list[tuple[str, str, Group]]:
 
 def _planes_of_sets(records: RecordMap) -> dict[tuple[str, str], int]:
     """How many picked planes a feature type and a set of it have; "" stands for all sets."""
-    counts: dict[tuple[str, str], int] = {}
-    for feature in records.of(Feature):
-        if isinstance(feature, Typed) and is_picked_plane(feature):
-            for name in {"", feature.set_name}:
-                key = (feature.type_id, name)
-                counts[key] = counts.get(key, 0) + 1
+    typed = records.of(Typed)
+    # Whether it is a picked plane is a question of the class: asked of one feature of each.
+    planes = {type(f): is_picked_plane(f) for f in {type(f): f for f in typed}.values()}
+    own = Counter((type(f), f.type_id, f.set_name) for f in typed)
+    counts: Counter[tuple[str, str]] = Counter()
+    for (record, type_id, set_name), count in own.items():
+        if planes[record]:
+            for name in {"", set_name}:
+                counts[type_id, name] += count
     return counts

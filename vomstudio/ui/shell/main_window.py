@@ -437,6 +437,8 @@ class MainWindow(QMainWindow):
         self._import_timer.stop()
         self.view.close()
         self._photo_shown.close()
+        if hasattr(self, "net"):
+            self.net.close_thread()
         self.studio.close()
         event.accept()
 

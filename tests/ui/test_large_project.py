@@ -1,0 +1,64 @@
+"""A project whose journal takes long to read is read beside the window."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QTimer
+
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.workspace import projects
+
+
+@pytest.fixture
+def large(studio, tmp_path, monkeypatch):
+    """A saved project that counts as large, and another one open."""
+    add_cliff(studio)
+    for i in range(3):
+        add_bed(studio, f"b{i}", dip=0.3 * i)
+    path = tmp_path / "large.vom"
+    studio.save_as(path)
+    studio.workspace.projects.new()
+    monkeypatch.setattr(projects, "_LARGE", 1)
+    return path
+
+
+def test_it_is_read_and_measured_while_the_window_lives(window, studio, large):
+    there: list[bool] = []
+    beat = QTimer()
+    beat.timeout.connect(lambda: there.append(studio.project.folder == large))
+    beat.start(0)
+    window.open_path(large)
+    beat.stop()
+    # Events were handled before it was there.
+    assert False in there
+    assert studio.project.folder == large
+    ids = [f.id for f in studio.session.features()]
+    assert len(ids) == 3
+    ready = studio.workspace.projects.measurements
+    assert ready is not None
+    assert studio.workspace.derived.measurements is ready
+    assert all(m.plane is not None for m in studio.measured(ids).values())
+    # From now on the window's thread writes the journal.
+    add_bed(studio, "b9", dip=0.9)
+    studio.workspace.history.undo()
+    assert len(studio.session.features()) == 3
+
+
+def test_a_second_one_is_not_opened_meanwhile(window, studio, large, tmp_path):
+    told: list[str] = []
+    studio.workspace.notices.told.connect(lambda notice: told.append(notice.text))
+    QTimer.singleShot(0, lambda: studio.workspace.projects.open(tmp_path / "other.vom"))
+    window.open_path(large)
+    assert studio.project.folder == large
+    assert any("Another project is being opened" in text for text in told)
+
+
+def test_one_that_cannot_be_read_leaves_the_present_one_open(window, studio, large):
+    present = studio.project.folder
+    journal = large / "journal.sqlite"
+    journal.write_bytes(b"no database" * 1000)
+    told: list[str] = []
+    studio.workspace.notices.told.connect(lambda notice: told.append(notice.text))
+    window.open_path(large)
+    assert studio.project.folder == present
+    assert any("journal" in text for text in told)

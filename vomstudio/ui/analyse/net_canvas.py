@@ -1,0 +1,189 @@
+"""The widget on which the net of the dock is shown, and the thread that draws a net of many."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import (
+    QImage,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QPen,
+    QPolygonF,
+    QResizeEvent,
+)
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.products.net.contents import NetContents
+from vomstudio.products.net.figure import NetArtists, draw_stereonet
+from vomstudio.products.net.style import NetStyle
+from vomstudio.ui.common.worker_thread import Work, WorkerThread
+
+DPI = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """A net to be drawn. size : width and height in logical pixels; ratio : device pixels in one"""
+
+    contents: NetContents
+    style: NetStyle
+    size: tuple[int, int]
+    ratio: float
+
+
+@dataclass(eq=False)
+class DrawnNet:
+    """A net with its pixels, over which the emphasis is drawn."""
+
+    artists: NetArtists
+    ratio: float
+    _canvas: Any
+    _clean: Any = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._keep_emphasis_out()
+        self._canvas.draw()
+        self._clean = self._canvas.copy_from_bbox(self.artists.axes.figure.bbox)
+
+    @classmethod
+    def of(cls, wanted: Wanted) -> DrawnNet:
+        """Draw it, without its emphasis: in any thread."""
+        dpi = DPI * wanted.ratio
+        inches = tuple(round(side * wanted.ratio) / dpi for side in wanted.size)
+        figure = Figure(figsize=(inches[0], inches[1]), dpi=dpi)
+        canvas = FigureCanvasAgg(figure)
+        return cls(draw_stereonet(figure, wanted.contents, wanted.style), wanted.ratio, canvas)
+
+    def _keep_emphasis_out(self) -> None:
+        for artist in self.artists.emphasis:
+            artist.set_animated(True)
+
+    def image(self) -> QImage:
+        """The net with its emphasis."""
+        self._keep_emphasis_out()
+        self._canvas.restore_region(self._clean)
+        for artist in self.artists.emphasis:
+            self.artists.axes.draw_artist(artist)
+        pixels = np.asarray(self._canvas.buffer_rgba())
+        height, width = pixels.shape[:2]
+        shown = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)
+        # A copy: the pixels are drawn over with the next selection.
+        image = shown.copy()
+        image.setDevicePixelRatio(self.ratio)
+        return image
+
+
+class NetCanvas(QWidget):
+    """Shows the net, and the lasso over it.
+
+    Places are those of Matplotlib: device pixels from the bottom left corner.
+    """
+
+    pressed = Signal(QMouseEvent, float, float)
+    moved = Signal(float, float)
+    released = Signal(QMouseEvent, float, float)
+    left = Signal()
+    painted = Signal()
+    resized = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lasso: list[QPointF] = []
+        self._image: QImage | None = None
+        self.setMouseTracking(True)
+
+    def show_net(self, net: DrawnNet) -> None:
+        """This net from now on, or this one with another emphasis."""
+        self._image = net.image()
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
+        painter = QPainter(self)
+        if self._image is not None:
+            painter.drawImage(self._place(self._image), self._image)
+        if len(self.lasso) > 1:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            color = self.palette().color(QPalette.ColorRole.Highlight)
+            painter.setPen(QPen(color, 1.5))
+            color.setAlpha(40)
+            painter.setBrush(color)
+            painter.drawPolygon(QPolygonF(self.lasso))
+        painter.end()
+        self.painted.emit()
+
+    def _place(self, image: QImage) -> QRectF:
+        """Of the picture in the widget: until a net of the new size is drawn it keeps its shape."""
+        wide, tall = image.deviceIndependentSize().toTuple()
+        if abs(wide - self.width()) < 1.0 and abs(tall - self.height()) < 1.0:
+            return QRectF(0.0, 0.0, wide, tall)
+        scale = min(self.width() / wide, self.height() / tall)
+        wide, tall = scale * wide, scale * tall
+        return QRectF((self.width() - wide) / 2.0, (self.height() - tall) / 2.0, wide, tall)
+
+    # --- Qt's names --------------------------------------------------------------------------
+    def _at(self, event: QMouseEvent) -> tuple[float, float]:
+        ratio, at = self.devicePixelRatioF(), event.position()
+        return at.x() * ratio, (self.height() - at.y()) * ratio
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:  # noqa: N802
+        if event.button() == Qt.MouseButton.LeftButton:
+            self.pressed.emit(event, *self._at(event))
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
+        if self.lasso:
+            self.lasso.append(event.position())
+        self.moved.emit(*self._at(event))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
+        if event.button() == Qt.MouseButton.LeftButton:
+            self.released.emit(event, *self._at(event))
+
+    def leaveEvent(self, event: QEvent) -> None:  # noqa: N802
+        super().leaveEvent(event)
+        self.left.emit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        self.resized.emit()
+
+
+class NetThread(QObject):
+    """Draws nets one after the other, of those that wait only the last."""
+
+    done = Signal(object)
+    """What was wanted, and the `DrawnNet` of it."""
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self._wanted: Wanted | None = None
+        self._worker = WorkerThread("net", self._take)
+
+    def close(self) -> None:
+        self._worker.close()
+
+    def draw(self, wanted: Wanted) -> None:
+        """Begin; `done` comes when it is drawn, unless another one is wanted before."""
+        with self._worker.lock:
+            self._wanted = wanted
+            self._worker.wake()
+
+    def forget(self) -> None:
+        """What waits is not wanted any more."""
+        with self._worker.lock:
+            self._wanted = None
+
+    def _take(self) -> Work | None:
+        wanted, self._wanted = self._wanted, None
+        return None if wanted is None else partial(self._draw, wanted)
+
+    def _draw(self, wanted: Wanted) -> None:
+        self.done.emit((wanted, DrawnNet.of(wanted)))
