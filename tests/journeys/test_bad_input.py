@@ -4,7 +4,6 @@ is stuck, and each is said."""
 from __future__ import annotations
 
 import shutil
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -210,24 +209,6 @@ def test_undo_and_another_tool_while_a_stroke_is_painted_leave_no_stroke_hanging
 
 
 # --- clicks that come too fast ----------------------------------------------------------------
-def test_quick_clicks_at_different_places_are_all_points_and_finish_nothing(faced, picks):
-    """As the system sends them: every second press of a quick row is a double click."""
-    window, tool = faced, faced.studio.tool_of(TraceTool)
-    key(window, Qt.Key.Key_T)
-    before = len(driver.traces(window))
-    places = [pixel(window, p) for p in picks["B03"][2:22:4]]
-    assert min((b - a).manhattanLength() for a, b in pairwise(places)) > 12
-    for number, at in enumerate(places):
-        QTest.mouseMove(window.viewport, at)
-        if number % 2:
-            QTest.mouseDClick(window.viewport, driver.LEFT, driver.NONE, at)
-        else:
-            QTest.mouseClick(window.viewport, driver.LEFT, driver.NONE, at)
-    assert len(driver.traces(window)) == before
-    assert tool.open
-    assert len(tool.vertices) == len(places)
-
-
 def test_a_third_click_after_a_double_click_begins_no_second_trace_by_chance(faced, picks):
     window, studio = faced, faced.studio
     key(window, Qt.Key.Key_T)

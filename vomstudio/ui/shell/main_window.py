@@ -388,9 +388,8 @@ class MainWindow(QMainWindow):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:  # noqa: N802
-        for path in dragged_files(event):
-            if self._filled:
-                self.open_path(path)
+        for path in dragged_files(event) if self._filled else ():
+            self.open_path(path)
         event.acceptProposedAction()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
