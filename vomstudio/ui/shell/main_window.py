@@ -395,8 +395,8 @@ class MainWindow(QMainWindow):
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
         if event.key() == Qt.Key.Key_Escape and self._filled and self.studio.open_tool is not None:
             self.studio.cancel_tool()
-            return
-        super().keyPressEvent(event)
+        else:
+            super().keyPressEvent(event)
 
     # --- state -------------------------------------------------------------------------------
     def _tool_changed(self, name: str) -> None:
@@ -424,7 +424,6 @@ class MainWindow(QMainWindow):
     # --- end ---------------------------------------------------------------------------------
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self._filled:
-            event.accept()
             return
         if not self.photo_opening.may_close() or not self.files.ask_to_keep():
             event.ignore()
