@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, wait
@@ -258,3 +259,24 @@ def wheel(widget, at: QPoint, delta: int) -> None:
         Qt.MouseButton.NoButton, driver.NONE, Qt.ScrollPhase.NoScrollPhase, False,
     )  # fmt: skip
     QApplication.sendEvent(widget, event)
+
+
+def test_the_cross_of_the_cursor_leaves_the_photo_with_the_cursor(traced):
+    window, panel = traced, traced.in_photos
+    window.studio.selection.set(["B05"])
+    window.actions_table.run("show_in_photos")
+    shown(window)
+    wait(lambda: "B05: visible in" in panel.words.text(), "the photos that show it")
+    points = points_of(window, "B05")
+    look_at(window, points, *window.viewport.moves.view_direction())
+    views = panel.shown.photos.views
+    seen = points[views.shows(panel.shown.view, points, 0.02)]
+
+    def crossed() -> bool:
+        move(window.viewport, driver.pixel(window, seen[len(seen) // 2]))
+        move(window.viewport, driver.pixel(window, seen[len(seen) // 2]) + QPoint(3, 3))
+        return panel.canvas._cross is not None
+
+    wait(crossed, "the cross of the cursor in the photo")
+    QApplication.sendEvent(window.viewport, QEvent(QEvent.Type.Leave))
+    assert panel.canvas._cross is None

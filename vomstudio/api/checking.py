@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, VomWarning
-from vomstudio.io.text.tables import COORDINATES, FARTHEST_M, plain
+from vomstudio.geometry.places import no_places
+from vomstudio.io.text.tables import COORDINATES, plain
 from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
@@ -81,8 +82,7 @@ def points(values: Any, name: str = "points") -> Floats:
             ),
             field=name,
         )
-    far = np.asarray(~(np.abs(array) <= FARTHEST_M).all(axis=1))
-    refuse_rows(far, tr("no finite coordinates in metres"), name)
+    refuse_rows(no_places(array), tr("no finite coordinates in metres"), name)
     return np.ascontiguousarray(array)
 
 

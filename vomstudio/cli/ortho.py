@@ -63,6 +63,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.document.records import Frame
     from vomstudio.files.atomic import check_target
+    from vomstudio.geometry.places import is_unit
     from vomstudio.io.gis.crs import world_crs
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.photos.cameras_file import scale_known
@@ -70,7 +71,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.ortho.sheet import format_of
 
     requests.check_direction(args.trend, args.plunge, args.plane, args.fold)
-    if args.unit is not None and not 0 < args.unit < float("inf"):
+    if args.unit is not None and not is_unit(args.unit):
         raise UsageError(tr("A unit is a length in metres, such as 0.001 for mm."), field="--unit")
     requests.check_gsd(args.gsd)
     if args.sheet is not None:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.places import no_places
+
 Array = npt.NDArray[np.float64]
 
 FACES = tuple((axis, side) for axis in range(3) for side in range(2))
@@ -46,6 +48,8 @@ class ClipBox:
         except (KeyError, TypeError) as error:
             raise ValueError(f"not a clipping box: {values!r}") from error
         if low.shape != (3,) or high.shape != (3,) or not (low < high).all():
+            raise ValueError(f"not a clipping box: {values!r}")
+        if no_places(np.stack([low, high])).any():
             raise ValueError(f"not a clipping box: {values!r}")
         return cls(_triple(low), _triple(high))
 

@@ -30,7 +30,7 @@ class Settings:
     verdict's thresholds that the user has changed, by their name, for projects without a profile of
     their own. profiles: the user's own, by name. point_budget: how many points of
     a streamed cloud are held at most; a COPC file with more is streamed. theme: "light", "dark" or
-    "system"."""
+    "system". offer_tour: whether the start page offers the first tour."""
 
     notation: str = "dipdir/dip"
     projection: str = "area"
@@ -44,6 +44,7 @@ class Settings:
     profiles: dict[str, dict[str, Any]] = field(default_factory=dict)
     point_budget: int = 5_000_000
     theme: str = "system"
+    offer_tour: bool = True
 
     @property
     def thresholds(self) -> Thresholds:

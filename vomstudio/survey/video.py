@@ -23,6 +23,11 @@ from vomstudio.words import to_translate, tr, tr_n
 Bytes = npt.NDArray[np.uint8]
 
 DEFAULT_FPS = 2.0
+VIDEO_ENDINGS = (
+    ".mp4", ".mov", ".avi", ".mkv", ".m4v", ".mts", ".m2ts", ".mpg", ".mpeg", ".webm", ".wmv",
+    ".3gp",
+)  # fmt: skip
+"""Extensions of videos of phones, cameras and drones, for file dialogs."""
 _RECORD = "frames.json"
 # Of a second's frames only some are compared for sharpness.
 _CANDIDATES = 5

@@ -22,6 +22,7 @@ from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError, InputError, UsageError, VomError
 from vomstudio.geology.profiles import PROFILES
 from vomstudio.geometry import transform
+from vomstudio.geometry.places import why_not_at
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.geometry.surface import Surface
 from vomstudio.io.models import model_cache
@@ -72,6 +73,7 @@ class HeadlessProject:
         self.project = project
         self._progress = progress or Silent()
         self._surfaces: dict[str, Surface | None] = {}
+        self._bounds: dict[str, npt.NDArray[np.float64]] = {}
 
     @classmethod
     @contextlib.contextmanager
@@ -159,6 +161,7 @@ class HeadlessProject:
         )
         self.session.apply(edits.add_model(self.session.records, model))
         self._surfaces[model.id] = surface_of(loaded.data)
+        self._bounds[model.id] = loaded.data.bounds
         return AddedModel(model, True, (*loaded.warnings, *placement.warnings))
 
     def add_picks(
@@ -175,6 +178,9 @@ class HeadlessProject:
         traces: list[Trace] = []
         skipped: list[tuple[str, str]] = []
         for pick in picks:
+            if (far := self._why_not_on(model, pick)) is not None:
+                skipped.append((pick.name, far))
+                continue
             trace = _trace(pick, model, kind, set_name, surface)
             if not trace.name:
                 trace = replace(trace, name=edits.next_name(records, kind, added))
@@ -198,6 +204,15 @@ class HeadlessProject:
         what = traces[0].name if len(traces) == 1 else f"{len(traces)} traces"
         self.session.apply(change(self.session.records, f"Add {what}", after))
         return AddedPicks(tuple(traces), tuple(skipped), warnings)
+
+    def _why_not_on(self, model: Model, pick: Picks) -> str | None:
+        """A sentence where a line of picks has a point that cannot lie on the model."""
+        bounds = self._bounds.get(model.id)
+        if bounds is None:
+            return None
+        to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
+        points = transform.apply(to_file, pick.points)
+        return next((s for p in points if (s := why_not_at(p, bounds)) is not None), None)
 
     def judge_by(self, profile: str) -> None:
         """Judge all features by a profile that every project has, "error" or "textbook".
@@ -293,6 +308,7 @@ class HeadlessProject:
                 loaded = model_cache.load(path, folder, self._progress)
                 if loaded.content_hash == model.content_hash:
                     found = surface_of(loaded.data)
+                    self._bounds[model.id] = loaded.data.bounds
                 else:
                     why = tr(
                         "{file} has changed since features were measured on {model}.",

@@ -123,7 +123,9 @@ class ToolHost:
         self.next_changed.emit()
 
     def begin(self) -> None:
-        """Another project is opened: neither its types nor its sets are those of the last one."""
+        """Another project is opened: neither its types nor its sets are those of the last one, and
+        the mouse moves about until a tool is chosen."""
+        self.activate(NAVIGATE)
         self._next_of.clear()
         self.next_type_id, self.next_set = "bedding", ""
         self.keep_next_type()

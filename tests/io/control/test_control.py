@@ -154,3 +154,11 @@ def test_a_table_that_cannot_be_removed_is_said(
     monkeypatch.setattr(Path, "unlink", refused)
     with pytest.raises(TargetError, match=r"control\.csv.*cannot be removed \(Permission denied"):
         write_control(path, [])
+
+
+@pytest.mark.parametrize("value", ["1e30", "-1e13", "1e300"])
+def test_a_point_that_is_nowhere_is_refused_by_its_label(tmp_path: Path, value: str) -> None:
+    path = written(tmp_path, f"label,x,y,z\nA,1,2,3\nB,4,{value},6\n")
+    with pytest.raises(InputError, match=r"B: .* is not a coordinate in metres") as caught:
+        read_control(path)
+    assert str(path) in str(caught.value)

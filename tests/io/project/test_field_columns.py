@@ -430,10 +430,20 @@ def test_words_for_an_overturned_bed(book: Path, word: str) -> None:
     assert made.overturned
 
 
-@pytest.mark.parametrize("place", ["1,2,", "1,,3", ",2,3", "1e13,2,3", "1,-1e13,3", "1,2,1e13"])
-def test_half_a_position_or_one_beyond_the_earth_is_left_out_and_said(
-    book: Path, place: str
-) -> None:
+@pytest.mark.parametrize("place", ["1e13,2,3", "1,-1e13,3", "1,2,1e13"])
+def test_a_position_beyond_the_earth_is_left_out_and_said(book: Path, place: str) -> None:
+    header = "x,y,z,dip direction,dip\n"
+    found = readings(book, f"{header}{place},1,2\n1,2,3,1,2\n1e12,-1e12,0,1,2\n")
+    assert [r.position for r in found.rows] == [None, (1.0, 2.0, 3.0), (1e12, -1e12, 0.0)]
+    (remark,) = found.remarks
+    assert remark.startswith("1 reading is imported without position (line 2).")
+    assert remark.endswith("1e+13 is not a coordinate in metres. Correct or remove it.")
+    found = readings(book, f"{header}{place},1,2\n{place},1,2\n")
+    assert found.remarks[0].startswith("2 readings are imported without position (lines 2 and 3).")
+
+
+@pytest.mark.parametrize("place", ["1,2,", "1,,3", ",2,3"])
+def test_half_a_position_is_left_out_and_said(book: Path, place: str) -> None:
     header = "x,y,z,dip direction,dip\n"
     found = readings(book, f"{header}{place},1,2\n1,2,3,1,2\n1e12,-1e12,0,1,2\n")
     assert [r.position for r in found.rows] == [None, (1.0, 2.0, 3.0), (1e12, -1e12, 0.0)]
@@ -459,14 +469,17 @@ def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(boo
     assert [r.position for r in found.rows] == [
         (150.0, 4600.0, 350.0), None, (150.0, -9000.0, 350.0), None,
     ]  # fmt: skip
-    assert "lines 3 and 5" in found.remarks[0]
-    assert "x, y or z is missing" in found.remarks[0]
+    assert found.remarks == (
+        "1 reading is imported without position: x, y or z is missing (line 5).",
+        "1 reading is imported without position (line 3). A latitude of 91 is not within -90 to "
+        "90. Correct it.",
+    )
     found = understand(table, columns, "dipdir/dip", lambda *_: None)
     assert [r.position for r in found.rows] == [None] * 4
     found = understand(table, columns, "dipdir/dip")
-    assert found.remarks == (
-        "4 readings are imported without position: degrees need a project with a CRS (lines 2, 3, "
-        "4 and 5).",
+    assert found.remarks[0] == (
+        "3 readings are imported without position: degrees need a project with a CRS (lines 2, 4 "
+        "and 5)."
     )
     found = understand(table_of(book, "lon,lat,dip direction,dip\n15,46,1,2\n"),
                        {"longitude": 0, "latitude": 1, "azimuth": 2, "inclination": 3},

@@ -281,3 +281,26 @@ def test_types_and_sets_of_the_table_go_before_those_for_all(tmp_path):
     ]  # fmt: skip
     assert {type(r) for r in made} == {Reading}
     assert {r.source for r in made} == {"book.csv"}
+
+
+@pytest.mark.parametrize(
+    ("header", "cells", "said"),
+    [
+        ("x,y,z", "1e30,2,3", "1e+30 is not a coordinate in metres. Correct or remove it."),
+        ("x,y,z", "1,-1e13,3", "-1e+13 is not a coordinate in metres. Correct or remove it."),
+        ("latitude,longitude,altitude", "95,15,350",
+         "A latitude of 95 is not within -90 to 90. Correct it."),
+        ("latitude,longitude,altitude", "46,1500,350",
+         "A longitude of 1500 is not within -360 to 360. Correct it."),
+    ],
+)  # fmt: skip
+def test_a_position_that_is_nowhere_is_refused_with_its_line_and_the_reading_stays(
+    tmp_path, header, cells, said
+):
+    table = table_of(tmp_path, f"dip direction,dip,{header}\n132,41,{cells}\n132,41,46,15,350\n")
+    found = guess(table)
+    understood = understand(table, found.columns, "dipdir/dip", from_degrees("EPSG:32633"))
+    assert understood.bad == ()
+    assert understood.rows[0].position is None
+    assert understood.rows[1].position is not None
+    assert understood.remarks == (f"1 reading is imported without position (line 2). {said}",)

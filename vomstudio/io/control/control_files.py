@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vomstudio.errors import UsageError
+from vomstudio.errors import InputError, UsageError
+from vomstudio.geometry.places import why_no_coordinate
 from vomstudio.io.control.points import CONTROL, MARKS, ControlPoint, Mark
 from vomstudio.io.control.registry import choose_format, find_formats
 from vomstudio.words import tr
@@ -13,7 +14,11 @@ from vomstudio.words import tr
 def read_control(path: str | Path) -> list[ControlPoint]:
     """The points of a file. Raises InputError with file, line and column or element."""
     path = Path(path)
-    return choose_format(path).points(path)
+    points = choose_format(path).points(path)
+    for point in points:
+        if (said := why_no_coordinate(point.position)) is not None:
+            raise InputError(f"{point.label}: {said}", file=path)
+    return points
 
 
 def read_marks(path: str | Path) -> list[Mark]:

@@ -21,6 +21,7 @@ class ControlFormat:
     holds_marks : its files have points and marks both
     found_as : names under which its files are looked for beside the photos
     certain : False where a file that matches may be of another format that knows it better
+    extensions : that its files usually have, for file dialogs
 
     All raise InputError, with line and column or element, for what is wrong in a file.
     """
@@ -33,3 +34,4 @@ class ControlFormat:
     holds_marks: bool = False
     found_as: tuple[str, ...] = ()
     certain: bool = True
+    extensions: tuple[str, ...] = ()

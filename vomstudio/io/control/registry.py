@@ -25,6 +25,11 @@ def find_formats() -> Found[ControlFormat]:
     return find_plugins(formats, "CONTROL_FORMAT", ControlFormat, GROUP)
 
 
+def extensions() -> tuple[str, ...]:
+    """Every extension that files of ground control have, for file dialogs."""
+    return tuple(dict.fromkeys(e for one in find_formats().all for e in one.extensions))
+
+
 def choose_format(path: Path) -> ControlFormat:
     """By the file's content, a certain format before those that take what nobody else knows.
     Raises InputError for a damaged file."""

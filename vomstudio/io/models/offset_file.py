@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.text.encodings import text_of
-from vomstudio.io.text.tables import FARTHEST_M
 from vomstudio.words import tr
 
 LONGEST_BYTES = 100_000

@@ -18,6 +18,7 @@ import numpy as np
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+from vomstudio.geometry.places import no_places
 from vomstudio.words import tr
 
 FILE_NAME = "cameras.json"
@@ -88,6 +89,8 @@ def view_from_dict(row: dict[str, Any]) -> View:
     translation = np.array(row["translation"], np.float64)
     if rotation.shape != (3, 3) or translation.shape != (3,):
         raise ValueError("a pose is a rotation of 3 x 3 numbers and a translation of 3")
+    if not np.isfinite(rotation).all() or no_places(translation[None]).any():
+        raise ValueError(f"the pose of {row['name']} is nowhere on Earth")
     return View(str(row["name"]), lens, rotation, translation)
 
 

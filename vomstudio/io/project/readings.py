@@ -16,10 +16,11 @@ from vomstudio.document.records import Point
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.orientation import Line
+from vomstudio.geometry.places import why_no_coordinate, why_not_on_earth
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.project.field_table import FieldTable, number_in
 from vomstudio.io.text.orientation_reading import plane_of
-from vomstudio.io.text.tables import FARTHEST_M, lines_in_words
+from vomstudio.io.text.tables import lines_in_words
 from vomstudio.words import tr, tr_n
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/plunge")
@@ -162,6 +163,7 @@ def understand(
     bad: list[BadRow] = []
     turned_over: list[int] = []
     placeless: list[int] = []
+    nowhere: list[tuple[int, str]] = []
     for i, (cells, line) in enumerate(zip(table.rows, table.lines, strict=True)):
         if i in table.ragged:
             bad.append(BadRow(line, table.ragged[i]))
@@ -175,9 +177,13 @@ def understand(
         if inclination < 0:
             turned_over.append(line)
             azimuth, inclination = float(wrap360(azimuth + 180.0)), -inclination
-        position = _position(word, table, to_grid)
-        if position is None and any(word.get(c) for c in ("x", "y", "longitude", "latitude")):
-            placeless.append(line)
+        position = None
+        try:
+            position = _position(word, table, to_grid)
+            if position is None and any(word.get(c) for c in ("x", "y", "longitude", "latitude")):
+                placeless.append(line)
+        except InputError as error:
+            nowhere.append((line, error.message))
         rows.append(
             FieldRow(
                 line=line,
@@ -193,7 +199,7 @@ def understand(
             )
         )
     in_degrees = "longitude" in columns and to_grid is None
-    remarks = [*table.notes, *_remarks(turned_over, placeless, in_degrees)]
+    remarks = [*table.notes, *_remarks(turned_over, placeless, in_degrees), *_nowhere(nowhere)]
     return FieldReadings(tuple(rows), tuple(bad), tuple(remarks))
 
 
@@ -228,6 +234,22 @@ def _remarks(turned_over: list[int], placeless: list[int], in_degrees: bool) -> 
             )
         )
     return remarks
+
+
+def _nowhere(rows: list[tuple[int, str]]) -> list[str]:
+    """What is said of positions that cannot be meant; their readings are sound without them."""
+    if not rows:
+        return []
+    lines = lines_in_words([line for line, _ in rows])
+    return [
+        tr_n(
+            "{count} reading is imported without position ({lines}). {reason}",
+            "{count} readings are imported without position ({lines}). {reason}",
+            len(rows),
+            lines=lines,
+            reason=rows[0][1],
+        )
+    ]
 
 
 def _orientation(
@@ -290,13 +312,19 @@ def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float
 
 
 def _position(word: Mapping[str, str], table: FieldTable, to_grid: ToGrid | None) -> Point | None:
+    """Raises InputError for numbers that are nowhere on Earth."""
     x, y, z, longitude, latitude = (
         number_in(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
     )
+    said = why_no_coordinate(value for value in (x, y, z) if value is not None)
+    if longitude is not None and latitude is not None:
+        said = said or why_not_on_earth(longitude, latitude)
+    if said is not None:
+        raise InputError(said)
     if (x is None or y is None) and to_grid and longitude is not None and latitude is not None:
-        found = to_grid(longitude, latitude) if abs(latitude) <= 90.0 else None
+        found = to_grid(longitude, latitude)
         x, y = found if found is not None else (None, None)
-    if x is None or y is None or z is None or max(abs(x), abs(y), abs(z)) > FARTHEST_M:
+    if x is None or y is None or z is None:
         return None
     return x, y, z
 

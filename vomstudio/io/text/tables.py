@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.errors import InputError, UsageError
+from vomstudio.geometry.places import FARTHEST_M, why_no_coordinate
 from vomstudio.io.text.group_words import words_of_groups
 from vomstudio.io.text.rows import (
     TextRows,
@@ -34,8 +35,8 @@ from vomstudio.io.text.rows import (
 )
 from vomstudio.words import tr, tr_n
 
-FARTHEST_M = 1e12
-
+TABLE_ENDINGS = (".csv", ".txt", ".tsv", ".dat")
+"""Extensions that text tables usually have, for file dialogs."""
 
 _SCIENTIFIC = re.compile(r"[+-]?\d\.\d+[eE][+-]\d{2,3}")
 
@@ -437,10 +438,7 @@ def _refuse_no_places(table: TextTable, columns: list[int], points: NDArray[np.f
     if far.any():
         row, place = np.argwhere(far)[0]
         raise InputError(
-            tr(
-                "{value:g} is not a coordinate in metres. Correct or remove the row.",
-                value=points[row, place],
-            ),
+            why_no_coordinate([points[row, place]]) or "",
             file=table.path,
             line=int(table.line_numbers[row]),
             field=table.label(columns[place]),

@@ -7,7 +7,6 @@ any scaling of the screen.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -284,71 +283,3 @@ def draw_verdict_shape(painter: QPainter, box: QRectF, verdict: str) -> None:
         )
     else:
         painter.drawRect(box.adjusted(0.8, 0.8, -0.8, -0.8))
-
-
-def draw_reading(
-    painter: QPainter,
-    x: float,
-    y: float,
-    lines: Sequence[str],
-    verdict: str | None,
-    width: float,
-    height: float,
-    clear: float = 0.0,
-) -> QRectF | None:
-    """The reading beside the cursor at (x, y), `clear` pixels to its sides left free, kept inside
-    the view; returns its rectangle."""
-    if not lines and verdict is None:
-        return None
-    first, rest = system_font(1.15, bold=True), system_font()
-    fonts = [first] + [rest] * max(len(lines) - 1, 0)
-    metrics = [QFontMetricsF(f) for f in fonts]
-    shown = list(lines) or [""]
-    icon = metrics[0].height() * 0.82 if verdict else 0.0
-    word = verdict or ""
-    gap = 7.0
-    head = metrics[0].horizontalAdvance(shown[0])
-    if verdict:
-        head += icon + gap + (gap + metrics[0].horizontalAdvance(word) if word else 0.0)
-    wide = max(
-        [head] + [m.horizontalAdvance(t) for m, t in zip(metrics[1:], shown[1:], strict=True)]
-    )
-    tall = sum(m.height() for m in metrics)
-    box = QRectF(x + max(20.0, clear + 8.0), y + 18.0, wide + 20.0, tall + 12.0)
-    if box.right() > width - 4.0:
-        box.moveRight(x - max(16.0, clear + 8.0))
-    if box.bottom() > height - 4.0:
-        box.moveBottom(y - 14.0)
-    box.moveLeft(max(4.0, min(box.left(), width - 4.0 - box.width())))
-    box.moveTop(max(4.0, box.top()))
-    painter.save()
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    edge = QColor(VERDICT_COLORS.get(word, "#c8c8c8"))
-    painter.setPen(QPen(edge, 1.6))
-    painter.setBrush(QColor(18, 20, 23, 225))
-    painter.drawRoundedRect(box, 5.0, 5.0)
-    left = box.left() + 10.0
-    line = box.top() + 6.0
-    if verdict:
-        top = line + (metrics[0].height() - icon) / 2.0
-        draw_verdict_shape(painter, QRectF(left, top, icon, icon), verdict)
-        left += icon + gap
-    painter.setFont(first)
-    painter.setPen(TEXT)
-    painter.drawText(QPointF(left, line + metrics[0].ascent()), shown[0])
-    if word:
-        painter.setPen(edge.lighter(125))
-        painter.drawText(
-            QPointF(
-                left + metrics[0].horizontalAdvance(shown[0]) + gap, line + metrics[0].ascent()
-            ),
-            word,
-        )
-    line += metrics[0].height()
-    painter.setPen(QColor(225, 225, 225))
-    for m, font, text in zip(metrics[1:], fonts[1:], shown[1:], strict=True):
-        painter.setFont(font)
-        painter.drawText(QPointF(box.left() + 10.0, line + m.ascent()), text)
-        line += m.height()
-    painter.restore()
-    return box

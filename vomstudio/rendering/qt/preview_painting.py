@@ -7,11 +7,13 @@ from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
-from PySide6.QtCore import QPointF
+from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QPainter
 
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.rendering.qt import painting
+from vomstudio.rendering.qt.reading_box import ReadingBox
+from vomstudio.rendering.view.reading_place import Picked, ReadingPlace
 from vomstudio.tools.interaction_types import BrushRing, Preview
 
 Array = npt.NDArray[np.float64]
@@ -26,8 +28,13 @@ class Eye(Protocol):
     def project(self, points: Array, size: tuple[float, float]) -> tuple[Array, Array]: ...
 
 
+_MOST_DOTS = 200
+"""Places on the border of a painted area that the reading keeps clear of."""
+
+
 class PreviewPainter:
-    """For one paint event. `project` gives pixels of World points and which of them are seen."""
+    """For one paint event. `project` gives pixels of World points and which of them are seen;
+    `place` remembers where the reading stands."""
 
     def __init__(
         self,
@@ -35,9 +42,11 @@ class PreviewPainter:
         camera: Eye,
         extent: tuple[float, float],
         project: Callable[[Array], tuple[Array, npt.NDArray[np.bool_]]],
+        place: ReadingPlace,
     ) -> None:
         self._painter, self._camera = painter, camera
         self._extent, self._project = extent, project
+        self._place = place
 
     def paint(self, preview: Preview, cursor: QPointF | None, hot_handle: int | None) -> None:
         painter = self._painter
@@ -72,17 +81,32 @@ class PreviewPainter:
         clear = 0.0
         if preview.brush is not None:
             clear = self._paint_brush(preview.brush, color)
-        if cursor is not None:
-            painting.draw_reading(
-                painter,
-                cursor.x(),
-                cursor.y(),
-                preview.reading,
-                preview.verdict,
-                width,
-                height,
-                clear=min(clear, 0.2 * width),
-            )
+        if cursor is None or not (preview.reading or preview.verdict):
+            self._place.forget()
+            return
+        clear = min(clear, 0.2 * width)
+        pixels, _ = self._camera.project(line, (width, height))
+        rubber = None
+        if preview.rubber is not None:
+            rubber = self._camera.project(np.asarray(preview.rubber, float), (width, height))[0][0]
+        at = cursor.x(), cursor.y()
+        self._paint_reading(preview, Picked(pixels, at, rubber, self._border(preview), clear))
+
+    def _paint_reading(self, preview: Preview, picked: Picked) -> None:
+        """The whole reading, or its first line alone where only that finds a place."""
+        boxes = [ReadingBox(preview.reading, preview.verdict)]
+        if len(preview.reading) > 1:
+            boxes.append(ReadingBox(preview.reading[:1], preview.verdict))
+        number, box = self._place.choose([b.size() for b in boxes], self._extent, picked)
+        boxes[number].paint(self._painter, QRectF(*box))
+
+    def _border(self, preview: Preview) -> Array:
+        """(d, 2) pixels of places on the border of the painted area."""
+        if preview.area is None or not len(preview.area.border):
+            return np.zeros((0, 2))
+        edges = preview.area.border[:: len(preview.area.border) // _MOST_DOTS + 1]
+        places = edges.mean(axis=1, dtype=np.float64) + preview.area.origin
+        return self._camera.project(places, self._extent)[0]
 
     def _paint_brush(self, brush: BrushRing, color: QColor) -> float:
         """Flat on the surface where it is known how that lies, else towards the viewer. Its half

@@ -41,6 +41,7 @@ from vomstudio.rendering.qt.scene_picture import ScenePicture
 from vomstudio.rendering.qt.shown_features import FeaturesShown
 from vomstudio.rendering.qt.shown_models import ModelsShown
 from vomstudio.rendering.view.camera import Camera
+from vomstudio.rendering.view.reading_place import ReadingPlace
 from vomstudio.tools.interaction_types import Hit, Preview
 from vomstudio.words import tr
 
@@ -58,11 +59,13 @@ class Viewport(QWidget):
 
     camera : what is seen; moves : moves it; gestures : what the mouse does
     models, features, photos : what is shown; display : how models look; clip : what is cut away
-    overlays : what is painted over the picture
+    overlays : what is painted over the picture; reading_place : where the live reading stands
     """
 
     pointer = Signal(object)
     """PointerEvent"""
+    left = Signal()
+    """The cursor is no longer over the view."""
     camera_changed = Signal()
     first_frame = Signal()
     model_stage = Signal(str, str)
@@ -82,6 +85,7 @@ class Viewport(QWidget):
         self.setMinimumSize(160, 120)
         self.camera = camera = Camera()
         self.preview: Preview | None = None
+        self.reading_place = ReadingPlace()
         self._base: QImage | None = None
         self._life = life = SceneLife(camera, self._furnish, self)
         self._picture = picture = ScenePicture(self, life)
@@ -224,9 +228,9 @@ class Viewport(QWidget):
         self.clip.paint(painter, self.gestures.held_face, letters)
         self.photos.paint(painter, self.rect())
         if self.preview is not None:
-            PreviewPainter(painter, self.camera, self.extent(), self.project).paint(
-                self.preview, self.gestures.cursor, self.gestures.hot_handle
-            )
+            PreviewPainter(
+                painter, self.camera, self.extent(), self.project, self.reading_place
+            ).paint(self.preview, self.gestures.cursor, self.gestures.hot_handle)
         painter.end()
         self._picture.painted()
 
@@ -296,6 +300,7 @@ class Viewport(QWidget):
     def leaveEvent(self, event: QEvent) -> None:  # noqa: N802 - Qt's name
         self.gestures.leave()
         self.photos.leave()
+        self.left.emit()
         if self.preview is not None:
             self.update()
         super().leaveEvent(event)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.places import why_no_coordinate
 from vomstudio.geometry.vectors import wrap360
 
 Array = npt.NDArray[np.float64]
@@ -324,6 +325,8 @@ class Camera:
         values = np.concatenate([position, right, up, pivot, [distance, angle]])
         if values.shape != (14,) or not np.isfinite(values).all() or distance <= 0.0:
             raise ValueError("not a camera state: numbers missing or not finite")
+        if why_no_coordinate([*position, *pivot, distance]) is not None:
+            raise ValueError("not a camera state: too far from anything")
         if not 1.0 <= angle <= 120.0 or np.linalg.norm(np.cross(right, up)) < 1e-6:
             raise ValueError("not a camera state: the view angle or the axes cannot be")
         up = up / np.linalg.norm(up)

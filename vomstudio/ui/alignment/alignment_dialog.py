@@ -12,6 +12,7 @@ from vomstudio.ui.alignment.calibration_page import CalibrationPage
 from vomstudio.ui.alignment.depth_page import DepthPage
 from vomstudio.ui.alignment.match_page import MatchPage
 from vomstudio.ui.alignment.residual_page import ResidualPage
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 
@@ -21,6 +22,7 @@ class AlignmentDialog(QDialog):
 
     def __init__(self, parent: QWidget, studio: Studio, folder: Path) -> None:
         super().__init__(parent)
+        explain(self, "photos.md#what-a-model-rests-on")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
         self.setWindowTitle(tr("Alignment of {folder}", folder=folder.name))

@@ -14,6 +14,7 @@ from vomstudio.document import edits, reading_comparison
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
+from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.long_boxes import fit_to_screen
@@ -56,7 +57,7 @@ def choose_readings(parent: QWidget, studio: Studio) -> None:
         parent,
         tr("Import field measurements"),
         start_folder(studio),
-        ";;".join((tr("Tables (*.csv *.txt *.tsv *.dat)"), tr("All files (*)"))),
+        file_filters.tables(),
     )
     if name:
         import_readings(parent, studio, Path(name))

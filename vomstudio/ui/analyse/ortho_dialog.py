@@ -35,6 +35,7 @@ from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrt
 from vomstudio.products.ortho import orthophoto, planning, view_directions
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.ui.common.command_targets import current_model, start_folder
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.long_boxes import make_room_for_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
@@ -53,6 +54,7 @@ class OrthoDialog(QDialog):
     ) -> None:
         """directions : knows from which measurement the view direction was taken"""
         super().__init__(parent)
+        explain(self, "conventions.md#orthophotos")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Orthophoto along this view"))
         self.setMinimumWidth(640)

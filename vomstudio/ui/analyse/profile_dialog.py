@@ -24,6 +24,7 @@ from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import PROFILE_ID, Feature, limits_of
 from vomstudio.geology.profiles import PROFILES, Thresholds
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
@@ -71,6 +72,7 @@ class ProfileDialog(QDialog):
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
+        explain(self, "conventions.md#verdicts")
         self._studio = studio
         self.setWindowTitle(tr("Verdict profile"))
         self.setMinimumWidth(460)

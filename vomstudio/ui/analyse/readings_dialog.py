@@ -37,6 +37,7 @@ from vomstudio.io.project.readings import (
     what_is_missing,
 )
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.words import to_translate, tr, tr_n
@@ -106,6 +107,7 @@ class ReadingsDialog(QDialog):
         declination: str = "",
     ) -> None:
         super().__init__(parent)
+        explain(self, "conventions.md#angles")
         self.setWindowTitle(tr("Import field measurements: {path}", path=table.path.name))
         self.resize(820, 680)
         self._table, self._records, self._place = table, records, place

@@ -39,6 +39,7 @@ from vomstudio.products.net.figure import NetArtists
 from vomstudio.products.net.style import NetStyle
 from vomstudio.ui.analyse.net_canvas import DPI, DrawnNet, NetCanvas, NetThread, Wanted
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
@@ -62,6 +63,7 @@ class StereonetPanel(QWidget):
 
     def __init__(self, studio: Studio, export: QAction) -> None:
         super().__init__()
+        explain(self, "numbers.md#the-net")
         self._studio = studio
         self._net: DrawnNet | None = None
         self.canvas = NetCanvas()

@@ -6,8 +6,8 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common import theme
@@ -26,7 +26,8 @@ class Command:
     why_not: None where it can run now, else the reason as a sentence, which the tooltip shows.
     in_viewport: the shortcut is a plain key that acts only while the viewport has the focus.
     checked: whether it is switched on, for a command that is a switch. what: to what it would be
-    done now, for the tooltip. text_now: where the text says what it would do now."""
+    done now, for the tooltip. text_now: where the text says what it would do now. everywhere: the
+    shortcut acts in dialogs beside the window too."""
 
     name: str
     text: str
@@ -39,10 +40,16 @@ class Command:
     checked: Callable[[], bool] | None = None
     what: Callable[[], str | None] = lambda: None
     text_now: Callable[[], str] | None = None
+    everywhere: bool = False
 
 
 class Actions(QObject):
-    """The commands of a window with the QAction of each, under its name."""
+    """The commands of a window with the QAction of each, under its name.
+
+    refused : a plain key was pressed whose command cannot run now; the reason as a sentence
+    """
+
+    refused = Signal(str)
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
@@ -61,7 +68,9 @@ class Actions(QObject):
         if command.in_viewport:
             action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         else:
-            action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
+            context = Qt.ShortcutContext
+            reach = context.ApplicationShortcut if command.everywhere else context.WindowShortcut
+            action.setShortcutContext(reach)
             self._window.addAction(action)
         action.setCheckable(command.checked is not None)
         action.triggered.connect(lambda *_: self.run(command.name))
@@ -73,6 +82,24 @@ class Actions(QObject):
         for name, command in self._commands.items():
             if command.in_viewport:
                 viewport.addAction(self.all[name])
+        viewport.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
+        """A key comes as such only where no command that can run has taken it."""
+        if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
+            return False
+        # Esc with nothing to cancel is no mistake.
+        if event.key() != Qt.Key.Key_Escape and not event.isAutoRepeat():
+            self._say_why_not(QKeySequence(event.keyCombination()))
+        return False
+
+    def _say_why_not(self, pressed: QKeySequence) -> None:
+        for name, command in self._commands.items():
+            if command.in_viewport and pressed in self.all[name].shortcuts():
+                reason = command.why_not()
+                if reason is not None:
+                    self.refused.emit(as_sentence(reason))
+                    return
 
     def of_viewport(self) -> list[QAction]:
         """The actions of the commands whose plain keys belong to the viewport."""

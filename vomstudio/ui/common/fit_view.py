@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from vomstudio.document import catalogue
@@ -12,6 +13,7 @@ from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.kinds import kind_named
 from vomstudio.document.measurement import Measurement
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import orientation_text
 from vomstudio.words import to_translate, tr
 
@@ -112,6 +114,8 @@ class FitView(QWidget):
             label, value = QLabel(tr(line.title)), QLabel("–")
             label.setToolTip(tr(line.tip))
             value.setToolTip(tr(line.tip))
+            explain(label, line.first)
+            explain(value, partial(_figure_at, value, line))
             value.setAlignment(Qt.AlignmentFlag.AlignRight)
             value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
             grid.addWidget(label, row, 0)
@@ -123,6 +127,11 @@ class FitView(QWidget):
         self._more.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._reasons = QLabel()
         self._reasons.setWordWrap(True)
+        explain(self._plane, "numbers.md#orientation")
+        explain(self._badge, catalogue.QUALITY)
+        explain(self._word, catalogue.QUALITY)
+        explain(self._reasons, catalogue.REASONS)
+        explain(self, "numbers.md")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -168,6 +177,13 @@ class FitView(QWidget):
         self._reasons.setText("\n".join(shown))
         self._reasons.setToolTip("\n".join(lines))
         self._reasons.setVisible(bool(lines))
+
+
+def _figure_at(value: QLabel, line: _Line, at: QPoint) -> Figure:
+    """Which of the two figures of a line lies under a place; the text is on the right."""
+    wide = value.fontMetrics().horizontalAdvance
+    _, between, second = value.text().partition(line.between)
+    return line.second if at.x() > value.width() - wide(second) and between else line.first
 
 
 def _text(line: _Line, measured: Measurement) -> str:

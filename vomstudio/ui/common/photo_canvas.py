@@ -24,6 +24,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from vomstudio.rendering.qt import painting
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
+from vomstudio.rendering.view.reading_place import ReadingPlace
 from vomstudio.tools.interaction_types import Button, Pointer, Preview
 from vomstudio.ui.common.photo_images import Picture
 
@@ -105,6 +106,7 @@ class PhotoCanvas(QWidget):
         self._drawn: Sequence[Drawn] = ()
         self._selected: frozenset[str] = frozenset()
         self._preview: Preview | None = None
+        self._reading_place = ReadingPlace()
         self._cross: Array | None = None
         self._spot: Array | None = None
         self._cursor: QPointF | None = None
@@ -260,7 +262,7 @@ class PhotoCanvas(QWidget):
             self._paint_cross(painter, self._spot, 11.0, QColor("#56b4e9"))
         if self._preview is not None and self.look_through is not None:
             extent = float(self.width()), float(self.height())
-            eye = PreviewPainter(painter, _Eye(self), extent, self._project)
+            eye = PreviewPainter(painter, _Eye(self), extent, self._project, self._reading_place)
             shown = self._cursor if self.underMouse() else None
             hot = self._handle_at(shown) if shown is not None else None
             eye.paint(self._preview, shown, hot)

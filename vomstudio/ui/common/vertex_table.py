@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from math import isfinite
 from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Qt
@@ -10,6 +11,7 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTab
 
 from vomstudio.document.records import Matrix, Model, get
 from vomstudio.geometry import transform
+from vomstudio.geometry.places import why_no_coordinate, why_not_at
 from vomstudio.geometry.units import UNPLACED
 from vomstudio.tools.polyline import PolylineTool
 from vomstudio.ui.common.studio import Studio
@@ -88,7 +90,19 @@ class VertexTable(QTableWidget):
         point[item.column()] = value
         if rows:
             point = [float(v) for v in transform.apply(transform.invert(rows), [point])[0]]
+        if (said := self._why_not_at(point)) is not None:
+            self._studio.warn(said)
+            self.refresh()
+            return
         tool.move_vertex(index, (point[0], point[1], point[2]))
+
+    def _why_not_at(self, point: list[float]) -> str | None:
+        """A sentence where a point in the model's own frame cannot be a place on it."""
+        model = self._model()
+        opened = None if model is None else self._studio.models.get(model.id)
+        if opened is None:
+            return why_no_coordinate(point)
+        return why_not_at(point, opened.data.bounds)
 
 
 def parse_number(text: str) -> float | None:
@@ -107,4 +121,4 @@ def parse_number(text: str) -> float | None:
         value = float(plain.replace(",", "."))
     except ValueError:
         return None
-    return value if abs(value) < 1e300 else None
+    return value if isfinite(value) else None

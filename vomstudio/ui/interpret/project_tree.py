@@ -33,6 +33,7 @@ from vomstudio.document.kinds import GROUPS, KINDS, group_of, kind_of
 from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.feature_row import Row, row_of
@@ -66,6 +67,7 @@ class ProjectTree(QWidget):
         photos: TreePhotos,
     ) -> None:
         super().__init__()
+        explain(self, "projects.md")
         self._studio, self._photos = studio, photos
         self._menus = TreeMenus(studio, self, menu_actions, edit_type, self.change_type)
         self._items: dict[str, QTreeWidgetItem] = {}

@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document.edit import Edit
+from vomstudio.ui.common.explained import Explained, explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.copied_rows import as_text
 from vomstudio.ui.interpret.filter_line import FilterLine
@@ -64,6 +65,10 @@ class TablePanel(QWidget):
         header.customContextMenuRequested.connect(
             lambda at: self.column_menu().exec(header.mapToGlobal(at))
         )
+        explain(header, lambda at: self._explained(header.logicalIndexAt(at)))
+        explain(self.view, lambda _: self._explained(self.view.currentIndex().column()))
+        port = self.view.viewport()
+        explain(port, lambda at: self._explained(self.view.columnAt(at.x())))
         copy = QShortcut(QKeySequence.StandardKey.Copy, self.view)
         copy.setContext(Qt.ShortcutContext.WidgetShortcut)
         copy.activated.connect(self.copy_rows)
@@ -100,6 +105,11 @@ class TablePanel(QWidget):
         studio.settings_changed.connect(self._settings_changed)
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(self._show_selection)
+
+    def _explained(self, column: int) -> Explained | None:
+        if not 0 <= column < len(COLUMNS):
+            return None
+        return COLUMNS[column].figure or "numbers.md#orientation"
 
     def _settings_changed(self) -> None:
         settings = self._studio.settings

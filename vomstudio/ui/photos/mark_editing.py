@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.errors import VomError
 from vomstudio.photogrammetry.place.mark_prediction import BAD_PX
+from vomstudio.ui.common import file_filters
 from vomstudio.ui.photos.mark_canvas import MARK, MarkCanvas, ShownMark
 from vomstudio.ui.photos.opened_photo import OpenedPhoto
 from vomstudio.ui.photos.photo_marks import PhotoMarks
@@ -109,8 +110,7 @@ class MarkEditing(QObject):
     def import_table(self, folder: Path, parent: QWidget, *, marks: bool) -> None:
         """Ask for a file, beginning in `folder`, and import its control points or its marks."""
         title = tr("Import image marks") if marks else tr("Import control points")
-        kinds = tr("Tables (*.csv *.txt *.tsv);;All files (*)")
-        name, _ = QFileDialog.getOpenFileName(parent, title, str(folder), kinds)
+        name, _ = QFileDialog.getOpenFileName(parent, title, str(folder), file_filters.control())
         if not name:
             return
         try:

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fitting_texts import FittingTexts
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
@@ -73,6 +74,7 @@ class PhotosPanel(QWidget):
 
     def __init__(self, survey: PhotoSurvey, actions: dict[str, QAction]) -> None:
         super().__init__()
+        explain(self, "photos.md#what-the-survey-check-looks-at")
         self._survey, self._actions = survey, actions
         self.quality = ComboBox()
         self.quality.setObjectName("quality")

@@ -26,6 +26,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.errors import GeometryError
+from vomstudio.geometry.places import why_no_coordinate
 from vomstudio.io.control.points import ControlPoint
 from vomstudio.io.text.rows import parse_number
 from vomstudio.photogrammetry.place.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
@@ -313,6 +314,9 @@ class PointsBox(QGroupBox):
             x, y, z, sigma = values
             if x is None or y is None or z is None:
                 # The others are still to be typed.
+                return
+            if (said := why_no_coordinate((x, y, z))) is not None:
+                self.said.emit(said, "warning")
                 return
             if sigma is not None and not sigma > 0:
                 self.said.emit(tr("The accuracy of a point must be positive."), "warning")

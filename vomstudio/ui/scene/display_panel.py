@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import isfinite
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PySide6.QtCore import QLocale, QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
@@ -24,6 +26,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document.records import Model
+from vomstudio.geometry.places import why_no_coordinate, why_not_at
 from vomstudio.rendering.view.clipping import FACES, ClipBox
 from vomstudio.rendering.view.scalars import (
     ELEVATION,
@@ -35,6 +38,7 @@ from vomstudio.rendering.view.scalars import (
     title_of,
 )
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, Scrolling, narrow_form
 from vomstudio.words import to_translate, tr
@@ -57,9 +61,14 @@ class DisplayPanel(QWidget):
     """current : gives the model whose field is chosen here"""
 
     def __init__(
-        self, studio: Studio, actions: dict[str, QAction], current: Callable[[], Model | None]
+        self,
+        studio: Studio,
+        actions: dict[str, QAction],
+        current: Callable[[], Model | None],
     ) -> None:
         super().__init__()
+        explain(self, "window.md#look-as-you-need")
+        self._models_box: Callable[[], ClipBox | None] = lambda: None
         self._studio, self._display, self._current = studio, studio.display, current
         self._view_display: Display | None = None
         page = QWidget()
@@ -82,8 +91,10 @@ class DisplayPanel(QWidget):
             signal.connect(self.refresh)
         self.refresh()
 
-    def watch(self, viewport: Viewport) -> None:
-        """Show the field ranges of this viewport from now on."""
+    def watch(self, viewport: Viewport, models_box: Callable[[], ClipBox | None]) -> None:
+        """Show the field ranges of this viewport from now on. models_box : around all visible
+        models"""
+        self._models_box = models_box
         self._view_display = viewport.display
         viewport.field_shown.connect(self.refresh)
 
@@ -233,6 +244,8 @@ class DisplayPanel(QWidget):
         text = edit.text().strip().replace(",", ".").replace("−", "-")
         try:
             value = float(text) if text else None
+            if value is not None and not isfinite(value):
+                raise ValueError(text)
         except ValueError:
             self._studio.warn(tr("“{text}” is not a number. The range is unchanged.", text=text))
             self.refresh()
@@ -266,7 +279,21 @@ class DisplayPanel(QWidget):
         box = self._display.box
         if box is not None:
             axis, side = FACES[face]
+            if (said := self._why_not_there(axis, value)) is not None:
+                self._studio.warn(said)
+                self._show_clip()
+                return
             self._display.set_clip(box.with_face(axis, side, value))
+
+    def _why_not_there(self, axis: int, value: float) -> str | None:
+        """A sentence where a face of the box would be far from all models."""
+        around = self._models_box()
+        if around is None:
+            return why_no_coordinate((value,))
+        bounds = np.array([around.low, around.high])
+        point = bounds.mean(axis=0)
+        point[axis] = value
+        return why_not_at(point.tolist(), bounds)
 
     # --- what is shown here ------------------------------------------------------------------
     def _scale(self) -> Scale | None:

@@ -7,6 +7,7 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.camera_view import CameraView
@@ -15,6 +16,7 @@ from vomstudio.ui.scene.view_history import ViewHistory
 from vomstudio.words import tr
 
 _KEEP_CAMERA_MS = 500
+_READING = "numbers.md#the-live-reading"
 
 
 class OutcropView(QObject):
@@ -42,6 +44,7 @@ class OutcropView(QObject):
         self._presenter = ScenePresenter(self._studio, viewport)
         self._presenter.rebuild()
         self._cameras.watch(viewport)
+        explain(viewport, lambda _: _READING if viewport.reading_place.box else None)
 
     def follow_camera(self) -> None:
         """Send `turned` at every move of the camera from now on, and apply the settings."""

@@ -31,6 +31,7 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.rendering.view.first_view import first_view
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
@@ -47,6 +48,7 @@ class ViewPanel(QWidget):
 
     def __init__(self, studio: Studio, look: Callable[[float, float], None]) -> None:
         super().__init__()
+        explain(self, "numbers.md#the-view-direction")
         self._studio = studio
         self._look = look
         self._direction = Line(0.0, 0.0)

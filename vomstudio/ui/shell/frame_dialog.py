@@ -23,6 +23,7 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import crs_name, parse_crs
 from vomstudio.ui.common.crs_field import CrsField
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.long_boxes import make_room_for_text
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.model_loading import OpenModel
@@ -43,6 +44,7 @@ class FrameDialog(QDialog):
 
     def __init__(self, parent: QWidget, model: Model, opened: OpenModel | None) -> None:
         super().__init__(parent)
+        explain(self, "conventions.md#frames")
         self.setWindowTitle(tr("Frame of {model}", model=model.name))
         self.setMinimumWidth(480)
         self.frame = model.frame

@@ -6,9 +6,11 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 
 from vomstudio.paths import documentation
 from vomstudio.ui.common.actions import Actions, Command
+from vomstudio.ui.common.explained import explained_here
 from vomstudio.ui.common.long_boxes import show_long_text
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.shell.failure_notices import Host, save_report
+from vomstudio.ui.shell.help_pages import address_of
 from vomstudio.version import __version__
 from vomstudio.words import to_translate, tr
 
@@ -33,11 +35,25 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
 
         dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation()))
 
+    def explain() -> None:
+        what = explained_here()
+        if what is None:
+            _shortcuts(parent, actions)
+            return
+        from vomstudio.ui.shell.help_window import HelpWindow
+
+        dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation())).go_to(
+            what if isinstance(what, str) else address_of(what)
+        )
+
     return [
         Command("documentation", tr("&Documentation"), read, "book-open-outline", (),
                 tr("First steps, what the numbers mean, commands and file formats.")),
+        Command("explain", tr("&Explain this"), explain, "help-circle-outline", "F1",
+                tr("Opens the documentation at what is under the cursor, or has the focus; over "
+                   "the outcrop the list of shortcuts."), everywhere=True),
         Command("shortcuts", tr("&Shortcuts"), lambda: _shortcuts(parent, actions),
-                "keyboard-outline", "F1"),
+                "keyboard-outline"),
         Command("save_report", tr("Save &report…"), lambda: save_report(host, parent),
                 "file-alert-outline", (),
                 tr("An error report as text. Read it before you pass it on.")),

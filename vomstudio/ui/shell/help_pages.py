@@ -6,8 +6,13 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from vomstudio.document.figures import Figure
 
 FIRST = "index.md"
+_NUMBERS = "numbers.md"
 _LINK = re.compile(r"\]\(([\w-]+\.md)(?:#[\w-]*)?\)")
 _HEADING = re.compile(r"^##+ (.+)$", re.MULTILINE)
 _TITLE = re.compile(r"^# (.+)$", re.MULTILINE)
@@ -51,6 +56,16 @@ def sections_in(folder: Path) -> dict[str, list[Page]]:
 def _title(path: Path) -> str:
     found = _TITLE.search(path.read_text("utf-8"))
     return found.group(1).strip() if found else path.stem.replace("_", " ")
+
+
+def heading_of(figure: Figure) -> str:
+    """The heading under which a figure is explained on the page of numbers."""
+    return f"{figure.title} ({figure.name})"
+
+
+def address_of(figure: Figure) -> str:
+    """Where a figure is explained: "PAGE.md#HEADING"."""
+    return f"{_NUMBERS}#{anchor(heading_of(figure))}"
 
 
 def anchor(heading: str) -> str:

@@ -155,6 +155,10 @@ class HelpWindow(QDialog):
         self.view.shown.connect(self._show_which)
         self.list.setCurrentRow(0)
 
+    def go_to(self, address: str) -> None:
+        """Open a page; address : "PAGE.md", or "PAGE.md#HEADING" for a place in it"""
+        self.view.follow(QUrl(address))
+
     def _bar(self) -> QHBoxLayout:
         back, forward = QPushButton(tr("Back")), QPushButton(tr("Forward"))
         for button, icon, step in (

@@ -166,7 +166,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.analyse import net_commands, ortho_commands, profile_dialog
         from vomstudio.ui.interpret import feature_commands, line_commands, tool_panels
         from vomstudio.ui.scene import display_commands
-        from vomstudio.ui.shell import compact_commands, help_commands
+        from vomstudio.ui.shell import compact_commands, help_commands, tour
 
         studio, view = self.studio, self.view
         self._of_tools = tool_panels.commands(studio)
@@ -181,6 +181,7 @@ class MainWindow(QMainWindow):
             *display_commands.commands(studio, view, self.cameras, self.docks),
             *compact_commands.commands(studio, self),
             *help_commands.commands(self.actions_table, self, self._dialogs, self),
+            *tour.commands(studio, self.actions_table.all, view, self.docks, self),
         ]
 
     def _make_centre(self) -> None:
@@ -273,6 +274,7 @@ class MainWindow(QMainWindow):
     def _connect(self) -> None:
         studio = self.studio
         studio.notice.connect(self._notices.show)
+        self.actions_table.refused.connect(studio.hint)
         studio.history_changed.connect(self._refresh)
         studio.selection_changed.connect(self._refresh)
         studio.project_opened.connect(self._refresh)
@@ -335,7 +337,7 @@ class MainWindow(QMainWindow):
         self.cameras.chosen.connect(self.photos_panel.choose)
         self.photos_panel.opened.connect(self.photo_opening.open)
         self.workspaces.leaving.connect(viewport.moves.stay)
-        self.display_panel.watch(viewport)
+        self.display_panel.watch(viewport, self.view.models_box)
         self.in_photos.watch(viewport)
         self.in_photos.listed.connect(self.actions_table.refresh)
         self._photo_shown.pointer.connect(self.status_line.show_pointer)
@@ -382,9 +384,8 @@ class MainWindow(QMainWindow):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:  # noqa: N802
-        for path in dragged_files(event):
-            if self._filled:
-                self.open_path(path)
+        for path in dragged_files(event) if self._filled else ():
+            self.open_path(path)
         event.acceptProposedAction()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
@@ -392,8 +393,8 @@ class MainWindow(QMainWindow):
         on_outcrop = self._filled and self.photo_tab.seen is None
         if event.key() == Qt.Key.Key_Escape and on_outcrop and self.studio.open_tool is not None:
             self.studio.cancel_tool()
-            return
-        super().keyPressEvent(event)
+        else:
+            super().keyPressEvent(event)
 
     # --- state -------------------------------------------------------------------------------
     def _tool_changed(self, name: str) -> None:
@@ -421,7 +422,6 @@ class MainWindow(QMainWindow):
     # --- end ---------------------------------------------------------------------------------
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self._filled:
-            event.accept()
             return
         if not self.photo_opening.may_close() or not self.files.ask_to_keep():
             event.ignore()

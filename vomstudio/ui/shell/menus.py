@@ -47,7 +47,7 @@ MENUS = (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
         "intersection_of_sets", "|", "orthophoto", "|", "verdict_profile", "|", "show_stereonet")),
     (to_translate("&Help"), (
-        "documentation", "shortcuts", "save_report", "|", "about")),
+        "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip
 
 _TOOLBAR = ("open", "save", "|", "navigate", "+tools", "|",

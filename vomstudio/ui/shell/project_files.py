@@ -4,27 +4,28 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtWidgets import QFileDialog, QMenu, QMessageBox, QWidget
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtWidgets import QDialog, QFileDialog, QMenu, QMessageBox, QWidget
 from shiboken6 import isValid
 
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import VomError
 from vomstudio.io.gis.crs import world_crs
-from vomstudio.io.models.registry import extensions
 from vomstudio.io.project.export import export_records
 from vomstudio.io.project.folder import SUFFIX, is_project
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
+from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog
-from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate, tr, tr_n
 from vomstudio.workspace.discarded_work import discarded_works
 
 _EXPORTS = {
@@ -45,6 +46,7 @@ class Files(QObject):
         super().__init__(parent)
         self._parent, self._studio, self._survey = parent, studio, survey
         self._frame_dialog: FrameDialog | None = None
+        self._to_ask: list[str] = []
 
     def project_name(self) -> str:
         """Name of the open project for titles; "untitled" where it has none."""
@@ -60,12 +62,11 @@ class Files(QObject):
 
     def choose_model(self) -> None:
         """Ask for files of models and open them."""
-        patterns = " ".join(f"*{e} *{e.upper()}" for e in extensions())
         names, _ = QFileDialog.getOpenFileNames(
             self._parent,
             tr("Open model"),
             start_folder(self._studio),
-            ";;".join((tr("Models ({patterns})", patterns=patterns), tr("All files (*)"))),
+            file_filters.models(),
         )
         for name in names:
             self.open_path(Path(name))
@@ -225,8 +226,13 @@ class Files(QObject):
     def declare_frame(self, model_id: str | None = None) -> None:
         """Show the frame dialog for a model; without an id for the current one.
 
-        It stands beside the window, since which way is up is seen by turning the model.
+        It stands beside the window, since which way is up is seen by turning the model. Models that
+        come while one is asked about are asked about after it.
         """
+        now = self._frame_dialog
+        if model_id is not None and now is not None and isValid(now) and now.isVisible():
+            self._to_ask.append(model_id)
+            return
         model = self._studio.records.get(model_id) if model_id else current_model(self._studio)
         if not isinstance(model, Model):
             return
@@ -235,10 +241,30 @@ class Files(QObject):
         dialog = FrameDialog(self._parent, model, self._studio.models.get(model.id))
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self._declare(model.id, dialog.frame))
+        dialog.finished.connect(self._ask_next)
         self._studio.project_opened.connect(dialog.close)
         fit_to_screen(dialog)
         self._frame_dialog = dialog
         dialog.show()
+
+    def _ask_next(self, answer: int) -> None:
+        """Who leaves one question unanswered is not asked the others."""
+        waiting = [i for i in self._to_ask if isinstance(self._studio.records.get(i), Model)]
+        self._to_ask = waiting[1:] if answer == QDialog.DialogCode.Accepted else []
+        if not waiting:
+            return
+        if answer == QDialog.DialogCode.Accepted:
+            QTimer.singleShot(0, self, partial(self.declare_frame, waiting[0]))
+            return
+        self._studio.warn(
+            tr_n(
+                "The frame of {count} more model is not declared. Choose it in the project tree, "
+                "then Model > Declare frame.",
+                "The frames of {count} more models are not declared. Choose each in the project "
+                "tree, then Model > Declare frame.",
+                len(waiting),
+            )
+        )
 
     def _declare(self, model_id: str, frame: Frame) -> None:
         """Apply a declared frame; a registration is replaced only with the user's consent."""
@@ -269,7 +295,10 @@ class Files(QObject):
         if model is None:
             return
         name, _ = QFileDialog.getOpenFileName(
-            self._parent, tr("Locate {model}", model=model.name), start_folder(self._studio)
+            self._parent,
+            tr("Locate {model}", model=model.name),
+            start_folder(self._studio),
+            file_filters.models(),
         )
         if name:
             self._studio.locate_model(model.id, Path(name))

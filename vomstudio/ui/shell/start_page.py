@@ -43,6 +43,13 @@ class StartPage(QFrame):
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             button.setMinimumWidth(280)
             layout.addWidget(button)
+        self._tour = QToolButton()
+        self._tour.setDefaultAction(actions["first_tour"])
+        self._tour.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self._tour.setMinimumWidth(280)
+        layout.addWidget(self._tour)
+        studio.settings_changed.connect(self._offer_tour)
+        self._offer_tour()
         self._recent = QVBoxLayout()
         layout.addSpacing(6)
         layout.addLayout(self._recent)
@@ -52,6 +59,10 @@ class StartPage(QFrame):
         whole.addWidget(Scrolling(page))
         studio.recent_changed.connect(self._fill)
         self._fill()
+
+    def _offer_tour(self) -> None:
+        """Once; later it is in the Help menu."""
+        self._tour.setVisible(self._studio.settings.offer_tour)
 
     def _fill(self) -> None:
         while (item := self._recent.takeAt(0)) is not None:

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QToolButton
 from vomstudio.document.records import Model
 from vomstudio.geometry import transform
 from vomstudio.tools.interaction_types import Pointer, PointerEvent
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.words import tr
@@ -21,6 +22,7 @@ class StatusLine(QStatusBar):
 
     def __init__(self, studio: Studio, declare: QAction) -> None:
         super().__init__()
+        explain(self, "numbers.md#the-status-line")
         self._studio = studio
         self._layers_time: datetime | None = None
         self._hint = ElidedLabel()

@@ -58,6 +58,7 @@ class FeaturePhoto(QObject):
         """Draw the features of this viewport, and show its cursor in the photo."""
         self._viewport = viewport
         viewport.pointer.connect(self._follow_cursor)
+        viewport.left.connect(lambda: self.canvas.set_cross(None))
 
     def close(self) -> None:
         self.images.close()
@@ -89,6 +90,7 @@ class FeaturePhoto(QObject):
         """Show no photo at all."""
         self.canvas.set_photo(1, 1)
         self.canvas.look_through = None
+        self.canvas.set_spot(None)
 
     def show(self, view: int, look: bool = True) -> None:
         """Show the photo of this number. look : zoom to the target"""

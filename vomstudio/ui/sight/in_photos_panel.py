@@ -20,6 +20,7 @@ from vomstudio.document.records import Feature, Model
 from vomstudio.geometry import transform
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.photo_canvas import PhotoPointer
 from vomstudio.ui.common.studio import Studio
@@ -52,6 +53,7 @@ class InPhotosPanel(QWidget):
         actions: dict[str, QAction],
     ) -> None:
         super().__init__()
+        explain(self, "photos.md#the-model-seen-in-its-photos")
         self._studio, self._links, self._actions = studio, links, actions
         self._viewport: Viewport | None = None
         self.shown, self.list, self.canvas = shown, sightings, shown.canvas

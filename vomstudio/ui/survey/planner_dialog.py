@@ -31,8 +31,10 @@ from vomstudio.io.photos.camera_table import camera_models
 from vomstudio.products.report.field_sheet import figures, write_field_sheet
 from vomstudio.survey.plan_camera import camera_of
 from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, SurveyPlan, plan_survey
+from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
@@ -82,6 +84,7 @@ class PlannerDialog(QDialog):
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
+        explain(self, "photos.md#planning-a-survey")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Plan a photo survey"))
         self.resize(1120, 720)
@@ -261,7 +264,7 @@ class PlannerDialog(QDialog):
         start = str(self._survey.folder or start_folder(self._studio))
         name, _ = QFileDialog.getOpenFileName(
             self, tr("Choose a photo taken with this camera"), start,
-            tr("Photos (*.jpg *.jpeg *.JPG *.JPEG *.tif *.tiff *.png);;All files (*)"),
+            file_filters.photos(),
         )  # fmt: skip
         if name:
             self.focal.clear()

@@ -32,16 +32,16 @@ from PySide6.QtWidgets import (
 from vomstudio.errors import VomError
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.jobs.survey_tasks import ControlFacts, MemoryFacts, PointFacts
-from vomstudio.ui.common import theme
+from vomstudio.ui.common import file_filters, theme
 from vomstudio.ui.common.crs_field import CrsField
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import gigabytes
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox, file_field
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.reconstruction_settings import QUALITIES, ReconstructionSettings
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import tr, tr_n
 
-_FILES = to_translate("Ground control (*.csv *.txt *.xml);;All files (*)")
 _TYPING_MS = 400
 _ROWS = 8
 
@@ -52,6 +52,7 @@ class ReconstructDialog(QDialog):
 
     def __init__(self, parent: QWidget, survey: PhotoSurvey, make: QAction) -> None:
         super().__init__(parent)
+        explain(self, "photos.md")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Reconstruction settings"))
         self.setMinimumWidth(720)
@@ -340,7 +341,7 @@ class ReconstructDialog(QDialog):
 
     def _browse(self, title: str, field: QLineEdit) -> str:
         start = field.text() or self.control.text() or str(self._survey.folder or "")
-        return QFileDialog.getOpenFileName(self, title, start, tr(_FILES))[0]
+        return QFileDialog.getOpenFileName(self, title, start, file_filters.control())[0]
 
     def _make(self) -> None:
         self._choose()

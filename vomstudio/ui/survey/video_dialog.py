@@ -23,16 +23,15 @@ from PySide6.QtWidgets import (
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder, TakenFrames
 from vomstudio.survey.video import DEFAULT_FPS, is_ours
+from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.common.widgets import file_field
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import tr, tr_n
 from vomstudio.workspace.running_jobs import RunningJob
 
-_VIDEOS = to_translate(
-    "Videos (*.mp4 *.MP4 *.mov *.MOV *.avi *.AVI *.mkv *.m4v *.mts *.MTS);;All files (*)"
-)
 _SHOWN_GAPS = 6
 
 
@@ -43,6 +42,7 @@ class VideoDialog(QDialog):
         self, parent: QWidget, studio: Studio, open_photos: Callable[[Path], None]
     ) -> None:
         super().__init__(parent)
+        explain(self, "photos.md#frames-from-a-video")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Frames from a video"))
         self.setMinimumWidth(620)
@@ -102,7 +102,10 @@ class VideoDialog(QDialog):
     # --- choosing ----------------------------------------------------------------------------
     def _browse_video(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
-            self, tr("Choose a video of the outcrop"), start_folder(self._studio), tr(_VIDEOS)
+            self,
+            tr("Choose a video of the outcrop"),
+            start_folder(self._studio),
+            file_filters.videos(),
         )
         if name:
             self.choose_video(Path(name))

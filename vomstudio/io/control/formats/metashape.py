@@ -145,4 +145,5 @@ CONTROL_FORMAT = ControlFormat(
     marks=marks_of,
     crs=crs_of,
     holds_marks=True,
+    extensions=(".xml",),
 )

@@ -124,4 +124,5 @@ CONTROL_FORMAT = ControlFormat(
     marks=marks_of,
     crs=crs_of,
     certain=False,
+    extensions=(".xml",),
 )

@@ -179,4 +179,5 @@ CONTROL_FORMAT = ControlFormat(
     crs=crs_of,
     holds_marks=True,
     found_as=("gcp_list.txt",),
+    extensions=(".txt",),
 )

@@ -18,7 +18,7 @@ from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
 from vomstudio.io.text.encodings import as_utf8
-from vomstudio.io.text.tables import TextTable, read_table
+from vomstudio.io.text.tables import TABLE_ENDINGS, TextTable, read_table
 from vomstudio.words import to_translate, tr
 
 _IN_COMMENT = re.compile(r"[#\s]*(?:CRS\s*[:=]?\s*)?(EPSG:\d+\b|[A-Z]+CRS\[.*\])", re.IGNORECASE)
@@ -160,4 +160,5 @@ CONTROL_FORMAT = ControlFormat(
     marks=marks_of,
     crs=crs_of,
     certain=False,
+    extensions=TABLE_ENDINGS,
 )

@@ -6,6 +6,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.tools.line import LineTool
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.number_formatting import slip_names
 from vomstudio.ui.common.plane_box import PlaneBox
@@ -26,6 +27,7 @@ class LinePanel(QWidget):
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
+        explain(self, "window.md#lines-and-lengths")
         self._studio = studio
         self._tool = studio.tool_of(LineTool)
         self.type_box = TypeBox(studio, lines_first=True)

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.document.kinds.dimension import KINDS, words
 from vomstudio.tools.measure import MeasureTool
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
@@ -39,6 +40,7 @@ class MeasurePanel(QWidget):
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
+        explain(self, "window.md#lines-and-lengths")
         self._studio = studio
         self._tool = studio.tool_of(MeasureTool)
         self.kind_box = ComboBox()

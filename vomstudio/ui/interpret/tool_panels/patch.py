@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.measurement_cache import Measurement
 from vomstudio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS, PatchTool
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
@@ -34,6 +35,7 @@ class PatchPanel(QWidget):
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
+        explain(self, "window.md#paint-a-patch")
         self._studio = studio
         self._tool = studio.tool_of(PatchTool)
         self._shown: Measurement | None = None

@@ -6,6 +6,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.tools.trace import TraceTool
+from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
@@ -24,6 +25,7 @@ class TracePanel(QWidget):
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
+        explain(self, "window.md#pick-a-trace")
         self._studio = studio
         self._tool = studio.tool_of(TraceTool)
         self.type_box = TypeBox(studio)

@@ -1,0 +1,122 @@
+"""The live reading covers neither what is being picked nor the cursor."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely.geometry import LineString, box
+
+from vomstudio.rendering.view.reading_place import Picked, ReadingPlace, _lengths_in
+
+VIEW = (900.0, 600.0)
+SIZE = (210.0, 80.0)
+
+
+def rectangle(place: tuple[float, float, float, float]):
+    x, y, wide, high = place
+    return box(x, y, x + wide, y + high)
+
+
+pixel = st.tuples(st.floats(0, 900), st.floats(0, 600))
+
+
+@given(st.lists(pixel, min_size=2, max_size=12), pixel, st.booleans())
+@settings(max_examples=200, deadline=None)
+def test_wherever_some_place_is_free_nothing_is_covered(line, cursor, rubber):
+    """Judged by Shapely: if the box covers anything, then so would a box at every corner."""
+    drawn = LineString([*line, cursor]) if rubber else LineString(line)
+    picked = Picked(np.array(line), cursor, np.array(cursor) if rubber else None)
+    _, place = ReadingPlace().choose([SIZE], VIEW, picked)
+    shown = rectangle(place)
+    x, y, wide, high = place
+    assert min(x, y) >= 0
+    assert x + wide <= VIEW[0]
+    assert y + high <= VIEW[1]
+    if not shown.buffer(7.5).intersects(drawn):
+        inside = x < cursor[0] < x + wide and y < cursor[1] < y + high
+        assert not inside
+        return
+    for a in (4.0, VIEW[0] - 4.0 - SIZE[0]):
+        for b in (4.0, VIEW[1] - 4.0 - SIZE[1]):
+            corner = box(a, b, a + SIZE[0], b + SIZE[1]).buffer(20.0)
+            at = box(cursor[0] - 10, cursor[1] - 10, cursor[0] + 10, cursor[1] + 10)
+            assert corner.intersects(drawn) or corner.intersects(at)
+
+
+@given(st.tuples(pixel, pixel), pixel, st.floats(1, 400), st.floats(1, 300))
+@settings(max_examples=200, deadline=None)
+def test_the_covered_length_is_that_of_shapely(ends, corner, wide, high):
+    found = _lengths_in((*corner, wide, high), np.array(ends, float).reshape(1, 4))
+    want = LineString(ends).intersection(rectangle((*corner, wide, high))).length
+    assert found[0] == pytest.approx(want, abs=1e-6)
+
+
+def test_it_stands_beside_the_cursor_and_never_ahead_of_the_line():
+    """Picking to the right and downwards: the place to the right below is where one looks next."""
+    line = np.array([[100.0, 100.0], [300.0, 200.0]])
+    place = ReadingPlace()
+    _, found = place.choose([SIZE], VIEW, Picked(line, (400.0, 250.0), np.array([400.0, 250.0])))
+    ahead = LineString([(400.0, 250.0), (500.0, 300.0)])
+    assert not rectangle(found).intersects(ahead)
+    assert rectangle(found).distance(LineString([(400, 250), (400, 250.1)])) < 40.0
+
+
+def test_it_keeps_its_side_while_that_is_free():
+    place, sides = ReadingPlace(), set()
+    line = np.array([[150.0, 300.0], [300.0, 300.0]])
+    for y in np.linspace(280.0, 320.0, 60):
+        picked = Picked(line, (450.0, y), np.array([450.0, y]))
+        place.choose([SIZE], VIEW, picked)
+        sides.add(place.side)
+    assert len(sides) == 1
+
+
+def test_it_comes_back_from_an_edge_only_to_ample_room():
+    """A comb of lines round the cursor drives it to the edge; as the comb opens it stays there
+    longer than it took to drive it off."""
+
+    def comb(gap: float) -> Picked:
+        rows = [[(200.0, y), (700.0, y)] for y in (300 - 90 - gap, 300 + 110 + gap)]
+        zigzag = [p for row in rows for p in row]
+        return Picked(np.array(zigzag), (450.0, 300.0))
+
+    place = ReadingPlace()
+    place.choose([SIZE], VIEW, comb(60.0))
+    assert place.side < 6
+    closing = [g for g in np.arange(60.0, -60.0, -2.0) if step(place, comb(g)) >= 6]
+    assert closing
+    opening = [g for g in np.arange(-60.0, 120.0, 2.0) if step(place, comb(g)) < 6]
+    assert opening
+    assert opening[0] > closing[0] + 10.0
+    assert opening == [g for g in np.arange(-60.0, 120.0, 2.0) if g >= opening[0]]
+
+
+def step(place: ReadingPlace, picked: Picked) -> int:
+    place.choose([SIZE], VIEW, picked)
+    return place.side
+
+
+def test_where_only_the_first_line_finds_a_place_it_stands_alone():
+    rows = np.arange(0.0, 600.0, 70.0)
+    line = np.array([(x, y) for i, y in enumerate(rows) for x in ((0, 900), (900, 0))[i % 2]])
+    line = np.array([(x, y) for x, y in line])
+    picked = Picked(line, (450.0, 315.0))
+    number, found = ReadingPlace().choose([SIZE, (120.0, 26.0)], VIEW, picked)
+    assert number == 1
+    assert not rectangle(found).buffer(7.0).intersects(LineString(line))
+
+
+def test_points_behind_the_viewer_are_no_hindrance():
+    line = np.array([[100.0, 100.0], [np.nan, np.nan], [700.0, 500.0]])
+    number, found = ReadingPlace().choose([SIZE], VIEW, Picked(line, (400.0, 300.0)))
+    assert number == 0
+    assert np.isfinite(found).all()
+
+
+def test_a_brush_keeps_its_ring_free():
+    picked = Picked(np.zeros((0, 2)), (450.0, 300.0), None, np.zeros((0, 2)), 90.0)
+    _, found = ReadingPlace().choose([SIZE], VIEW, picked)
+    x, y, wide, high = found
+    assert x >= 540.0 or x + wide <= 360.0 or y >= 390.0 or y + high <= 210.0

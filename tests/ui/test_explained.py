@@ -1,0 +1,133 @@
+"""F1 explains the figure under the cursor, and every figure that is shown is explained."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint
+from PySide6.QtGui import QCursor
+from PySide6.QtWidgets import QApplication, QLabel
+
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import catalogue, slip_figures
+from vomstudio.document.figures import Figure
+from vomstudio.paths import documentation
+from vomstudio.ui.common.explained import explanation_of
+from vomstudio.ui.interpret.table_model import COLUMNS
+from vomstudio.ui.shell.help_pages import address_of, anchor, heading_of
+from vomstudio.ui.shell.help_window import HelpWindow
+
+ROOT = Path(__file__).resolve().parents[2]
+SHOWN = {
+    figure.name: figure
+    for figure in (
+        *catalogue.ORIENTATION,
+        catalogue.TO_PICK,
+        catalogue.ANGLE,
+        *(f for f in vars(slip_figures).values() if isinstance(f, Figure)),
+        *(column.figure for column in COLUMNS if column.figure is not None),
+    )
+}
+
+
+def sections(page: str) -> dict[str, str]:
+    """The text under each heading of a page, by its anchor."""
+    text = (documentation() / page).read_text("utf-8")
+    parts = re.split(r"^#+ (.+)$", text, flags=re.MULTILINE)
+    return {anchor(h): t.strip() for h, t in zip(parts[1::2], parts[2::2], strict=True)}
+
+
+def test_every_figure_of_the_catalogue_has_its_section_with_the_explanation_of_the_tooltip():
+    written = sections("numbers.md")
+    for figure in SHOWN.values():
+        text = written.get(anchor(heading_of(figure)))
+        assert text is not None, f"docs/numbers.md has no heading '{heading_of(figure)}'"
+        assert text.startswith(figure.explanation.rstrip(".")), figure.name
+        assert all(f"“{word}”" in text for word in figure.words), figure.name
+    assert len(written) == len(re.findall(r"^#", (documentation() / "numbers.md").read_text(),
+                                          re.MULTILINE))  # fmt: skip
+
+
+def test_every_address_in_the_program_is_a_heading_of_the_documentation():
+    found = set()
+    for path in (ROOT / "vomstudio" / "ui").rglob("*.py"):
+        found |= set(re.findall(r'"([a-z_]+\.md)(?:#([^"\]]*))?"', path.read_text("utf-8")))
+    addresses = {(page, place) for page, place in found if place}
+    assert len(addresses) >= 15
+    for page, _ in found:
+        if page != "PAGE.md":
+            assert (documentation() / page).is_file(), page
+    for page, place in addresses - {("PAGE.md", "HEADING")}:
+        assert place in sections(page), (page, place)
+
+
+def test_links_on_the_page_of_numbers_lead_somewhere():
+    text = (documentation() / "numbers.md").read_text("utf-8")
+    links = re.findall(r"\]\(([\w.]*)#([^)]+)\)", text)
+    assert len(links) > 10
+    for page, place in links:
+        assert place in sections(page or "numbers.md"), (page, place)
+
+
+@pytest.fixture
+def selected(window, studio):
+    add_cliff(studio)
+    add_bed(studio, "t1", "B01")
+    studio.selection.set(["t1"])
+    window.resize(1400, 900)
+    QApplication.processEvents()
+    return window
+
+
+def explained_at(widget, at: QPoint):
+    return explanation_of(widget, widget.mapToGlobal(at))
+
+
+def test_each_figure_of_the_properties_is_explained_where_it_stands(selected):
+    names = set()
+    for label in selected.properties.findChildren(QLabel):
+        if not label.isVisible() or not re.search(r"\d", label.text()):
+            continue
+        for x in (1, label.width() - 2):
+            what = explained_at(label, QPoint(x, 4))
+            assert what is not None, label.text()
+            names.add(what.name if isinstance(what, Figure) else what)
+    assert {"M", "K", "coplanarity", "collinearity", "max_confidence95_deg", "rms_m"} <= names
+    assert "min_confidence95_deg" in names
+
+
+def test_each_column_of_the_table_is_explained_in_its_head_and_in_its_cells(selected):
+    view = selected.table.view
+    for column in range(view.model().columnCount()):
+        if view.isColumnHidden(column):
+            continue
+        x = view.columnViewportPosition(column) + 3
+        for widget in (view.horizontalHeader(), view.viewport()):
+            what = explained_at(widget, QPoint(x, 5))
+            assert what == (COLUMNS[column].figure or "numbers.md#orientation")
+
+
+def test_f1_opens_the_page_at_the_figure_under_the_cursor(selected):
+    view = selected.table.view
+    column = next(i for i, c in enumerate(COLUMNS) if c.figure is catalogue.MAX_CONFIDENCE)
+    x = view.columnViewportPosition(column) + 5
+    QCursor.setPos(view.viewport().mapToGlobal(QPoint(x, 5)))
+    QApplication.processEvents()
+    selected.actions_table.run("explain")
+    opened = selected._dialogs.shown(HelpWindow)
+    assert opened is not None
+    assert opened.view.page.name == "numbers.md"
+    assert opened.view.textCursor().block().text() == heading_of(catalogue.MAX_CONFIDENCE)
+    assert address_of(catalogue.MAX_CONFIDENCE).endswith("#95-max-max_confidence95_deg")
+    opened.close()
+    QApplication.processEvents()
+
+
+def test_the_shortcut_is_f1_and_acts_in_dialogs_too(selected):
+    from PySide6.QtCore import Qt
+
+    action = selected.actions_table.all["explain"]
+    assert action.shortcut().toString() == "F1"
+    assert action.shortcutContext() == Qt.ShortcutContext.ApplicationShortcut

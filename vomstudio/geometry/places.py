@@ -1,0 +1,73 @@
+"""What is a place: the limits of coordinates, decided here for fields, tables, files and arrays.
+
+A coordinate beyond them is a slip of the finger, a cell of another column or a value that stands
+for "none"; kept, it would draw nothing, lose all digits of the others, or overflow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.words import tr
+
+FARTHEST_M = 1e12
+"""Metres from the origin of any frame: its square, and that of a thousandth, are still exact
+enough, and no frame on Earth reaches there, in millimetres either."""
+FARTHEST_DIAMETERS = 10.0
+"""How far from the box of a model a place on it may be asked for, in diagonals of that box."""
+UNITS_M = (1e-9, 1e6)
+"""Metres in one unit of a model: from a nanometre to a thousand kilometres."""
+
+
+def is_unit(metres: float) -> bool:
+    """Whether one unit of a model can have so many metres."""
+    return bool(UNITS_M[0] <= metres <= UNITS_M[1])
+
+
+def no_places(points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """(n,) which of the points (n, 3) are not finite, or no metres on Earth."""
+    return np.asarray(~(np.abs(points) <= FARTHEST_M).all(axis=1))
+
+
+def why_no_coordinate(values: Iterable[float]) -> str | None:
+    """A sentence on the first of some coordinates in metres that is none; None where all are."""
+    for value in values:
+        if not abs(value) <= FARTHEST_M:
+            return tr("{value:g} is not a coordinate in metres. Correct or remove it.", value=value)
+    return None
+
+
+def why_not_at(point: Sequence[float], bounds: npt.NDArray[np.float64]) -> str | None:
+    """A sentence where a point is too far from a model to be a place on it; None where it is not.
+
+    point : (3,) and bounds : (2, 3) lowest and highest corner of the model, in the same frame
+    """
+    said = why_no_coordinate(point)
+    if said is not None:
+        return said
+    low, high = np.asarray(bounds, float)
+    size = float(np.linalg.norm(high - low))
+    outside = np.maximum(np.maximum(low - point, np.asarray(point) - high), 0.0)
+    away = float(np.linalg.norm(outside))
+    if not np.isfinite(size) or away <= FARTHEST_DIAMETERS * size:
+        return None
+    return tr(
+        "The place is {times:.0f} times the model's size away from it. Check the coordinates.",
+        times=away / max(size, 1e-300),
+    )
+
+
+def why_not_on_earth(longitude_deg: float, latitude_deg: float) -> str | None:
+    """A sentence where these are no longitude and latitude; None where they are."""
+    if not abs(latitude_deg) <= 90.0:
+        return tr(
+            "A latitude of {value:g} is not within -90 to 90. Correct it.", value=latitude_deg
+        )
+    if not abs(longitude_deg) <= 360.0:
+        return tr(
+            "A longitude of {value:g} is not within -360 to 360. Correct it.", value=longitude_deg
+        )
+    return None

@@ -1,0 +1,78 @@
+"""The reading of an unfinished feature: attitude, error and verdict in a box beside the cursor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
+
+from vomstudio.rendering.qt.painting import (
+    TEXT,
+    VERDICT_COLORS,
+    draw_verdict_shape,
+    system_font,
+)
+
+_GAP = 7.0
+_SIDE, _TOP = 10.0, 6.0
+
+
+class ReadingBox:
+    """lines : of text, the first the most important; verdict : "good", "doubtful", "poor" or
+    None"""
+
+    def __init__(self, lines: Sequence[str], verdict: str | None) -> None:
+        self._lines = list(lines) or [""]
+        self._verdict = verdict
+        self._fonts: list[QFont] = [
+            system_font(1.15, bold=True),
+            *[system_font()] * (len(self._lines) - 1),
+        ]
+        self._metrics = [QFontMetricsF(font) for font in self._fonts]
+
+    def size(self) -> tuple[float, float]:
+        """Width and height in pixels."""
+        first = self._metrics[0]
+        head = first.horizontalAdvance(self._lines[0])
+        if self._verdict:
+            head += self._icon() + 2 * _GAP + first.horizontalAdvance(self._verdict)
+        rest = zip(self._metrics[1:], self._lines[1:], strict=True)
+        wide = max([head] + [m.horizontalAdvance(text) for m, text in rest])
+        return wide + 2 * _SIDE, sum(m.height() for m in self._metrics) + 2 * _TOP
+
+    def paint(self, painter: QPainter, box: QRectF) -> None:
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        edge = QColor(VERDICT_COLORS.get(self._verdict or "", "#c8c8c8"))
+        painter.setPen(QPen(edge, 1.6))
+        painter.setBrush(QColor(18, 20, 23, 225))
+        painter.drawRoundedRect(box, 5.0, 5.0)
+        line = self._paint_head(painter, box, edge)
+        painter.setPen(QColor(225, 225, 225))
+        rest = zip(self._metrics[1:], self._fonts[1:], self._lines[1:], strict=True)
+        for metrics, font, text in rest:
+            painter.setFont(font)
+            painter.drawText(QPointF(box.left() + _SIDE, line + metrics.ascent()), text)
+            line += metrics.height()
+        painter.restore()
+
+    def _paint_head(self, painter: QPainter, box: QRectF, edge: QColor) -> float:
+        """The verdict's shape, the attitude, and the verdict's word. Where the next line begins."""
+        left, line = box.left() + _SIDE, box.top() + _TOP
+        first, icon = self._metrics[0], self._icon()
+        if self._verdict:
+            top = line + (first.height() - icon) / 2.0
+            draw_verdict_shape(painter, QRectF(left, top, icon, icon), self._verdict)
+            left += icon + _GAP
+        painter.setFont(self._fonts[0])
+        painter.setPen(TEXT)
+        painter.drawText(QPointF(left, line + first.ascent()), self._lines[0])
+        if self._verdict:
+            left += first.horizontalAdvance(self._lines[0]) + _GAP
+            painter.setPen(edge.lighter(125))
+            painter.drawText(QPointF(left, line + first.ascent()), self._verdict)
+        return line + first.height()
+
+    def _icon(self) -> float:
+        return self._metrics[0].height() * 0.82 if self._verdict else 0.0

@@ -1,0 +1,50 @@
+"""What file dialogs offer: all that the readers can read, asked of the readers themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from vomstudio.words import tr
+
+
+def _patterns(endings: Iterable[str]) -> str:
+    """In small and in capital letters: dialogs other than the system's own heed the case."""
+    both = dict.fromkeys(each for e in endings for each in (e.lower(), e.upper()))
+    return " ".join(f"*{ending}" for ending in both)
+
+
+def _and_all(kind: str) -> str:
+    return ";;".join((kind, tr("All files (*)")))
+
+
+def models() -> str:
+    """Meshes, point clouds and height models."""
+    from vomstudio.io.models.registry import extensions
+
+    return _and_all(tr("Models ({patterns})", patterns=_patterns(extensions())))
+
+
+def photos() -> str:
+    from vomstudio.io.photos.reading import PHOTO_ENDINGS
+
+    return _and_all(tr("Photos ({patterns})", patterns=_patterns(PHOTO_ENDINGS)))
+
+
+def videos() -> str:
+    from vomstudio.survey.video import VIDEO_ENDINGS
+
+    return _and_all(tr("Videos ({patterns})", patterns=_patterns(VIDEO_ENDINGS)))
+
+
+def tables() -> str:
+    """Text tables, such as those of compass readings."""
+    from vomstudio.io.text.tables import TABLE_ENDINGS
+
+    return _and_all(tr("Tables ({patterns})", patterns=_patterns(TABLE_ENDINGS)))
+
+
+def control() -> str:
+    """Ground control points, and marks of them in photos."""
+    from vomstudio.io.control.registry import extensions
+
+    return _and_all(tr("Ground control ({patterns})", patterns=_patterns(extensions())))

@@ -1,0 +1,180 @@
+"""The first tour: nine steps that point at the real window and go on when the user has done them.
+
+It blocks nothing: everything can be done at any time, in any order, or not at all. Esc ends it
+unless a feature is being picked or text edited, which Esc serves first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, QTimer
+from PySide6.QtGui import QAction, QKeyEvent
+from PySide6.QtWidgets import (
+    QAbstractSpinBox,
+    QApplication,
+    QLineEdit,
+    QPlainTextEdit,
+    QTextEdit,
+    QWidget,
+)
+from shiboken6 import isValid
+
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.scene.outcrop_view import OutcropView
+from vomstudio.ui.shell.tour_card import TourCard, TourFrame, card_place, frame_box
+from vomstudio.ui.shell.tour_steps import Step, steps
+from vomstudio.words import to_translate, tr
+
+_LOOK_MS = 150
+_END = to_translate(
+    "That was the tour. Help > Documentation goes on from here, F1 explains what is under the "
+    "cursor, and Ctrl+K finds every command."
+)
+
+
+class Tour(QObject):
+    """step : the number of the step that is shown, from 0; None while no tour is on"""
+
+    def __init__(self, window: QWidget, studio: Studio, all_steps: list[Step]) -> None:
+        super().__init__(window)
+        self._window, self._studio, self._steps = window, studio, all_steps
+        self.step: int | None = None
+        self._before: Any = None
+        self._card: TourCard | None = None
+        self._frame: TourFrame | None = None
+        self._timer = QTimer(self)
+        self._timer.setInterval(_LOOK_MS)
+        self._timer.timeout.connect(self._look)
+
+    # --- coming and going --------------------------------------------------------------------
+    def start(self) -> None:
+        """From the first step; a tour that is on begins anew."""
+        self.end()
+        self._card, self._frame = TourCard(self._window), TourFrame(self._window)
+        self._card.onward.connect(self._onward)
+        self._card.ended.connect(self.end)
+        application = QApplication.instance()
+        assert application is not None
+        application.installEventFilter(self)
+        settings = self._studio.settings
+        if settings.offer_tour:
+            settings.offer_tour = False
+            self._studio.keep_settings()
+        self._show(0)
+        self._timer.start()
+
+    def end(self) -> None:
+        """Leave the tour, wherever it is."""
+        if self._card is None or self._frame is None:
+            return
+        self._timer.stop()
+        application = QApplication.instance()
+        assert application is not None
+        application.removeEventFilter(self)
+        for widget in (self._card, self._frame):
+            widget.hide()
+            widget.deleteLater()
+        self._card = self._frame = self.step = None
+
+    # --- step after step ---------------------------------------------------------------------
+    def _show(self, number: int) -> None:
+        assert self._card is not None
+        self.step = number
+        if number == len(self._steps):
+            self._card.say(tr("The end"), tr(_END), tr("Close"))
+        else:
+            step = self._steps[number]
+            self._before = step.now()
+            self._card.say(
+                tr("Step {number} of {count}", number=number + 1, count=len(self._steps)),
+                tr(step.text),
+                tr("Next") if step.onward else tr("Skip"),
+            )
+        self._place()
+        self._card.show()
+
+    def _onward(self) -> None:
+        if self.step is None or self.step == len(self._steps):
+            self.end()
+        else:
+            self._show(self.step + 1)
+
+    def _look(self) -> None:
+        """Whether the user has done it; and the target may have moved, come or gone."""
+        if self.step is None or not isValid(self._window):
+            return
+        if self.step < len(self._steps) and self._steps[self.step].done(self._before):
+            self._show(self.step + 1)
+        else:
+            self._place()
+
+    def _place(self) -> None:
+        assert self._card is not None
+        assert self._frame is not None
+        target = None
+        if self.step is not None and self.step < len(self._steps):
+            target = self._steps[self.step].target()
+        box = None if target is None else self._box_of(target)
+        if box is None:
+            self._frame.hide()
+        else:
+            self._frame.setGeometry(frame_box(box, self._window.size()))
+            self._frame.show()
+            self._frame.raise_()
+        at = card_place(box, self._card.size(), self._window.size())
+        if self._card.pos() != at:
+            self._card.move(at)
+        self._card.raise_()
+
+    def _box_of(self, target: QWidget) -> QRect | None:
+        """In the window; None where it stands in another one, or is not seen."""
+        if target.window() is not self._window or not target.isVisible():
+            return None
+        return QRect(target.mapTo(self._window, QPoint(0, 0)), target.size())
+
+    # --- Esc ---------------------------------------------------------------------------------
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
+        if not isinstance(event, QKeyEvent) or event.key() != Qt.Key.Key_Escape:
+            return False
+        if event.modifiers() or not self._esc_is_ours():
+            return False
+        if event.type() == QEvent.Type.ShortcutOverride:
+            # Or the command that Esc stands for in the outcrop would have it.
+            event.accept()
+            return True
+        if event.type() == QEvent.Type.KeyPress:
+            self.end()
+            return True
+        return False
+
+    def _esc_is_ours(self) -> bool:
+        if QApplication.activePopupWidget() is not None or self._studio.open_tool is not None:
+            return False
+        if QApplication.activeWindow() is not self._window:
+            return False
+        edited = QLineEdit | QAbstractSpinBox | QPlainTextEdit | QTextEdit
+        return not isinstance(QApplication.focusWidget(), edited)
+
+
+def commands(
+    studio: Studio,
+    actions: Mapping[str, QAction],
+    view: OutcropView,
+    docks: Mapping[str, QWidget],
+    window: QWidget,
+) -> list[Command]:
+    """actions : of the window, which may be filled later"""
+    made: list[Tour] = []
+
+    def start() -> None:
+        if not made:
+            made.append(Tour(window, studio, steps(studio, actions, view, docks)))
+        made[0].start()
+
+    return [
+        Command("first_tour", tr("&First tour"), start, "map-marker-path", (),
+                tr("Nine short steps at the real window, from the sample to a saved project.")),
+    ]  # fmt: skip

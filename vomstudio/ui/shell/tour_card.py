@@ -1,0 +1,117 @@
+"""The card of the first tour, and the frame round the thing that it speaks of."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QPainter, QPaintEvent, QPalette, QPen
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from vomstudio.words import tr
+
+WIDTH = 264
+_GAP = 12
+_ROOM = 4
+
+
+class TourFrame(QWidget):
+    """A line round a widget. The mouse goes through it."""
+
+    def __init__(self, window: QWidget) -> None:
+        super().__init__(window)
+        self.setObjectName("tour_frame")
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        box = QRectF(self.rect()).adjusted(2.0, 2.0, -2.0, -2.0)
+        # Dark below, so that it is seen on a bright outcrop too.
+        for color, width in (
+            (self.palette().color(QPalette.ColorRole.Shadow), 4.0),
+            (self.palette().color(QPalette.ColorRole.Highlight), 2.4),
+        ):
+            painter.setPen(QPen(color, width))
+            painter.drawRoundedRect(box, 5.0, 5.0)
+
+
+class TourCard(QFrame):
+    """Says what to do next. It never takes the keyboard by itself.
+
+    onward : the user goes on without doing it; ended : the user leaves the tour
+    """
+
+    onward = Signal()
+    ended = Signal()
+
+    def __init__(self, window: QWidget) -> None:
+        super().__init__(window)
+        self.setObjectName("tour_card")
+        self.setFrameShape(QFrame.Shape.StyledPanel)
+        self.setAutoFillBackground(True)
+        self.setBackgroundRole(QPalette.ColorRole.ToolTipBase)
+        self.setForegroundRole(QPalette.ColorRole.ToolTipText)
+        self.setFixedWidth(WIDTH)
+        self._count, self._text = QLabel(), QLabel()
+        font = self._count.font()
+        font.setBold(True)
+        self._count.setFont(font)
+        self._text.setWordWrap(True)
+        for label in (self._count, self._text):
+            label.setForegroundRole(QPalette.ColorRole.ToolTipText)
+        self.next, self.end = QPushButton(tr("Skip")), QPushButton(tr("End tour"))
+        self.next.clicked.connect(self.onward)
+        self.end.clicked.connect(self.ended)
+        row = QHBoxLayout()
+        for button in (self.next, self.end):
+            # A click on it must not take the keyboard from the outcrop.
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            button.setAutoDefault(False)
+        row.addWidget(self.end)
+        row.addStretch(1)
+        row.addWidget(self.next)
+        self._layout = QVBoxLayout(self)
+        self._layout.addWidget(self._count)
+        self._layout.addWidget(self._text)
+        self._layout.addLayout(row)
+
+    def say(self, count: str, text: str, onward: str) -> None:
+        """count : as "Step 2 of 9"; onward : the text of the button"""
+        self._count.setText(count)
+        self._text.setText(text)
+        self.next.setText(onward)
+        self.end.setVisible(onward != tr("Close"))
+        self.setFixedHeight(self._layout.totalHeightForWidth(WIDTH))
+
+    @property
+    def text(self) -> str:
+        """What it says."""
+        return self._text.text()
+
+
+def frame_box(target: QRect, window: QSize) -> QRect:
+    """Round a target, inside the window."""
+    wide = target.adjusted(-_ROOM, -_ROOM, _ROOM, _ROOM)
+    return wide.intersected(QRect(QPoint(0, 0), window))
+
+
+def card_place(target: QRect | None, card: QSize, window: QSize) -> QPoint:
+    """Where the card stands in the window: beside the target, whole, and if there is any room not
+    over it; in the middle without a target."""
+    far_x, far_y = window.width() - card.width() - _GAP, window.height() - card.height() - _GAP
+    if target is None:
+        return QPoint(max(0, far_x // 2), max(0, far_y // 2))
+    places = [
+        QPoint(target.right() + _GAP, target.top()),
+        QPoint(target.left() - card.width() - _GAP, target.top()),
+        QPoint(target.left(), target.bottom() + _GAP),
+        QPoint(target.left(), target.top() - card.height() - _GAP),
+    ]
+    inside = []
+    for place in places:
+        kept = QPoint(max(0, min(place.x(), far_x)), max(0, min(place.y(), far_y)))
+        if not QRect(kept, card).intersects(target):
+            inside.append(((kept - place).manhattanLength(), kept))
+    if inside:
+        return min(inside, key=lambda one: one[0])[1]
+    return QPoint(max(0, far_x), max(0, far_y))

@@ -1,0 +1,138 @@
+"""What the first tour shows, step after step: where, what to do, and when it is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QToolBar, QToolButton, QWidget
+
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.scene.outcrop_view import OutcropView
+from vomstudio.words import to_translate
+
+_TURNED_DEG = 8.0
+
+
+@dataclass(frozen=True)
+class Step:
+    """text : noted for translation. target : the widget that is meant, None where it is not shown.
+    now : a state of which `done` is told what it was when the step began. onward : whether the
+    button says "Next": there is nothing to do but to look."""
+
+    name: str
+    text: str
+    target: Callable[[], QWidget | None]
+    now: Callable[[], Any]
+    done: Callable[[Any], bool]
+    onward: bool = False
+
+
+def button_of(action: QAction) -> QWidget | None:
+    """The visible button or toolbar entry of an action."""
+    for holder in action.associatedObjects():
+        found: QWidget | None = None
+        if isinstance(holder, QToolBar):
+            found = holder.widgetForAction(action)
+        elif isinstance(holder, QToolButton):
+            found = holder
+        if found is not None and found.isVisible():
+            return found
+    return None
+
+
+def steps(
+    studio: Studio,
+    actions: Mapping[str, QAction],
+    view: OutcropView,
+    docks: Mapping[str, QWidget],
+) -> list[Step]:
+    """Of a window with these parts."""
+
+    def viewport() -> QWidget | None:
+        return view.viewport
+
+    def button(*names: str) -> Callable[[], QWidget | None]:
+        return lambda: next((b for n in names if (b := button_of(actions[n])) is not None), None)
+
+    def dock(name: str) -> Callable[[], QWidget | None]:
+        return lambda: docks[name] if docks[name].isVisible() else None
+
+    def direction() -> np.ndarray | None:
+        return None if view.viewport is None else view.viewport.camera.direction.copy()
+
+    def turned(before: np.ndarray | None) -> bool:
+        now = direction()
+        if now is None or before is None:
+            return False
+        return bool(now @ before < np.cos(np.radians(_TURNED_DEG)))
+
+    def picked() -> int:
+        tool = studio.open_tool
+        return len(getattr(tool, "vertices", ()))
+
+    def traces() -> int:
+        return len(studio.session.of(Trace))
+
+    def looked_at(name: str) -> Callable[[Any], bool]:
+        return lambda _: docks[name].isVisible() and docks[name].underMouse()
+
+    def saved(_: object) -> bool:
+        return not (studio.project.untitled or studio.session.dirty)
+
+    dialogs = _Counter(actions["orthophoto"])
+
+    def nothing() -> None:
+        return None
+
+    return [
+        Step("open", to_translate("Open the sample outcrop: click the button, or choose it in the "
+                                  "File menu."),
+             button("open_sample", "open"), nothing, lambda _: bool(studio.models)),
+        Step("turn", to_translate("Turn the outcrop: hold the left mouse button down and drag. The "
+                                  "wheel zooms to the cursor, Home shows the whole model."),
+             viewport, direction, turned),
+        Step("trace", to_translate("Choose the trace tool, here or with the key T. It turns a line "
+                                   "of clicks into a plane."),
+             button("trace"), nothing,
+             lambda _: studio.tool_name == "trace"),
+        Step("pick", to_translate("Click at least five times along one bed, round a bend of the "
+                                  "rock where there is one. The plane is fitted as you click."),
+             viewport, nothing, lambda _: picked() >= 5),
+        Step("finish", to_translate("Press Enter to keep the trace. Undo (Ctrl+Z) takes back any "
+                                    "step, also this one."),
+             viewport, traces, lambda before: traces() > before),
+        Step("numbers", to_translate("The properties say how well the plane is known, and why. "
+                                     "Rest the cursor on a figure, and press F1 to read about it."),
+             dock("properties"), nothing, looked_at("properties"), onward=True),
+        Step("net", to_translate("The stereonet shows the same plane. Click its pole: outcrop, "
+                                 "table and net select together."),
+             dock("stereonet"), nothing, looked_at("stereonet"), onward=True),
+        Step("orthophoto", to_translate("Make a true-to-scale picture along this view: press "
+                                        "Ctrl+P, or choose Orthophoto in the Analyse menu."),
+             lambda: button("orthophoto")() or viewport(), dialogs.now, dialogs.grown),
+        Step("save", to_translate("Save the project (Ctrl+S). Until then nothing is lost either: "
+                                  "unsaved work survives a crash."),
+             button("save"), nothing, saved),
+    ]  # fmt: skip
+
+
+class _Counter:
+    """How often an action was run."""
+
+    def __init__(self, action: QAction) -> None:
+        self._times = 0
+        action.triggered.connect(self._ran)
+
+    def _ran(self) -> None:
+        self._times += 1
+
+    def now(self) -> int:
+        return self._times
+
+    def grown(self, before: int) -> bool:
+        return self._times > before
