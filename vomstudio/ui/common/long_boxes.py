@@ -40,12 +40,18 @@ def make_room_for_text(window: QWidget) -> None:
         window.resize(size.width(), min(needed, room_for(window).height()))
 
 
+def _polish(widget: QWidget) -> None:
+    """Sizes follow from the style, which Qt gives to widgets only as they are shown."""
+    widget.ensurePolished()
+    for child in widget.children():
+        if isinstance(child, QWidget):
+            _polish(child)
+
+
 def fit_to_screen(window: QWidget) -> None:
     """Make a window that is about to be shown no larger than its screen, and let a dialog scroll
     whose contents need more height than that, now or once they have grown."""
-    for widget in (window, *window.findChildren(QWidget)):
-        # Sizes follow from the style, which Qt gives to widgets that are shown only.
-        widget.ensurePolished()
+    _polish(window)
     make_room_for_text(window)
     if isinstance(window, QDialog):
         _make_room(window)
