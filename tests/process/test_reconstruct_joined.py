@@ -73,3 +73,32 @@ def test_marks_join_the_parts_and_another_run_gives_the_same_bits(
     assert again.code == 0, again.err
     with np.load(stage / "part0" / "scene.npz") as arrays:
         assert all(np.array_equal(arrays[name], before[name]) for name in arrays.files)
+
+
+def test_control_that_cannot_place_the_model_costs_no_alignment(tmp_path: Path) -> None:
+    """Marks whose rays do not meet are found after the alignment, which is kept and written."""
+    photos = photo_set.write_photos(tmp_path / "photos", 5)
+    rng = np.random.default_rng(2)
+    wide, tall = photo_set.SIZE
+    lines = ["label,photo,x,y"]
+    for label in "ABC":
+        for number in range(1, 6):
+            x, y = rng.uniform(0.1, 0.9, 2) * (wide, tall)
+            lines.append(f"{label},photo {number}.jpg,{x:.1f},{y:.1f}")
+    # Two labels at one place are told before the work, beside what follows from it.
+    lines.append(f"D,photo 1.jpg,{0.5 * wide:.1f},{0.5 * tall:.1f}")
+    lines.append(f"E,photo 1.jpg,{0.5 * wide + 1:.1f},{0.5 * tall:.1f}")
+    (tmp_path / "marks.csv").write_text("\n".join(lines) + "\n")
+    (tmp_path / "control.csv").write_text("label,x,y,z\nA,0,0,0\nB,5,0,0\nC,0,1,4\n")
+    out = tmp_path / "out"
+    end = reconstruct(
+        photos, out, "--gcp", tmp_path / "control.csv", "--marks", tmp_path / "marks.csv"
+    )
+    assert end.code == 2, end.err
+    assert "Only 0 of the 3 control points can be located in the model" in end.err
+    assert "do not meet in a place before the cameras" in end.err
+    assert "A, B, C. Check their marks." in end.err
+    assert "Traceback" not in end.err
+    assert "the points D and E are marked at the same place" in end.err
+    assert len(read_cameras(out / "cameras.json").views) >= 4
+    assert (out / "sparse.ply").stat().st_size > 1000

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from vomstudio.photogrammetry.align.mapping import residuals
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.control import place_by_control, place_by_control_files
 from vomstudio.photogrammetry.place.ground_adjustment import triangulate
+from vomstudio.registration.similarity import fit_similarity
 
 PLACES = np.array(
     [[-5, 0.2, 0], [5, 0.1, 0.2], [0, -0.5, 2], [-5, 0.3, 4], [5, 0, 4.2], [1, 0.5, 0]]
@@ -142,8 +144,10 @@ def surveyed(
 def test_the_stated_turn_and_tilt_are_those_that_errors_of_the_survey_make(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
-    """Marks are exact, the survey errs by 6 cm: what is stated is what the model is turned by, in
-    the mean of the squares, which 120 repeats know to some 5 %. Five points are all taken."""
+    """Marks are exact, the survey errs by 6 cm, of which the residuals of five points know little:
+    what the model is turned by lies within the stated 95 % in 90 to 100 % of 120 repeats, each axis
+    by itself, and no more is stated than the few points ask for (Student's t for 3 degrees of
+    freedom is 1.6 times 1.96)."""
     views = wall[0][::3]
     scene = scene_of(views, face(20))
     rng = np.random.default_rng(8)
@@ -164,12 +168,14 @@ def test_the_stated_turn_and_tilt_are_those_that_errors_of_the_survey_make(
         placed, report = place_by_control(scene, control, marks, adjust=False)
         turn = placed.views[0].rotation.T @ views[0].rotation
         about = np.degrees(Rotation.from_matrix(turn).as_rotvec())
-        true.append([about[0], about[1], np.hypot(about[0], about[1]), about[2]])
-        stated.append([*report.rotation_error_deg[:2], report.tilt_error_deg])
-        stated[-1].append(report.rotation_error_deg[2])
+        true.append(about)
+        stated.append(report.rotation_error_deg)
         assert report.sigma_m < 0.15
+    inside = (np.abs(true) <= 1.96 * np.array(stated)).mean(axis=0)
+    assert (inside >= 0.9).all(), inside
     ratio = np.sqrt((np.square(true).mean(axis=0)) / np.square(stated).mean(axis=0))
-    assert ratio == pytest.approx(np.ones(4), abs=0.16)
+    assert (ratio > 0.55).all(), ratio
+    assert (ratio < 1.1).all(), ratio
 
 
 @pytest.fixture(scope="module")
@@ -275,3 +281,113 @@ def test_tables_are_read_and_marks_are_asked_for(
     assert placed.crs == report.crs == "EPSG:25832"
     with pytest.raises(UsageError, match="marks"):
         place_by_control_files(scene, points_file, None)
+
+
+# --- blunders ---------------------------------------------------------------------------------
+def unstated(control: list[ControlPoint], error: np.ndarray) -> list[ControlPoint]:
+    """Without accuracies, each point off by its error (n, 3)."""
+    return [
+        ControlPoint(p.label, tuple(float(v) for v in np.array(p.position) + e))  # type: ignore[arg-type]
+        for p, e in zip(control, error, strict=True)
+    ]
+
+
+def test_control_of_unknown_accuracy_that_misses_by_far_does_not_tear_the_scene_apart(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    """The survey errs by half a metre, of which nothing is stated; a pixel is some millimetres."""
+    views, points, scene = wall
+    control, marks = marked(views)
+    error = np.random.default_rng(4).normal(0, 0.5, (6, 3))
+    placed, report = place_by_control(scene, unstated(control, error), marks)
+    assert np.isfinite(placed.points).all()
+    # Neither the shape of the scene nor the photos have become worse by the survey's errors.
+    assert np.nanmean(np.linalg.norm(residuals(placed), axis=1)) < 0.5
+    shape = fit_similarity(placed.points, points)
+    assert np.median(np.linalg.norm(shape(placed.points) - points, axis=1)) < 0.02
+    assert 0.2 < report.sigma_m < 1.2
+    assert "scale is known only to" in " ".join(report.warnings)
+
+
+def test_a_mark_far_off_is_named_with_its_photo_and_where_it_should_be(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, points, scene = wall
+    control, marks = marked(views)
+    row = next(i for i, mark in enumerate(marks) if mark.label == "B")
+    right = marks[row]
+    marks[row] = replace(right, x=right.x + 1100.0, y=right.y - 700.0)
+    placed, report = place_by_control(scene, control, marks)
+    assert np.median(np.abs(placed.points + placed.origin - points - ORIGIN)) < 0.006
+    assert [p.role for p in report.points] == ["control"] * 5 + ["check"]
+    said = [text for text in report.warnings if "contradicts its other marks" in text]
+    assert len(said) == 1
+    assert f"The mark of B in {right.photo} at x {right.x + 1100:.0f}" in said[0]
+    told = re.search(r"it should be at x (\d+), y (\d+)", said[0])
+    assert told is not None
+    assert float(told[1]) == pytest.approx(right.x, abs=2.0)
+    assert float(told[2]) == pytest.approx(right.y, abs=2.0)
+
+
+def test_of_two_marks_the_place_of_the_point_tells_which_is_wrong(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, _, scene = wall
+    control, marks = marked(views)
+    own = [mark for mark in marks if mark.label == "D"][:2]
+    others = [mark for mark in marks if mark.label != "D"]
+    wrong = replace(own[1], x=own[1].x - 300.0, y=own[1].y + 900.0)
+    _, report = place_by_control(scene, control, [*others, own[0], wrong])
+    (said,) = [text for text in report.warnings if "The mark of D in" in text]
+    assert wrong.photo in said
+    assert not any("not used: D" in text and own[0].photo in text for text in report.warnings)
+
+
+def test_a_wrong_survey_is_not_blamed_on_the_marks(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, _, scene = wall
+    control, marks = marked(views)
+    control = [replace(p, check=False) for p in control]
+    x, y, z = control[1].position
+    control[1] = replace(control[1], position=(x + 2.0, y, z))
+    _, report = place_by_control(scene, control, marks)
+    assert [p.label for p in report.points if p.role == "left out"] == ["B"]
+    assert not any("mark of B" in text for text in report.warnings)
+
+
+def test_two_labels_at_one_place_of_a_photo_are_told(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, _, scene = wall
+    control, marks = marked(views)
+    first = next(mark for mark in marks if mark.label == "A")
+    row = next(i for i, mark in enumerate(marks) if mark.label == "C" and mark.photo == first.photo)
+    marks[row] = replace(marks[row], x=first.x + 1.0, y=first.y)
+    _, report = place_by_control(scene, control, marks)
+    assert any(
+        f"In {first.photo} the points A and C are marked at the same place" in text
+        for text in report.warnings
+    )
+
+
+def test_a_good_block_is_not_bent_to_bad_control_that_is_said_to_be_good(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, points, scene = wall
+    control, marks = surveyed(views, 1.0, 0.0)
+    error = np.random.default_rng(11).normal(0, 0.08, (12, 3))
+    control = [
+        replace(p, position=tuple(float(v) for v in np.array(p.position) + e), sigma_m=0.01)
+        for p, e in zip(control, error, strict=True)
+    ]
+    placed, report = place_by_control(scene, control, marks)
+    # Whichever of the two it is, it is not worse than the one that is not bent.
+    stiff, _ = place_by_control(scene, control, marks, adjust=False)
+
+    def off(s: SparseScene) -> float:
+        return float(np.median(np.linalg.norm(s.points + s.origin - points - ORIGIN, axis=1)))
+
+    assert off(placed) <= 1.05 * off(stiff)
+    said = " ".join([*report.decisions, *report.warnings])
+    assert "by a similarity" in said

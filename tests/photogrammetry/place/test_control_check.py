@@ -28,7 +28,11 @@ PHOTOS = [Seen(f"{n}.jpg") for n in range(5)]
 
 
 def marks(*labels: str, photos: int = 4) -> list[Mark]:
-    return [Mark(label, f"{n}.jpg", 1.0, 1.0) for label in labels for n in range(photos)]
+    return [
+        Mark(label, f"{n}.jpg", 50.0 * k, 1.0)
+        for k, label in enumerate(labels)
+        for n in range(photos)
+    ]
 
 
 def test_enough_points_are_counted_and_nothing_is_complained_of() -> None:

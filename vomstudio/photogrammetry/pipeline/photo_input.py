@@ -34,6 +34,7 @@ def usable_photos(
     from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.place.control_check import check_control
+    from vomstudio.photogrammetry.place.wrong_marks import labels_on_one_spot
 
     points = [] if settings.control is None else read_control(settings.control)
     marks = [] if settings.marks is None else read_marks(settings.marks)
@@ -53,6 +54,7 @@ def usable_photos(
         checked = check_control(points, marks, found.photos, settings.crs)
         if checked.problem is not None:
             raise InputError(checked.problem, file=settings.marks)
+    found.warnings.extend(labels_on_one_spot(marks))
     if settings.crs is not None and settings.control is None:
         placed = sum(p.latitude_deg is not None and p.altitude_m is not None for p in found.photos)
         if placed < 3:

@@ -120,6 +120,8 @@ class _Run:
         self._remember()
         photos = self._checked()
         alignment, aligned = self._join(*self._align(photos))
+        # Hours of work: they are there too where the control points cannot place the model.
+        write_cameras_of(self.outputs, self.folder, alignment, alignment.parts[0])
         placed = self._place(alignment, photos, aligned)
         write_cameras_of(self.outputs, self.folder, alignment, placed.scene)
         straight, flat = self._undistort(placed, photos)

@@ -112,6 +112,7 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
         "used": int(report.used.sum()),
         "rms_m": report.rms_m,
         "sigma_m": report.sigma_m,
+        "sigma_height_m": report.sigma_height_m,
         "scale_error": report.scale_error,
         "adjusted_together_with_the_cameras": report.adjusted,
         "decisions": " ".join(report.decisions),
@@ -135,6 +136,8 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
         "rms_control_m": report.control_rms_m,
         "rms_check_m": report.check_rms_m,
         "sigma_m": report.sigma_m,
+        "sigma_height_m": report.sigma_height_m,
+        "scale_error": report.scale_error,
         "adjusted_together_with_the_cameras": report.adjusted,
         "decisions": " ".join(report.decisions) or None,
         "rotation_error_deg": {

@@ -13,22 +13,31 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
-from vomstudio.photogrammetry.align.mapping import mean_error
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.ground_adjustment import KnownPoint
-from vomstudio.photogrammetry.place.ground_calibration import LensVerdict, adjust_to_ground
+from vomstudio.photogrammetry.place.control_adjustment import (
+    Bent,
+    GroundPoints,
+    bent_to,
+    require_width,
+)
+from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
 from vomstudio.photogrammetry.place.mark_observations import NO_MARKS, PointMarks, marks_by_point
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
+from vomstudio.photogrammetry.place.wrong_marks import (
+    LEAST_PX,
+    WrongMark,
+    agree,
+    labels_on_one_spot,
+    misplaced,
+    without_wrong_marks,
+)
 from vomstudio.progress import Progress
+from vomstudio.registration.scatter import scale_warning
 from vomstudio.registration.similarity import (
-    Similarity,
-    fit_robustly,
     fit_similarity,
-    nearly_on_a_line,
-    rotation_covariance,
 )
 from vomstudio.survey.check_results import named
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -66,9 +75,9 @@ class PointFit:
 class ControlReport:
     """points : all of the table, in its order
     control_rms_m, check_rms_m : of the residuals' lengths; None without such points
-    sigma_m : error of one coordinate, from the residuals of a similarity or as surveyed, whichever
-        is more
-    scale : units of the scene to metres
+    sigma_m, sigma_height_m : error of a horizontal coordinate and of a height, from the residuals
+        of a similarity or as surveyed, whichever is more
+    scale : units of the scene to metres; scale_error : relative, one sigma
     rotation_error_deg : (about east, about north, about up), one sigma; tilt_error_deg : of the
         vertical
     adjusted : whether cameras and points were adjusted together with the control points
@@ -79,7 +88,9 @@ class ControlReport:
     control_rms_m: float | None
     check_rms_m: float | None
     sigma_m: float
+    sigma_height_m: float
     scale: float
+    scale_error: float
     rotation_error_deg: tuple[float, float, float]
     tilt_error_deg: float
     crs: str | None
@@ -138,35 +149,18 @@ def place_by_control(
     Raises GeometryError where fewer than three points, or points in one line, are marked in two or
     more placed photos.
     """
-    ground, unknown = _marked_points(scene, control, marks)
+    ground, said = _marked_points(scene, control, marks)
     control_fit = ground.fitted(scene)
     fit = control_fit.fit
     placed = moved(scene, fit, ground.origin, crs)
-    adjusted, decisions = False, []
-    told: tuple[LensVerdict, ...] = ()
+    made = Bent(None, control_fit, (), (), "")
     if adjust:
-        better, lenses = ground.adjusted(placed, control_fit.used, threads, progress)
-        # A wrong lens makes good points contradict each other: judged again without it.
-        again = ground.fitted(better)
-        if again.used != control_fit.used:
-            better, lenses = ground.adjusted(placed, again.used, threads, progress)
-            again = ground.fitted(better)
-        # Control points that no bundle of rays can meet bend the model: the tie points tell.
-        adjusted = mean_error(better) <= 1.2 * mean_error(placed) + 0.1
-        if adjusted:
-            placed, control_fit = better, again
-            told, decisions = lenses, [lens.reason for lens in lenses]
-            if ground.ties:
-                decisions.append(
-                    tr_n(
-                        "{count} marker without coordinates was used as a tie point.",
-                        "{count} markers without coordinates were used as tie points.",
-                        len(ground.ties),
-                    )
-                )
-    used, sigma = control_fit.used, control_fit.sigma
-    covariance = rotation_covariance(ground.local[used], max(sigma, 1e-9))
-    turn = np.degrees(np.sqrt(np.diag(covariance)))
+        made = bent_to(ground, placed, control_fit, threads, progress)
+    if made.scene is not None:
+        placed, control_fit = made.scene, made.fit
+    used = control_fit.used
+    scatter = control_fit.scatter
+    turn = np.degrees(np.sqrt(np.diag(scatter.rotation)))
     points = tuple(
         _fit_of(placed, point, ground.local[i], ground.seen[i], i in used)
         for i, point in enumerate(control)
@@ -175,90 +169,56 @@ def place_by_control(
         points,
         _rms(points, "control"),
         _rms(points, "check"),
-        sigma,
+        control_fit.sigma,
+        float(scatter.sigma[2]),
         fit.scale,
+        scatter.scale_error,
         (float(turn[0]), float(turn[1]), float(turn[2])),
         math.hypot(turn[0], turn[1]),
         crs,
-        adjusted,
-        tuple(decisions),
-        told,
+        made.scene is not None,
+        made.decisions,
+        made.lenses,
         (),
     )
-    warnings = [*unknown, *_warnings(report, adjust)]
+    warnings = [*said, *_warnings(report), *([made.refusal] if made.refusal else [])]
     return placed, replace(report, warnings=tuple(warnings))
-
-
-@dataclass(frozen=True, eq=False)
-class _ControlFit:
-    """used : rows of the control points that agree; sigma : of one coordinate of these"""
-
-    fit: Similarity
-    used: list[int]
-    sigma: float
-
-
-@dataclass(frozen=True, eq=False)
-class _MarkedPoints:
-    """Control points and tie points that are marked, prepared for the registration.
-
-    control, seen : the points, and where they are marked
-    local : (n, 3) their places less `origin`
-    fitting : rows of those that can place the scene
-    ties : markers without coordinates that tie photos together
-    surveyed : usual error of a coordinate, as stated; 0 where none is
-    pixel : metres of a pixel on the ground
-    floor : misses below it contradict nothing
-    """
-
-    control: Sequence[ControlPoint]
-    seen: list[PointMarks]
-    local: Array
-    origin: tuple[int, int, int]
-    fitting: list[int]
-    ties: list[PointMarks]
-    surveyed: float
-    pixel: float
-    floor: float
-
-    def fitted(self, scene: SparseScene) -> _ControlFit:
-        """The similarity from the scene to the control points, robustly."""
-        places = np.array([self.seen[i].place(scene) for i in self.fitting])
-        wanted = self.local[list(self.fitting)]
-        fit, good = fit_robustly(places, wanted, floor=self.floor)
-        misses = (fit(places) - wanted)[good]
-        freedom = 3 * int(good.sum()) - 7
-        sigma = max(math.sqrt(float((misses**2).sum()) / freedom), self.surveyed)
-        return _ControlFit(
-            fit, [i for i, keep in zip(self.fitting, good, strict=True) if keep], sigma
-        )
-
-    def adjusted(
-        self, placed: SparseScene, used: Sequence[int], threads: int, progress: Progress | None
-    ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
-        """The scene after an adjustment with these points and all ties."""
-        usual = max(self.surveyed, self.pixel)
-        known = [
-            KnownPoint(
-                self.local[i],
-                self.control[i].sigma_m or usual,
-                self.seen[i].views,
-                self.seen[i].pixels,
-            )
-            for i in used
-        ]
-        known += [KnownPoint(None, 0.0, tie.views, tie.pixels) for tie in self.ties]
-        return adjust_to_ground(placed, known, threads=threads, progress=progress)
 
 
 def _marked_points(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
-) -> tuple[_MarkedPoints, list[str]]:
-    """What there is to place the scene by, and sentences about marks that are of no use. Raises
-    GeometryError where it cannot place it."""
-    seen, ties, unknown = _observations(scene, control, marks)
+) -> tuple[GroundPoints, list[str]]:
+    """What there is to place the scene by, and sentences about marks that are wrong or of no use.
+    Raises GeometryError where it cannot place it."""
+    seen, ties, said = _observations(scene, control, marks)
+    ground = _ground(scene, control, seen, ties, said)
+    # Of two marks that contradict each other the place of the point tells which is wrong; where
+    # that place is known by the other points.
+    fitted = ground.fitted(scene)
+    placed = moved(scene, fitted.fit, ground.origin, None)
+    limit = max(6.0 * fitted.sigma / ground.pixel, LEAST_PX)
+    wrong: list[WrongMark] = []
+    for i, point in enumerate(control):
+        others = [k for k in fitted.used if k != i]
+        if len(others) >= WANTED_POINTS - 1 and len(seen[i].views) >= 2:
+            seen[i], found = misplaced(placed, point.label, seen[i], ground.local[i], limit)
+            wrong += found
+    if wrong:
+        said = [*said, *(mark.in_words() for mark in wrong)]
+        ground = _ground(scene, control, seen, ties, said)
+    return ground, said
+
+
+def _ground(
+    scene: SparseScene,
+    control: Sequence[ControlPoint],
+    seen: list[PointMarks],
+    ties: list[PointMarks],
+    said: Sequence[str],
+) -> GroundPoints:
+    """Raises GeometryError where these cannot place the scene."""
     world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
-    usable = [i for i, o in enumerate(seen) if np.isfinite(o.place(scene)).all()]
+    usable = [i for i, marks in enumerate(seen) if agree(scene, marks)]
     fitting = [i for i in usable if not control[i].check]
     if len(fitting) < 3:
         text = tr(
@@ -267,7 +227,12 @@ def _marked_points(
             count=len(fitting),
             total=sum(not p.check for p in control),
         )
-        raise GeometryError(" ".join([text, *unknown[:1]]))
+        apart = [
+            point.label
+            for i, point in enumerate(control)
+            if i not in usable and len(seen[i].views) >= 2
+        ]
+        raise GeometryError(" ".join([text, *([_apart(apart)] if apart else said[:1])]))
     origin = integer_origin(world[fitting])
     local = world - origin
     places = np.array([seen[i].place(scene) for i in fitting])
@@ -277,8 +242,7 @@ def _marked_points(
     first = fit_similarity(places, local[fitting])
     pixel = scene.pixel_at(places) * first.scale
     floor = 3 * math.hypot(surveyed, 2 * pixel)
-    ground = _MarkedPoints(control, seen, local, origin, fitting, ties, surveyed, pixel, floor)
-    return ground, unknown
+    return GroundPoints(control, seen, local, origin, fitting, ties, surveyed, pixel, floor)
 
 
 def _observations(
@@ -287,11 +251,15 @@ def _observations(
     """(of each point; of markers without coordinates that tie photos together; sentences about
     marks that are of no use)."""
     found, missing = marks_by_point(scene, marks)
+    said = []
+    for label, own in found.items():
+        found[label], wrong = without_wrong_marks(scene, label, own)
+        said += [mark.in_words() for mark in wrong]
+    said += labels_on_one_spot(marks)
     seen = [found.pop(point.label, NO_MARKS) for point in control]
     labels = {point.label for point in control}
     ties = {label: s for label, s in found.items() if np.isfinite(s.place(scene)).all()}
     useless = {mark.label for mark in marks} - labels - set(ties)
-    said = []
     if missing:
         said.append(
             tr(
@@ -308,17 +276,6 @@ def _observations(
             )
         )
     return seen, list(ties.values()), said
-
-
-def require_width(local: Array) -> None:
-    """Raises GeometryError where points (n, 3) lie on one line."""
-    if nearly_on_a_line(local):
-        raise GeometryError(
-            tr(
-                "The control points lie on one line, about which the model can rotate. Add a "
-                "control point beside this line."
-            )
-        )
 
 
 def _fit_of(
@@ -350,10 +307,19 @@ def _rms(points: Sequence[PointFit], role: str) -> float | None:
     return math.sqrt(sum(e * e for e in errors) / len(errors)) if errors else None
 
 
-def _warnings(report: ControlReport, adjust: bool) -> Iterator[str]:
+def _apart(labels: Sequence[str]) -> str:
+    return tr(
+        "The rays of the marks of these points do not meet in a place before the cameras, so the "
+        "points were not used: {points}. Check their marks.",
+        points=named(labels),
+    )
+
+
+def _warnings(report: ControlReport) -> Iterator[str]:
     used = [p for p in report.points if p.role == "control"]
     out = [p.label for p in report.points if p.role == "left out"]
-    unseen = [p.label for p in report.points if p.role == "unseen"]
+    unseen = [p.label for p in report.points if p.role == "unseen" and p.photos < 2]
+    apart = [p.label for p in report.points if p.role == "unseen" and p.photos >= 2]
     few = [p.label for p in used if p.photos < WANTED_PHOTOS]
     if out:
         yield tr(
@@ -362,9 +328,11 @@ def _warnings(report: ControlReport, adjust: bool) -> Iterator[str]:
         )
     if unseen:
         yield tr(
-            "Points that are marked in fewer than two photos with a pose were not used: {points}.",
+            "Points with fewer than two right marks in photos with a pose were not used: {points}.",
             points=", ".join(unseen),
         )
+    if apart:
+        yield _apart(apart)
     if len(used) < WANTED_POINTS:
         yield tr(
             "With {count} control points there is no redundancy: a blunder cannot be detected. Use "
@@ -388,8 +356,5 @@ def _warnings(report: ControlReport, adjust: bool) -> Iterator[str]:
             azimuth=report.rotation_error_deg[2],
             tilt=report.tilt_error_deg,
         )
-    if adjust and not report.adjusted:
-        yield tr(
-            "The photos contradict the control points. The model was registered by a similarity "
-            "and not adjusted to them."
-        )
+    if warning := scale_warning(report.scale_error):
+        yield warning

@@ -13,7 +13,9 @@ from vomstudio.errors import GeometryError
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
-from vomstudio.photogrammetry.place.control import WANTED_PHOTOS, WANTED_POINTS, require_width
+from vomstudio.photogrammetry.place.control import WANTED_PHOTOS, WANTED_POINTS
+from vomstudio.photogrammetry.place.control_adjustment import require_width
+from vomstudio.photogrammetry.place.wrong_marks import labels_on_one_spot
 from vomstudio.survey.check_results import named
 from vomstudio.words import tr, tr_n
 
@@ -126,7 +128,7 @@ def check_control(
         code,
         reason,
         _problem(control, points, no_photo, sorted(others)),
-        (*strange, *_warnings(points, no_photo, others)),
+        (*strange, *labels_on_one_spot(marks), *_warnings(points, no_photo, others)),
     )
 
 

@@ -13,13 +13,13 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.gps_priors import adjust_to_positions
+from vomstudio.photogrammetry.place.gps_priors import HEIGHTS_WORSE, adjust_to_positions
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
+from vomstudio.registration.scatter import scale_warning, scatter_of
 from vomstudio.registration.similarity import (
     fit_robustly,
     nearly_on_a_line,
-    rotation_covariance,
 )
 from vomstudio.words import tr, tr_n
 
@@ -44,8 +44,8 @@ class GpsReport:
     residuals_m : (n, 3) model less GPS, east, north, up
     used : (n,) False for positions that were left out as wrong
     rms_m : of the used residuals' lengths
-    sigma_m : error of one coordinate of a position: what the residuals say, or what the receiver
-        states where that is more
+    sigma_m, sigma_height_m : error of a horizontal coordinate and of a height: what the residuals
+        say, or what the receiver states where that is more
     scale : units of the scene to metres
     scale_error : relative, one sigma
     rotation_error_deg : (about east, about north, about up), one sigma
@@ -60,6 +60,7 @@ class GpsReport:
     used: npt.NDArray[np.bool_]
     rms_m: float
     sigma_m: float
+    sigma_height_m: float
     scale: float
     scale_error: float
     rotation_error_deg: tuple[float, float, float]
@@ -127,6 +128,7 @@ def place_by_gps(
         used,
         float(np.sqrt((quality.residuals[used] ** 2).sum(1).mean())),
         quality.sigma,
+        quality.sigma_height,
         fit.scale,
         quality.scale_error,
         (float(turn[0]), float(turn[1]), float(turn[2])),
@@ -168,10 +170,11 @@ def _photos_with_position(
 
 @dataclass(frozen=True, eq=False)
 class _Quality:
-    """residuals : (n, 3); sigma : of one coordinate; turn_deg : (3,) about the axes"""
+    """residuals : (n, 3); sigma : of a horizontal coordinate; turn_deg : (3,) about the axes"""
 
     residuals: Array
     sigma: float
+    sigma_height: float
     scale_error: float
     turn_deg: Array
 
@@ -182,9 +185,9 @@ def _quality(
     """Accuracy of a registration by cameras (n, 3) at GPS positions (n, 3). Raises GeometryError
     where they do not determine it."""
     residuals = centres - local
-    freedom = 3 * int(used.sum()) - 7
-    sigma = math.sqrt(float((residuals[used] ** 2).sum()) / freedom)
-    sigma = max(sigma, stated or 0.0)
+    each = None if stated is None else np.array([stated, stated, HEIGHTS_WORSE * stated])
+    scatter = scatter_of(local[used], residuals[used], each)
+    sigma = float(np.sqrt((scatter.sigma[:2] ** 2).mean()))
     inside = local[used] - local[used].mean(axis=0)
     baseline = float(np.sqrt((inside**2).sum(1).mean()))
     if sigma > 0.5 * baseline:
@@ -196,8 +199,7 @@ def _quality(
                 spread=baseline,
             )
         )
-    covariance = rotation_covariance(local[used], sigma)
-    worst = math.degrees(math.sqrt(float(np.linalg.eigvalsh(covariance)[-1])))
+    worst = math.degrees(math.sqrt(float(np.linalg.eigvalsh(scatter.rotation)[-1])))
     if worst > _WORST_DEG:
         raise GeometryError(
             tr(
@@ -208,8 +210,8 @@ def _quality(
                 angle=worst,
             )
         )
-    scale_error = float(sigma / math.sqrt(float((inside**2).sum())))
-    return _Quality(residuals, sigma, scale_error, np.degrees(np.sqrt(np.diag(covariance))))
+    turn = np.degrees(np.sqrt(np.diag(scatter.rotation)))
+    return _Quality(residuals, sigma, float(scatter.sigma[2]), scatter.scale_error, turn)
 
 
 def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
@@ -289,6 +291,8 @@ def _warnings(report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]
             azimuth=report.rotation_error_deg[2],
             tilt=report.tilt_error_deg,
         )
+    if warning := scale_warning(report.scale_error):
+        yield warning
     left = [n for n, u in zip(report.names, report.used, strict=True) if not u]
     if left:
         yield tr_n(

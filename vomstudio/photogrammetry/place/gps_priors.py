@@ -34,7 +34,7 @@ USEFUL_PIXELS = 3.0
 FEWEST_POSITIONS = 5
 _LEAST_SIGMA_M = 0.005
 # Of satellites, all above the receiver.
-_HEIGHTS_WORSE = 2.0
+HEIGHTS_WORSE = 2.0
 # Stated errors that are too small by more are not believed.
 _BELIEVED = 3.0
 
@@ -127,5 +127,5 @@ def _refusal(scene: SparseScene, sigmas: Array) -> str:
 
 
 def _centres(rows: Sequence[int], positions: Array, sigmas: Array) -> list[KnownCentre]:
-    each = sigmas[:, None] * [1.0, 1.0, _HEIGHTS_WORSE]
+    each = sigmas[:, None] * [1.0, 1.0, HEIGHTS_WORSE]
     return [KnownCentre(int(r), p, s) for r, p, s in zip(rows, positions, each, strict=True)]

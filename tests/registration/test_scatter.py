@@ -1,0 +1,87 @@
+"""The error that residuals state is the one that simulated registrations have."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from vomstudio.registration.scatter import scale_warning, scatter_of
+from vomstudio.registration.similarity import fit_similarity
+
+REPEATS = 400
+SIGMA = 0.3
+
+
+def inside(n: int, heights: float, stated: bool, shape: tuple[float, ...]) -> np.ndarray:
+    """(4,) shares of simulations whose turn about east, north, up and whose scale lie within the
+    stated 95 %. heights : how many times as large their errors are"""
+    rng = np.random.default_rng(n)
+    sigma = SIGMA * np.array([1.0, 1.0, heights])
+    hits = np.zeros(4)
+    for _ in range(REPEATS):
+        places = rng.uniform(-1, 1, (n, 3)) * shape
+        target = places + rng.normal(0, 1, (n, 3)) * sigma
+        fit = fit_similarity(places, target)
+        found = scatter_of(target, fit(places) - target, sigma if stated else None)
+        off = [*Rotation.from_matrix(fit.rotation).as_rotvec(), fit.scale - 1.0]
+        hits += np.abs(off) <= 1.96 * np.sqrt(np.diag(found.covariance)[:4])
+    return hits / REPEATS
+
+
+@pytest.mark.parametrize("shape", [(60.0, 20.0, 25.0), (60.0, 3.0, 4.0)])
+@pytest.mark.parametrize("heights", [0.2, 1.0, 2.0, 4.0])
+@pytest.mark.parametrize("n", [5, 6, 12, 40])
+def test_what_residuals_say_holds_for_heights_better_and_worse(
+    n: int, heights: float, shape: tuple[float, ...]
+) -> None:
+    found = inside(n, heights, False, shape)
+    # 400 repeats know 95 % to 2 % (two sigma).
+    assert (found >= 0.90 - 0.02).all(), found
+    assert (found <= 0.99 + 0.01).all(), found
+
+
+@pytest.mark.parametrize("heights", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("n", [3, 4, 6, 12, 40])
+def test_stated_accuracies_hold(n: int, heights: float) -> None:
+    found = inside(n, heights, True, (60.0, 20.0, 25.0))
+    assert (found >= 0.93 - 0.02).all(), found
+    assert (found <= 0.97 + 0.025).all(), found
+
+
+def test_the_errors_of_many_points_are_those_that_were_made() -> None:
+    rng = np.random.default_rng(5)
+    places = rng.uniform(-50, 50, (4000, 3))
+    sigma = np.array([0.1, 0.2, 0.9])
+    target = places + rng.normal(0, 1, places.shape) * sigma
+    fit = fit_similarity(places, target)
+    found = scatter_of(target, fit(places) - target)
+    assert found.sigma == pytest.approx(sigma, rel=0.05)
+
+
+def test_the_covariance_turns_with_the_world() -> None:
+    """A world turned by 90 degrees about up exchanges east and north."""
+    rng = np.random.default_rng(6)
+    places = rng.uniform(-1, 1, (20, 3)) * [40, 5, 8]
+    misses = rng.normal(0, 1, (20, 3)) * [0.1, 0.3, 0.5]
+    quarter = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    first = scatter_of(places, misses)
+    turned = scatter_of(places @ quarter.T, misses @ quarter.T)
+    assert turned.rotation == pytest.approx(quarter @ first.rotation @ quarter.T, rel=1e-6)
+    assert turned.scale_error == pytest.approx(first.scale_error, rel=1e-9)
+    assert turned.sigma == pytest.approx(first.sigma[[1, 0, 2]], rel=1e-9)
+
+
+def test_stated_accuracies_that_the_residuals_contradict_are_not_believed() -> None:
+    rng = np.random.default_rng(7)
+    places = rng.uniform(-20, 20, (10, 3))
+    misses = rng.normal(0, 1.2, (10, 3))
+    fit = fit_similarity(places, places + misses)
+    found = scatter_of(places + misses, fit(places) - places - misses, 0.0036)
+    assert found.sigma.min() > 0.6
+    assert found.sigma.max() < 2.5
+
+
+def test_a_scale_known_badly_is_told_with_its_error() -> None:
+    assert scale_warning(0.004) == ""
+    assert "6.0 % (95 %)" in scale_warning(0.06 / 1.96)

@@ -1,0 +1,257 @@
+"""A scene adjusted with its control points, and whether that makes it better.
+
+A bundle adjustment bends the model to the control points. Where these are wrong, or known worse
+than the photos know the shape, the bent model is worse than the one that a similarity places: both
+are judged by points that they are not made of, and the better one is kept.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.io.control.points import ControlPoint
+from vomstudio.photogrammetry.align.mapping import mean_error
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.place.ground_adjustment import KnownPoint
+from vomstudio.photogrammetry.place.ground_calibration import LensVerdict, adjust_to_ground
+from vomstudio.photogrammetry.place.mark_observations import PointMarks
+from vomstudio.photogrammetry.place.world_frame import moved
+from vomstudio.progress import Progress
+from vomstudio.registration.scatter import Scatter, scatter_of
+from vomstudio.registration.similarity import (
+    Similarity,
+    fit_robustly,
+    fit_similarity,
+    nearly_on_a_line,
+)
+from vomstudio.words import tr, tr_n
+
+Array = npt.NDArray[np.float64]
+
+_PART_OF_PIXEL = 0.1
+_FOLDS = 3
+# A handful of points knows its own scatter to a quarter, and nothing is known to a part of a pixel.
+_CLEARLY_WORSE, _PART_OF_A_MISS = 1.25, 0.5
+_FEWEST_TO_JUDGE = 5
+"""Control points from which on, and check points from half of them, the model is judged with and
+without bending."""
+
+
+@dataclass(frozen=True, eq=False)
+class ControlFit:
+    """used : rows of the control points that agree; scatter : of these"""
+
+    fit: Similarity
+    used: list[int]
+    scatter: Scatter
+
+    @property
+    def sigma(self) -> float:
+        """Of a horizontal coordinate."""
+        return float(np.sqrt((self.scatter.sigma[:2] ** 2).mean()))
+
+
+@dataclass(frozen=True, eq=False)
+class GroundPoints:
+    """Control points and tie points that are marked, prepared for the registration.
+
+    control, seen : the points, and where they are marked
+    local : (n, 3) their places less `origin`
+    fitting : rows of those that can place the scene
+    ties : markers without coordinates that tie photos together
+    surveyed : usual error of a coordinate, as stated; 0 where none is
+    pixel : metres of a pixel on the ground
+    floor : misses below it contradict nothing
+    """
+
+    control: Sequence[ControlPoint]
+    seen: list[PointMarks]
+    local: Array
+    origin: tuple[int, int, int]
+    fitting: list[int]
+    ties: list[PointMarks]
+    surveyed: float
+    pixel: float
+    floor: float
+
+    def fitted(self, scene: SparseScene) -> ControlFit:
+        """The similarity from the scene to the control points, robustly."""
+        places = np.array([self.seen[i].place(scene) for i in self.fitting])
+        wanted = self.local[list(self.fitting)]
+        fit, good = fit_robustly(places, wanted, floor=self.floor)
+        misses = (fit(places) - wanted)[good]
+        scatter = scatter_of(wanted[good], misses, self.surveyed or None)
+        # What is exact in every digit is not known better than a part of a pixel.
+        if not scatter.covariance.any():
+            scatter = scatter_of(wanted[good], misses, _PART_OF_PIXEL * self.pixel)
+        return ControlFit(
+            fit, [i for i, keep in zip(self.fitting, good, strict=True) if keep], scatter
+        )
+
+    def off(self, scene: SparseScene, rows: Sequence[int]) -> float:
+        """Root mean square distance of these points from where they are in a placed scene, m."""
+        places = np.array([self.seen[i].place(scene) for i in rows])
+        squares = ((places - self.local[list(rows)]) ** 2).sum(axis=1)
+        return float(np.sqrt(np.nan_to_num(squares, nan=np.inf).mean()))
+
+    def adjusted(
+        self,
+        placed: SparseScene,
+        used: Sequence[int],
+        sigma: float,
+        threads: int,
+        progress: Progress | None,
+    ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
+        """The scene after an adjustment with these points and all ties. sigma : of the coordinates
+        of points of which none is stated"""
+        usual = max(self.surveyed or sigma, self.pixel)
+        known = [
+            KnownPoint(
+                self.local[i],
+                self.control[i].sigma_m or usual,
+                self.seen[i].views,
+                self.seen[i].pixels,
+            )
+            for i in used
+        ]
+        known += [KnownPoint(None, 0.0, tie.views, tie.pixels) for tie in self.ties]
+        return adjust_to_ground(placed, known, threads=threads, progress=progress)
+
+
+@dataclass(frozen=True, eq=False)
+class Bent:
+    """scene : adjusted with the control points; None where the similarity alone is better
+    fit : of the points in it; refusal : a sentence why it was not adjusted, or ""
+    """
+
+    scene: SparseScene | None
+    fit: ControlFit
+    lenses: tuple[LensVerdict, ...]
+    decisions: tuple[str, ...]
+    refusal: str
+
+
+def bent_to(
+    ground: GroundPoints,
+    placed: SparseScene,
+    first: ControlFit,
+    threads: int,
+    progress: Progress | None,
+) -> Bent:
+    """The scene adjusted with the control points where that makes it better."""
+    better, lenses = ground.adjusted(placed, first.used, first.sigma, threads, progress)
+    again = ground.fitted(better) if _is_sound(better) else None
+    # A wrong lens makes good points contradict each other, and scatter: judged again without it.
+    if again is not None and (
+        again.used != first.used or (not ground.surveyed and again.sigma < 0.7 * first.sigma)
+    ):
+        better, lenses = ground.adjusted(placed, again.used, again.sigma, threads, progress)
+        again = ground.fitted(better) if _is_sound(better) else None
+    # Control points that no bundle of rays can meet bend the model: the tie points tell.
+    if again is None or not mean_error(better) <= 1.2 * mean_error(placed) + 0.1:
+        refusal = tr(
+            "The photos contradict the control points. The model was registered by a similarity "
+            "and not adjusted to them."
+        )
+        return Bent(None, first, (), (), refusal)
+    decisions = [lens.reason for lens in lenses]
+    if ground.ties:
+        decisions.append(
+            tr_n(
+                "{count} marker without coordinates was used as a tie point.",
+                "{count} markers without coordinates were used as tie points.",
+                len(ground.ties),
+            )
+        )
+    misses = _misses_of_others(ground, placed, better, again, threads, progress)
+    if misses is not None:
+        bent, stiff = misses
+        values = {"bent": bent, "stiff": stiff}
+        if bent > _CLEARLY_WORSE * stiff and bent - stiff > _PART_OF_A_MISS * ground.pixel:
+            return Bent(
+                None,
+                first,
+                (),
+                (),
+                tr(
+                    "The model was registered by a similarity and not adjusted to the control "
+                    "points: points that it was not adjusted to would be {bent:.3g} m off instead "
+                    "of {stiff:.3g} m.",
+                    **values,
+                ),
+            )
+        decisions.append(
+            tr(
+                "The model was adjusted to the control points: points that it is not adjusted to "
+                "are {bent:.3g} m off then, and {stiff:.3g} m by a similarity.",
+                **values,
+            )
+        )
+    return Bent(better, again, lenses, tuple(decisions), "")
+
+
+def _is_sound(scene: SparseScene) -> bool:
+    """Whether an adjustment came to an end at all."""
+    return bool(
+        np.isfinite(scene.points).all()
+        and np.isfinite(scene.centres).all()
+        and math.isfinite(mean_error(scene))
+    )
+
+
+def _misses_of_others(
+    ground: GroundPoints,
+    placed: SparseScene,
+    better: SparseScene,
+    fit: ControlFit,
+    threads: int,
+    progress: Progress | None,
+) -> tuple[float, float] | None:
+    """Root mean square distances in metres by which points miss that a model is not made of: of the
+    one adjusted to the others, and of the one placed by them. Check points where there are three,
+    else control points in turn; None where there are too few."""
+    checks = [
+        i
+        for i, point in enumerate(ground.control)
+        if point.check and np.isfinite(ground.seen[i].place(placed)).all()
+    ]
+    if len(checks) >= _FOLDS:
+        return ground.off(better, checks), ground.off(placed, checks)
+    if len(fit.used) < _FEWEST_TO_JUDGE:
+        return None
+    bent, stiff = [], []
+    for k in range(_FOLDS):
+        out = fit.used[k::_FOLDS]
+        rest = [i for i in fit.used if i not in out]
+        try:
+            require_width(ground.local[rest])
+            places = np.array([ground.seen[i].place(placed) for i in rest])
+            again = fit_similarity(places, ground.local[rest])
+        except GeometryError:
+            continue
+        start = moved(placed, again, (0, 0, 0), placed.crs)
+        trial, _ = ground.adjusted(start, rest, fit.sigma, threads, progress)
+        if not _is_sound(trial):
+            return math.inf, ground.off(start, out)
+        bent += [ground.off(trial, [i]) for i in out]
+        stiff += [ground.off(start, [i]) for i in out]
+    if not bent:
+        return None
+    return tuple(float(np.sqrt(np.mean(np.square(each)))) for each in (bent, stiff))  # type: ignore[return-value]
+
+
+def require_width(local: Array) -> None:
+    """Raises GeometryError where points (n, 3) lie on one line."""
+    if nearly_on_a_line(local):
+        raise GeometryError(
+            tr(
+                "The control points lie on one line, about which the model can rotate. Add a "
+                "control point beside this line."
+            )
+        )

@@ -1,0 +1,149 @@
+"""Errors of coordinates as a similarity's residuals show them, and what they do to its rotation.
+
+Heights by satellite are worse than positions, heights by levelling better: an error of one size for
+all coordinates states a tilt that is too small or too large. Horizontal coordinates and heights
+therefore have an error each, and from `FEWEST_PER_AXIS` points on each axis has its own. They are
+the unbiased quadratic estimates that leave the similarity out (Rao's MINQUE, here for equal
+weights beforehand): with the projection M on the residuals, the squares of group g have the
+expectation sum_k tr(M_gk M_kg) sigma_k^2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.registration.similarity import jacobian
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+FEWEST_FOR_HEIGHTS = 5
+FEWEST_PER_AXIS = 12
+# An estimate may be negative by chance: by few points no coordinate is believed to be better by
+# more than this share of the variance.
+_LEAST_SHARE = 0.1
+# Residuals are believed against what was stated where chance would make them so large this rarely.
+_SURE = 0.95
+_WARN_SCALE = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """sigma : (3,) of a coordinate, east, north, up
+    covariance : (7, 7) of a small turn about east, north, up (rad), a relative change of scale and
+        a shift, one sigma of a normal distribution with the same 95 % as Student's
+    """
+
+    sigma: Array
+    covariance: Array
+
+    @property
+    def rotation(self) -> Array:
+        """(3, 3) covariance of the turn, radians squared."""
+        return self.covariance[:3, :3]
+
+    @property
+    def scale_error(self) -> float:
+        """Relative, one sigma."""
+        return float(np.sqrt(self.covariance[3, 3]))
+
+
+def scatter_of(places: Array, residuals: Array, stated: float | Array | None = None) -> Scatter:
+    """Of a similarity by least squares with equal weights.
+
+    places, residuals : (n, 3) in the target frame, n of 3 or more
+    stated : one-sigma error of the coordinates, a number or (3,); the residuals count instead where
+        they are significantly larger
+    """
+    from scipy.stats import chi2, norm, t
+
+    n = len(places)
+    moves = np.array([jacobian(p) for p in places - places.mean(axis=0)])
+    # A turn moves far points, a shift all: in units of the spread the equations stay well posed.
+    size = float(np.sqrt(((places - places.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    units = np.array([size, size, size, size, 1.0, 1.0, 1.0])
+    moves = moves / units
+    inverse = np.linalg.pinv(np.einsum("nik,nil->kl", moves, moves), hermitian=True)
+    own = np.einsum("nik,nil->ikl", moves, moves)
+    known = None if stated is None else np.broadcast_to(np.asarray(stated, np.float64), 3)
+    freedom = float(3 * n - 7)
+    if known is not None and (known > 0).all():
+        # A fit with equal weights leaves more of what is known well than its own error.
+        wanted = float((_expected(((0,), (1,), (2,)), n, inverse, own) @ known**2 / known**2).sum())
+        squares = float(((residuals / known) ** 2).sum())
+        if squares * freedom / wanted <= chi2.ppf(_SURE, freedom):
+            return _result(known, np.full(7, np.inf), inverse, own, units)
+    groups = _groups(n)
+    variances, free = _variances(groups, n, inverse, own, (residuals**2).sum(axis=0))
+    if known is not None:
+        variances = np.maximum(variances, known**2)
+    shares = np.array(
+        [np.diag(inverse @ own[list(g)].sum(axis=0) @ inverse) * variances[g[0]] for g in groups]
+    )
+    # Satterthwaite: the degrees of freedom of a sum of estimated variances.
+    total = shares.sum(axis=0)
+    each = total**2 / np.maximum((shares**2 / free[:, None]).sum(axis=0), 1e-300)
+    factor = t.ppf(0.975, np.clip(each, 1.0, None)) / norm.ppf(0.975)
+    return _result(np.sqrt(variances), each, inverse, own, units, factor)
+
+
+def scale_warning(scale_error: float) -> str:
+    """A sentence where lengths are known badly by a registration; "" where they are not.
+    scale_error : relative, one sigma"""
+    if not scale_error > _WARN_SCALE:
+        return ""
+    return tr(
+        "The scale is known only to {error:.1f} % (95 %): lengths, thicknesses and areas can be "
+        "wrong by as much. Place control points farther apart, or measure a scale bar.",
+        error=196.0 * scale_error,
+    )
+
+
+def _groups(n: int) -> Sequence[tuple[int, ...]]:
+    if n >= FEWEST_PER_AXIS:
+        return ((0,), (1,), (2,))
+    return ((0, 1), (2,)) if n >= FEWEST_FOR_HEIGHTS else ((0, 1, 2),)
+
+
+def _expected(groups: Sequence[tuple[int, ...]], n: int, inverse: Array, own: Array) -> Array:
+    """(groups, groups) of which the product with the variances is the expectation of the squares of
+    the residuals."""
+    parts = [own[list(g)].sum(axis=0) for g in groups]
+    system = np.array([[np.trace(inverse @ a @ inverse @ b) for b in parts] for a in parts])
+    alone = [n * len(g) - 2.0 * np.trace(inverse @ a) for g, a in zip(groups, parts, strict=True)]
+    return np.asarray(system + np.diag(alone), np.float64)
+
+
+def _variances(
+    groups: Sequence[tuple[int, ...]], n: int, inverse: Array, own: Array, squares: Array
+) -> tuple[Array, Array]:
+    """(3,) of the axes, and (groups,) the degrees of freedom that each group's rests on."""
+    system = _expected(groups, n, inverse, own)
+    sums = np.array([squares[list(g)].sum() for g in groups])
+    free = np.array([n * len(g) - np.trace(inverse @ own[list(g)].sum(axis=0)) for g in groups])
+    pooled = float(squares.sum()) / (3 * n - 7)
+    found = np.linalg.solve(system, sums) if len(groups) > 1 else np.array([pooled])
+    found = np.maximum(found, _LEAST_SHARE * pooled / np.maximum(free / 10.0, 1.0))
+    variances = np.empty(3)
+    for group, value in zip(groups, found, strict=True):
+        variances[list(group)] = value
+    return variances, np.maximum(free, 1.0)
+
+
+def _result(
+    sigma: Array,
+    freedom: Array,
+    inverse: Array,
+    own: Array,
+    units: Array,
+    factor: Array | None = None,
+) -> Scatter:
+    middle = np.einsum("i,ikl->kl", sigma**2, own)
+    covariance = inverse @ middle @ inverse / np.outer(units, units)
+    if factor is not None:
+        covariance = covariance * np.outer(factor, factor)
+    return Scatter(np.array(sigma, np.float64), covariance)
