@@ -99,6 +99,8 @@ def test_control_that_cannot_place_the_model_costs_no_alignment(tmp_path: Path) 
     assert "do not meet in a place before the cameras" in end.err
     assert "A, B, C. Check their marks." in end.err
     assert "Traceback" not in end.err
-    assert "the points D and E are marked at the same place" in end.err
-    assert len(read_cameras(out / "cameras.json").views) >= 4
+    log = (out / "log.txt").read_text("utf-8")
+    told = log.index("the points D and E are marked at the same place")
+    assert told < log.index("Registering the model")
+    assert len(read_cameras(out / "cameras.json").views) >= 3
     assert (out / "sparse.ply").stat().st_size > 1000
