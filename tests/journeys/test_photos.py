@@ -136,6 +136,7 @@ def test_a_run_that_failed_says_so_with_the_reason_and_is_not_called_paused(
     drop(window, folder)
     looked_at(window)
     window.photos_panel.quality.setCurrentIndex(window.photos_panel.quality.findData("preview"))
+    window.studio.save_as(tmp_path / "mist.vom")
     press(window, "make_model")
     driver.wait(lambda: window.survey.making is not None, "the work")
     driver.wait(lambda: window.survey.making is None, "the failure", 120.0)
