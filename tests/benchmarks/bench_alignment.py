@@ -1,8 +1,9 @@
 """Our alignment beside the COLMAP that Debian ships (3.8, CPU), on the same photos.
 
-    python -m tests.benchmarks.bench_alignment FOLDER [--size 1600] [--threads 2]
+    python -m tests.benchmarks.bench_alignment FOLDER [--size 1600] [--threads 2] [--rounds 2]
 
-Both run in processes of their own, one after the other; wall and processor seconds are of those.
+Both run in processes of their own, one after the other, every second round the other way round;
+wall and processor seconds are of those. Both look for the same number of features.
 Tie points of track 3 or more and the mean reprojection error are counted the same way for both,
 from COLMAP's binary models.
 """
@@ -52,6 +53,8 @@ def counted(model: Path) -> dict[str, Any]:
 
 
 def debian(images: Path, names: list[str], work: Path, size: int, threads: int) -> dict[str, Any]:
+    from vomstudio.photogrammetry.align.features import MOST_FEATURES
+
     database, sparse, listed = work / "colmap.db", work / "sparse", work / "images.txt"
     sparse.mkdir()
     listed.write_text("\n".join(names) + "\n")
@@ -62,6 +65,7 @@ def debian(images: Path, names: list[str], work: Path, size: int, threads: int) 
             ["colmap", "feature_extractor", *common, "--image_path", str(images)]
             + ["--image_list_path", str(listed), "--SiftExtraction.use_gpu", "0"]
             + ["--SiftExtraction.max_image_size", str(size)]
+            + ["--SiftExtraction.max_num_features", str(MOST_FEATURES)]
             + ["--SiftExtraction.num_threads", count],
             ["colmap", "exhaustive_matcher", *common, "--SiftMatching.use_gpu", "0"]
             + ["--SiftMatching.num_threads", count],
@@ -98,18 +102,22 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--size", type=int, default=1600)
     parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--rounds", type=int, default=2)
     arguments = parser.parse_args()
     from vomstudio.io.photos.reading import read_photos
 
     names = [photo.name for photo in read_photos(arguments.folder).photos]
-    with tempfile.TemporaryDirectory(prefix="vom-bench-") as folder:
-        work = Path(folder)
-        result = {"ours": ours(arguments.folder, work, arguments.size, arguments.threads)}
-        if shutil.which("colmap"):
-            result["Debian's COLMAP"] = debian(
-                arguments.folder, names, work, arguments.size, arguments.threads
-            )
-    print(json.dumps(result, indent=1))
+    if not shutil.which("colmap"):
+        print("Debian's COLMAP is not installed: no peer")
+    for number in range(arguments.rounds):
+        with tempfile.TemporaryDirectory(prefix="vom-bench-") as folder:
+            work = Path(folder)
+            sizes = (work, arguments.size, arguments.threads)
+            runs = {"ours": lambda s=sizes: ours(arguments.folder, *s)}
+            if shutil.which("colmap"):
+                runs["Debian's COLMAP"] = lambda s=sizes: debian(arguments.folder, names, *s)
+            order = list(runs) if number % 2 == 0 else list(runs)[::-1]
+            print(json.dumps({name: runs[name]() for name in order}, indent=1), flush=True)
 
 
 if __name__ == "__main__":
