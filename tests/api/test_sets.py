@@ -68,8 +68,8 @@ def test_folds_are_those_of_the_command(command: Any, planes: Any) -> None:
     table, path = planes
     assert plain(vs.fold(table).as_dict()) == command("fold", path)
     assert plain(vs.fold(table, kind="joint").as_dict()) == command("fold", path, "--kind", "joint")
-    told = command("fold", path, "--sets", "bedding,fault")
-    assert plain(vs.fold(table, sets=["bedding", "fault"]).as_dict()) == told
+    told = command("fold", path, "--sets", "4 east limb,fault")
+    assert plain(vs.fold(table, sets=["4 east limb", "fault"]).as_dict()) == told
 
 
 def test_the_fisher_mean_is_that_of_mplstereonet() -> None:
