@@ -53,7 +53,7 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
     assert planner.figures["Footprint"].text() == "30 x 20 m"
     # 30 % of the footprint is new at 70 % overlap.
     assert planner.figures["Spacing"].text() == "9 m along, 6 m up"
-    assert planner.figures["Planes across"].text().endswith("5 m (1000 px) ± 0.3°")
+    assert planner.figures["Planes across"].text().endswith("5.0 m (1000 px) ± 0.3°")
     driver.keep_picture(planner, "planner")
     QTest.keyClick(planner.overlap, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
     QTest.keyClicks(planner.overlap, "80")
