@@ -18,6 +18,7 @@ from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.ui.analyse import stereonet_panel
 from vomstudio.ui.analyse.net_commands import export_net
+from vomstudio.ui.common import theme
 
 LEFT, NONE, CTRL = driver.LEFT, driver.NONE, driver.CTRL
 
@@ -177,6 +178,20 @@ def test_the_net_keeps_its_shape_until_it_is_drawn_for_another_size(net, window)
         assert place.width() <= width + 1e-6
         assert place.height() <= height + 1e-6
     window.docks["stereonet"].setFloating(False)
+
+
+def test_the_net_takes_the_colours_of_another_theme(net, window):
+    def lightness() -> int:
+        drawn(window)
+        return net.canvas.grab().toImage().pixelColor(3, 3).lightness()
+
+    try:
+        for name, dark in (("dark", True), ("light", False), ("dark", True)):
+            window.actions_table.run(f"theme_{name}")
+            QApplication.processEvents()
+            assert (lightness() < 128) == dark
+    finally:
+        theme.use("system")
 
 
 def test_legend_and_net_do_not_meet_at_any_size_of_the_dock(net, window):

@@ -7,7 +7,7 @@ from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QEvent, Qt, QTimer
 from PySide6.QtGui import QAction, QMouseEvent, QPalette
 from PySide6.QtWidgets import (
     QHBoxLayout,
@@ -141,6 +141,12 @@ class StereonetPanel(QWidget):
 
     def _edited(self, edit: Edit) -> None:
         if self._studio.affected(edit):
+            self._soon()
+
+    def changeEvent(self, event: QEvent) -> None:  # noqa: N802
+        super().changeEvent(event)
+        # The net has the colours of the theme. Qt sends this before all is made, too.
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_timer"):
             self._soon()
 
     def close_thread(self) -> None:
