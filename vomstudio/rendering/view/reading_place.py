@@ -178,7 +178,7 @@ def _lengths_in(box: Box, segments: Array) -> Array:
     x, y, wide, high = box
     start, way = segments[:, :2], segments[:, 2:] - segments[:, :2]
     low, top = np.array([x, y]), np.array([x + wide, y + high])
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         a, b = (low - start) / way, (top - start) / way
     still = way == 0.0
     within = (start >= low) & (start <= top)
