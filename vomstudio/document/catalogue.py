@@ -3,10 +3,9 @@ table's columns, which is a contract."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
-
-import numpy as np
 
 from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.figures import figure_in_degrees as _degrees
@@ -111,7 +110,7 @@ def _eigenvalue(index: int) -> Value:
 def _ratio(s: Subject) -> float | None:
     fit, resolution = s.measured.fit, s.measured.resolution_m
     extent = None if fit is None else fit.extent
-    return extent / resolution if extent and np.isfinite(extent) and resolution else None
+    return extent / resolution if extent and math.isfinite(extent) and resolution else None
 
 
 def _quality(s: Subject) -> str | None:

@@ -21,7 +21,7 @@ def wrap360(angle_deg: Floats) -> Floats: ...
 def wrap360(angle_deg: float | Floats) -> float | Floats:
     """The same azimuth in [0, 360), never -0.0, never 360.0."""
     # mod(-1e-20, 360) is 360.0 itself; adding 0.0 turns -0.0 into 0.0.
-    if np.ndim(angle_deg) == 0:
+    if type(angle_deg) is float or np.ndim(angle_deg) == 0:
         # Python's remainder is NumPy's, in a twentieth of the time.
         one = float(angle_deg) % 360.0
         return 0.0 if one >= 360.0 else one + 0.0
