@@ -112,9 +112,15 @@ class Walk:
     def shown(self) -> list[QWidget]:
         """Windows beside the main one."""
         tops = QApplication.topLevelWidgets()
-        return [w for w in tops if w.isVisible() and w is not self.window and w.isWindow()
-                and type(w).__module__.startswith("vomstudio.ui")
-                and (isinstance(w, QDialog) or type(w).__name__ == "PhotoWindow")]  # fmt: skip
+        return [
+            w
+            for w in tops
+            if w.isVisible()
+            and w is not self.window
+            and w.isWindow()
+            and type(w).__module__.startswith("vomstudio.ui")
+            and isinstance(w, QDialog)
+        ]
 
     def modal(self, name: str, run: Callable[[], object]) -> None:
         """The same of one that waits for its end."""
@@ -185,8 +191,6 @@ class Walk:
         driver.wait(lambda: not window.survey.forecasting, "the forecast", 60.0)
         with self.seen("make_settings"):
             window.actions_table.run("make_settings")
-        with self.seen("open_photo"):
-            window.photo_opening.open()
 
     def _alignment(self) -> None:
         from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
