@@ -312,5 +312,7 @@ def test_closing_with_an_open_trace_asks_and_staying_loses_nothing(faced, picks)
     assert not window.close()
     assert seen
     assert len(tool.vertices) == 5
+    # As a window manager does when a box has closed.
+    driver.focus(window)
     key(window, Qt.Key.Key_Return)
     assert len(driver.traces(window)) == 2
