@@ -11,7 +11,8 @@ from typing import TypeVar
 
 import numpy as np
 import shiboken6
-from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QWidget
 
@@ -19,6 +20,7 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Model
 from vomstudio.io.settings import read_settings
 from vomstudio.ui.shell.main_window import MainWindow
+from vomstudio.workspace.running_jobs import Jobs
 
 LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier
@@ -206,6 +208,28 @@ def look_at(window: MainWindow, points: np.ndarray, trend: float, plunge: float 
     window.viewport.moves.frame(points)
     viewport = window.viewport
     wait(lambda: viewport.still, "the camera's rest")
+
+
+# --- files -----------------------------------------------------------------------------------
+def drop(window: MainWindow, paths: list[Path]) -> None:
+    """Drag files onto the window and let them go."""
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    copy = Qt.DropAction.CopyAction
+    enter = QDragEnterEvent(QPoint(400, 300), copy, data, LEFT, NONE)
+    QApplication.sendEvent(window, enter)
+    assert enter.isAccepted()
+    QApplication.sendEvent(window, QDropEvent(QPointF(400, 300), copy, data, LEFT, NONE))
+
+
+def begin_reading(window: MainWindow, folder: Path) -> Jobs:
+    """Open a file that takes long to be read; the jobs, of which the reading is one."""
+    path = folder / "big.obj"
+    path.write_bytes(b"v 1.5 2.5 3.5\n" * 300_000)
+    window.open_path(path)
+    jobs = window.studio.jobs
+    wait(lambda: jobs.visible() and jobs.visible()[0].stage, "the reading")
+    return jobs
 
 
 # --- boxes -----------------------------------------------------------------------------------

@@ -4,12 +4,11 @@ is stuck, and each is said."""
 from __future__ import annotations
 
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt, QUrl
-from PySide6.QtGui import QDragEnterEvent, QDropEvent, QWheelEvent
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QLineEdit, QMessageBox
 
@@ -98,13 +97,7 @@ def test_letters_in_a_dialog_never_reach_the_outcrop_behind_it(faced):
 
 def test_while_a_job_runs_keys_and_wheel_act_and_undo_takes_back_the_last_step(faced, tmp_path):
     window = faced
-    big = tmp_path / "big.obj"
-    with big.open("wb") as stream:
-        for _ in range(30):
-            stream.write(b"v 1.5 2.5 3.5\n" * 10_000)
-    window.open_path(big)
-    jobs = window.studio.jobs
-    wait(lambda: jobs.visible() and jobs.visible()[0].stage, "the reading")
+    jobs = driver.begin_reading(window, tmp_path)
     before = window.viewport.camera.distance
     wheel(window.viewport, window.viewport.rect().center())
     assert window.viewport.camera.distance != before
@@ -224,21 +217,6 @@ def test_a_third_click_after_a_double_click_begins_no_second_trace_by_chance(fac
 
 
 # --- files ------------------------------------------------------------------------------------
-def drop(window, paths: list[Path]) -> None:
-    data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
-    enter = QDragEnterEvent(
-        QPoint(400, 300), Qt.DropAction.CopyAction, data, driver.LEFT, driver.NONE
-    )
-    QApplication.sendEvent(window, enter)
-    assert enter.isAccepted()
-    event = QDropEvent(
-        QPointF(400, 300), Qt.DropAction.CopyAction, data, driver.LEFT, driver.NONE,
-        QEvent.Type.Drop,
-    )  # fmt: skip
-    QApplication.sendEvent(window, event)
-
-
 def test_a_drop_of_twenty_files_opens_the_sound_ones_and_names_the_three_damaged(window, tmp_path):
     paths = []
     for number in range(20):
@@ -252,7 +230,7 @@ def test_a_drop_of_twenty_files_opens_the_sound_ones_and_names_the_three_damaged
     damaged[0].write_bytes(b"\0\1\2\3" * 500)
     damaged[1].write_text("v 1 2\nv nonsense\nf 1 2 3\n")
     damaged[2].write_text("")
-    drop(window, paths)
+    driver.drop(window, paths)
     wait(lambda: not window.studio.loader.busy, "the end of the reading", 90.0)
     names = {model.name for model in window.studio.session.of(driver.Model)}
     assert names == {path.stem for path in paths if path not in damaged}

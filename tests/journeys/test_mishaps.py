@@ -47,13 +47,7 @@ def sentences(window) -> list[str]:
 def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeeds(
     window, outcrop, tmp_path
 ):
-    big = tmp_path / "big.obj"
-    with big.open("wb") as stream:
-        for _ in range(30):
-            stream.write(b"v 1.5 2.5 3.5\n" * 10_000)
-    window.open_path(big)
-    jobs = window.studio.jobs
-    wait(lambda: jobs.visible() and jobs.visible()[0].stage, "the reading")
+    jobs = driver.begin_reading(window, tmp_path)
     os.kill(jobs.visible()[0].worker._process.pid, signal.SIGKILL)
     wait(lambda: not jobs.visible(), "the end of the job")
     assert "ended unexpectedly" in window.message_bar.text
@@ -66,13 +60,7 @@ def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeed
 
 @pytest.mark.slow
 def test_loading_can_be_stopped(window, tmp_path):
-    big = tmp_path / "big.obj"
-    with big.open("wb") as stream:
-        for _ in range(30):
-            stream.write(b"v 1.5 2.5 3.5\n" * 10_000)
-    window.open_path(big)
-    jobs = window.studio.jobs
-    wait(lambda: jobs.visible() and jobs.visible()[0].stage, "the reading")
+    jobs = driver.begin_reading(window, tmp_path)
     wait(window.status_line._stop.isVisible, "the stop button", 5.0)
     window.status_line._stop.click()
     wait(lambda: not jobs.visible(), "the end of the job")

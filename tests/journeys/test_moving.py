@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt, QUrl
-from PySide6.QtGui import QDragEnterEvent, QDropEvent, QWheelEvent
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -138,18 +138,7 @@ def test_a_double_click_without_a_trace_sets_the_pivot_and_begins_nothing(pickin
 
 def test_a_file_dropped_on_the_window_is_opened(window, qtbot):
     """The small outcrop names its CRS itself, so nothing is asked."""
-    data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(resource("outcrop", "outcrop.obj")))])
-    enter = QDragEnterEvent(
-        QPoint(400, 300), Qt.DropAction.CopyAction, data, driver.LEFT, driver.NONE
-    )
-    QApplication.sendEvent(window, enter)
-    assert enter.isAccepted()
-    drop = QDropEvent(
-        QPointF(400, 300), Qt.DropAction.CopyAction, data, driver.LEFT, driver.NONE,
-        QEvent.Type.Drop,
-    )  # fmt: skip
-    QApplication.sendEvent(window, drop)
+    driver.drop(window, [resource("outcrop", "outcrop.obj")])
     driver.settled(window)
     assert driver.model(window).frame.crs == "EPSG:32633"
     assert driver.dialog_of(window) is None

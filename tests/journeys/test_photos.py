@@ -6,22 +6,13 @@ import json
 import shutil
 from pathlib import Path
 
-from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
-from PySide6.QtGui import QDropEvent
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QListWidget, QToolButton
 
 from tests import driver
 from vomstudio.document.records import Model
 from vomstudio.io.photos.cameras_file import read_cameras
-
-
-def drop(window, path: Path) -> None:
-    data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(path))])
-    buttons, keys = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
-    action = Qt.DropAction.CopyAction
-    window.dropEvent(QDropEvent(QPointF(300, 300), action, data, buttons, keys))
 
 
 def looked_at(window) -> None:
@@ -41,7 +32,7 @@ def test_dropped_photos_are_judged_and_shown(window, photos) -> None:
     (photos / "notes.txt").write_text("weather: fine")
     (photos / "broken.jpg").write_bytes((photos / "IMGP4167.JPG").read_bytes()[:5000])
     assert "Choose a folder" in window.survey.why_not_make()
-    drop(window, photos)
+    driver.drop(window, [photos])
     looked_at(window)
     table = window.photos_panel.table
     assert [table.item(row, 0).text() for row in range(table.rowCount())] == [
@@ -62,7 +53,7 @@ def test_points_and_masks_that_come_with_the_photos_are_nobody_elses(window, tmp
     """The first thing that is said of them was that another program had changed them."""
     folder = tmp_path / "photos"
     shutil.copytree(Path(__file__).parents[1] / "specimens" / "photos", folder)
-    drop(window, folder)
+    driver.drop(window, [folder])
     looked_at(window)
     driver.wait(lambda: window.survey.document.taken_in, "the points and masks", 60.0)
     driver.pause(500)
@@ -73,7 +64,7 @@ def test_points_and_masks_that_come_with_the_photos_are_nobody_elses(window, tmp
 
 def test_a_folder_without_photos_says_so_and_the_window_lives(window, tmp_path) -> None:
     (tmp_path / "empty").mkdir()
-    drop(window, tmp_path / "empty")
+    driver.drop(window, [tmp_path / "empty"])
     driver.wait(lambda: window.survey.problem, "the reason")
     assert "empty" in window.survey.problem
     assert window.survey.why_not_make() is not None
@@ -82,7 +73,7 @@ def test_a_folder_without_photos_says_so_and_the_window_lives(window, tmp_path) 
 def test_a_model_is_made_paused_and_continued(window, photos, tmp_path, monkeypatch) -> None:
     place = tmp_path / "wall.vom"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(place), ""))
-    drop(window, photos)
+    driver.drop(window, [photos])
     looked_at(window)
     window.photos_panel.quality.setCurrentIndex(window.photos_panel.quality.findData("preview"))
     press(window, "make_model")
@@ -133,7 +124,7 @@ def test_a_run_that_failed_says_so_with_the_reason_and_is_not_called_paused(
     for number, grey in enumerate((90, 120, 150)):
         picture = np.full((480, 640, 3), grey, np.uint8)
         Image.fromarray(picture).save(folder / f"mist{number}.jpg")
-    drop(window, folder)
+    driver.drop(window, [folder])
     looked_at(window)
     window.photos_panel.quality.setCurrentIndex(window.photos_panel.quality.findData("preview"))
     window.studio.save_as(tmp_path / "mist.vom")
@@ -150,7 +141,7 @@ def test_a_run_that_failed_says_so_with_the_reason_and_is_not_called_paused(
     assert any(said.rstrip(".") in text for text in warned), (said, warned)
     driver.keep_picture(window, "photos-failed")
     # It is known still when the photos are opened again, and forgotten when it is tried again.
-    drop(window, folder)
+    driver.drop(window, [folder])
     looked_at(window)
     assert findings.item(0).text().endswith(said)
     press(window, "make_model")
