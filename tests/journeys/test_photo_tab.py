@@ -274,11 +274,17 @@ def test_a_photo_has_room_in_any_window_without_a_model(window, photos, size):
     driver.keep_picture(window, f"photo-tab-{size[0]}")
 
 
+def drawn_in(window, tool: Qt.Key):
+    """The first photo, opened and clicked in its middle with a tool."""
+    page = open_from_tree(window, NAMES[0])
+    press(tool)
+    click(page.canvas, page.canvas.rect().center())
+    return page
+
+
 def test_a_photo_goes_out_into_its_own_window_and_back(both):
     window = both
-    page = open_from_tree(window, NAMES[0])
-    press(Qt.Key.Key_M)
-    click(page.canvas, page.canvas.rect().center())
+    page = drawn_in(window, Qt.Key.Key_M)
     page.actions_table.run("own_window")
     assert page.isWindow()
     assert page.isVisible()
@@ -307,9 +313,7 @@ def test_a_photo_goes_out_into_its_own_window_and_back(both):
 
 def test_a_photo_whose_masks_are_being_drawn_comes_forward_and_stays(both):
     window = both
-    page = open_from_tree(window, NAMES[0])
-    press(Qt.Key.Key_B)
-    click(page.canvas, page.canvas.rect().center())
+    page = drawn_in(window, Qt.Key.Key_B)
     page.actions_table.run("repeat_mask")
     assert page.masks.busy
     key_of_outcrop = window.actions_table.all["outcrop_or_photo"]

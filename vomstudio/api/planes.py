@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Literal
 
 import numpy as np
@@ -13,6 +13,7 @@ from vomstudio.api.checking import coordinate_names, numbers, one_of, points, po
 from vomstudio.api.tables import frame
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.profiles import PROFILES
+from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.reprs import html_table
 from vomstudio.tables.fitted_planes import FittedPlanes, fitted_planes
 from vomstudio.words import tr, tr_n
@@ -243,7 +244,8 @@ def fit_plane(
     'good'
     """
     array = _points(points)
-    done = _fitted([None], array, np.array([0, len(array)]), method, axis, resolution_m, profile)
+    alone = _Groups([None], array, np.array([0, len(array)]))
+    done = _fitted(alone, method, axis, resolution_m, profile)
     if not done.rows:
         raise GeometryError(
             tr(
@@ -293,8 +295,8 @@ def fit_planes(
     >>> planes[["id", "dip_direction_deg", "dip_deg", "quality"]].round(1).head(1).values.tolist()
     [['B01', 315.2, 38.2, 'good']]
     """
-    ids, array, offsets, dropped = _groups(groups, by)
-    done = _fitted(ids, array, offsets, method, axis, resolution_m, profile)
+    given = _groups(groups, by)
+    done = _fitted(given, method, axis, resolution_m, profile)
     if not done.rows:
         first = done.skipped[0]
         raise GeometryError(
@@ -305,17 +307,17 @@ def fit_planes(
             ),
             field=str(first["id"]),
         )
-    _keep_words(done.rows, groups, by)
-    said = [
+    said = [*given.said]
+    said += [
         tr("Plane {plane} was skipped: {reason}.", plane=item["id"], reason=item["reason"])
         for item in done.skipped
     ]
-    if dropped:
+    if given.dropped:
         said.append(
             tr_n(
                 "{count} row without finite coordinates was dropped.",
                 "{count} rows without finite coordinates were dropped.",
-                dropped,
+                given.dropped,
             )
         )
     warn(said)
@@ -325,26 +327,25 @@ def fit_planes(
     return made
 
 
-def _keep_words(rows: list[dict[str, Any]], given: Any, by: Any) -> None:
-    """Kind and set of the planes whose points have one and the same, as the command line does."""
-    for column in ("kind", "set"):
-        if by is None or by == column or column not in given.columns:
-            continue
-        words = given.groupby(by, observed=True)[column].agg(
-            lambda each: None if each.nunique() != 1 else each.dropna().iloc[0]
-        )
-        for row in rows:
-            row[column] = words.get(row["id"])
-
-
 def _points(given: Any) -> npt.NDArray[np.float64]:
     return points(given)
 
 
+@dataclass(frozen=True, eq=False)
+class _Groups:
+    """offsets : where in `points` each group begins, and the end; dropped : number of rows without
+    a place; words : what else is known of the groups; said : sentences on that"""
+
+    ids: list[Any]
+    points: npt.NDArray[np.float64]
+    offsets: npt.NDArray[np.int64]
+    dropped: int = 0
+    words: Words[Any] = field(default_factory=dict)
+    said: Sequence[str] = ()
+
+
 def _fitted(
-    ids: Iterable[Any],
-    array: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
+    groups: _Groups,
     method: Method,
     axis: Axis,
     resolution_m: float | None,
@@ -355,15 +356,12 @@ def _fitted(
     one_of(profile, tuple(PROFILES), "profile")
     resolution_m = positive(resolution_m, "resolution_m")
     return fitted_planes(
-        list(ids), array, offsets, method=method, axis=axis, resolution_m=resolution_m,
-        thresholds=PROFILES[profile],
+        groups.ids, groups.points, groups.offsets, method=method, axis=axis,
+        resolution_m=resolution_m, thresholds=PROFILES[profile], words=groups.words,
     )  # fmt: skip
 
 
-def _groups(
-    given: Any, by: Any
-) -> tuple[list[Any], npt.NDArray[np.float64], npt.NDArray[np.int64], int]:
-    """ids, points, offsets, and how many rows were dropped."""
+def _groups(given: Any, by: Any) -> _Groups:
     if isinstance(given, Mapping):
         if by is not None:
             raise UsageError(
@@ -373,7 +371,7 @@ def _groups(
             raise InputError(tr("There are no groups of points."), field="groups")
         arrays = [points(each, f"points of {name}") for name, each in given.items()]
         offsets = np.concatenate([[0], np.cumsum([len(a) for a in arrays])])
-        return list(given), np.concatenate(arrays), offsets.astype(np.int64), 0
+        return _Groups(list(given), np.concatenate(arrays), offsets.astype(np.int64))
     if not (hasattr(given, "columns") and hasattr(given, "groupby")):
         raise InputError(
             tr(
@@ -403,4 +401,8 @@ def _groups(
     counts = np.bincount(codes, minlength=len(ids))
     order = np.argsort(codes, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    return list(ids), array[keep][order], offsets, int((~keep).sum())
+    beside = {
+        c: given[c].fillna("").astype(str).tolist() for c in COLUMNS if c != by and c in columns
+    }
+    words, said = words_of_groups(beside, names.tolist(), keep.tolist())
+    return _Groups(list(ids), array[keep][order], offsets, int((~keep).sum()), words, said)

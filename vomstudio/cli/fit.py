@@ -49,12 +49,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     groups = read_points(args.points, args.by)
     fitted = fitted_planes(
         groups.ids, groups.points, groups.offsets, method=args.method, axis=args.axis,
-        thresholds=limits,
+        thresholds=limits, words=groups.words,
     )  # fmt: skip
     rows, skipped = fitted.rows, fitted.skipped
-    for column, words in groups.words.items():
-        for row in rows:
-            row[column] = words.get(row["id"]) or None
     if not rows:
         raise _nothing_fitted(args.points, args.by, skipped)
     result: dict[str, Any] = {

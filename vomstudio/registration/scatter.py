@@ -76,7 +76,7 @@ def scatter_of(places: Array, residuals: Array, stated: float | Array | None = N
         wanted = float((_expected(((0,), (1,), (2,)), n, inverse, own) @ known**2 / known**2).sum())
         squares = float(((residuals / known) ** 2).sum())
         if squares * freedom / wanted <= chi2.ppf(_SURE, freedom):
-            return _result(known, np.full(7, np.inf), inverse, own, units)
+            return _result(known, inverse, own, units)
     groups = _groups(n)
     variances, free = _variances(groups, n, inverse, own, (residuals**2).sum(axis=0))
     if known is not None:
@@ -88,7 +88,7 @@ def scatter_of(places: Array, residuals: Array, stated: float | Array | None = N
     total = shares.sum(axis=0)
     each = total**2 / np.maximum((shares**2 / free[:, None]).sum(axis=0), 1e-300)
     factor = t.ppf(0.975, np.clip(each, 1.0, None)) / norm.ppf(0.975)
-    return _result(np.sqrt(variances), each, inverse, own, units, factor)
+    return _result(np.sqrt(variances), inverse, own, units, factor)
 
 
 def scale_warning(scale_error: float) -> str:
@@ -136,7 +136,6 @@ def _variances(
 
 def _result(
     sigma: Array,
-    freedom: Array,
     inverse: Array,
     own: Array,
     units: Array,

@@ -3,8 +3,9 @@ prints."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy.typing as npt
@@ -16,6 +17,7 @@ from vomstudio.geometry.plane_figures import Method
 from vomstudio.geometry.planes import Axis, fit_planes
 from vomstudio.tables.orientation_table import Row, plane_row
 
+NO_WORDS: Mapping[str, Mapping[Any, str]] = MappingProxyType({})
 AS_GIVEN = "as given"
 """The frame of points that name none."""
 
@@ -37,6 +39,7 @@ def fitted_planes(
     axis: Axis = "auto",
     resolution_m: float | None = None,
     thresholds: Thresholds = DEFAULTS,
+    words: Mapping[str, Mapping[Any, str]] = NO_WORDS,
 ) -> FittedPlanes:
     """Fit and judge a plane to each group of points.
 
@@ -45,6 +48,7 @@ def fitted_planes(
         nearest the normal of its plane by least squares of distances
     resolution_m : of the model that the points were taken from, where it is known
     thresholds : of the profile by which the planes are judged
+    words : what else is known of the groups, by column of the table and by id
     """
     batch = fit_planes(points, offsets, method=method, axis=axis)
     fits = batch.rows()
@@ -57,10 +61,11 @@ def fitted_planes(
             skipped.append({"id": name, "reason": fit.error})
             continue
         verdict = judge(fit, resolution_m=resolution_m, outcrop_normal=None, thresholds=thresholds)
+        own: dict[str, Any] = {column: known.get(name) or None for column, known in words.items()}
         rows.append(
             plane_row(
                 fit, verdict, id=name, frame=AS_GIVEN, resolution_m=resolution_m,
-                plane=next(planes),
+                plane=next(planes), **own,
             )
         )  # fmt: skip
     return FittedPlanes(rows, skipped)

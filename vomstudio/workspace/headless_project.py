@@ -212,7 +212,10 @@ class HeadlessProject:
             return None
         to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
         points = transform.apply(to_file, pick.points)
-        return next((s for p in points if (s := why_not_at(p, bounds)) is not None), None)
+        low, high = bounds
+        off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
+        # The farthest says it for all; what is no number counts as the farthest.
+        return why_not_at(points[int(np.argmax(off))], bounds)
 
     def judge_by(self, profile: str) -> None:
         """Judge all features by a profile that every project has, "error" or "textbook".

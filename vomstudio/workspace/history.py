@@ -76,7 +76,8 @@ class History:
         elif discarded is not None:
             done = self._bring_back(discarded)
         else:
-            done = self._editing.undo()
+            self.undo_edit()
+            return
         if done:
             self._notices.info(tr("Undone: {edit}", edit=step_words(label)))
 
@@ -117,13 +118,11 @@ class History:
         label = self.redo_label
         if label is None:
             return
-        if self._to_discard_again() is not None:
-            self._tools.cancel()
-            done = True
-        else:
-            done = self._editing.redo()
-        if done:
-            self._notices.info(tr("Redone: {edit}", edit=step_words(label)))
+        if self._to_discard_again() is None:
+            self.redo_edit()
+            return
+        self._tools.cancel()
+        self._notices.info(tr("Redone: {edit}", edit=step_words(label)))
 
 
 def step_words(label: str) -> str:

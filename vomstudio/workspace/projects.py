@@ -123,8 +123,13 @@ class Projects:
 
         def work() -> None:
             project = Project.open(folder, settings=settings.affecting_results)
-            measurements = Measurements(settings.thresholds)
-            measurements.of(project.session.records, [f.id for f in project.session.features()])
+            try:
+                measurements = Measurements(settings.thresholds)
+                measurements.of(project.session.records, [f.id for f in project.session.features()])
+            except BaseException:
+                # Or nobody could open it again before the program ends.
+                project.close()
+                raise
             read.append((project, measurements))
 
         self._aside(work)

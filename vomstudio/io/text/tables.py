@@ -14,7 +14,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.places import FARTHEST_M, why_no_coordinate
-from vomstudio.io.text.group_words import words_of_groups
+from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.io.text.rows import (
     TextRows,
     cut,
@@ -220,7 +220,7 @@ class PointGroups:
     dropped: tuple[int, ...]
     """Lines whose coordinates are missing or not finite."""
     warnings: tuple[str, ...]
-    words: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    words: Words[str] = field(default_factory=dict)
     """Kind and set of the groups that have one."""
 
 
@@ -358,6 +358,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
                     file=table.path,
                     field=by,
                 )
+    words, said = _words_beside(table, groups, keep, by)
     named = groups if all(groups) else [g for g, k in zip(groups, keep, strict=True) if k or g]
     codes = {name: i for i, name in enumerate(dict.fromkeys(named))}
     kept = np.fromiter(map(codes.__getitem__, itertools.compress(groups, keep)), np.int64)
@@ -367,9 +368,16 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
         points=np.ascontiguousarray(points[keep][np.argsort(kept, kind="stable")]),
         offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
         dropped=dropped,
-        words=words_of_groups(table, groups, keep, by, warnings),
-        warnings=tuple(warnings),
+        words=words,
+        warnings=(*warnings, *said),
     )
+
+
+def _words_beside(
+    table: TextTable, groups: list[str], keep: NDArray[np.bool_], by: str | None
+) -> tuple[Words[str], list[str]]:
+    told = [c for c in COLUMNS if by not in (None, c) and table.has(c)]
+    return words_of_groups({c: table.cells(table.find(c)) for c in told}, groups, keep.tolist())
 
 
 COORDINATES: dict[str, set[str]] = {

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.io.control.points import ControlPoint
 from vomstudio.photogrammetry.align.mapping import mean_error
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.ground_adjustment import KnownPoint
+from vomstudio.photogrammetry.place.ground_adjustment import KnownPoint, bundle_adjust
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict, adjust_to_ground
 from vomstudio.photogrammetry.place.mark_observations import PointMarks
 from vomstudio.photogrammetry.place.world_frame import moved
@@ -39,8 +39,8 @@ _FOLDS = 3
 # A handful of points knows its own scatter to a quarter, and nothing is known to a part of a pixel.
 _CLEARLY_WORSE, _PART_OF_A_MISS = 1.25, 0.5
 _FEWEST_TO_JUDGE = 5
-"""Control points from which on, and check points from half of them, the model is judged with and
-without bending."""
+"""Control points from which on the model is judged with and without bending. Check points take no
+part in it: they would tell the truth no longer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +110,11 @@ class GroundPoints:
     ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
         """The scene after an adjustment with these points and all ties. sigma : of the coordinates
         of points of which none is stated"""
+        known = self.known(used, sigma)
+        return adjust_to_ground(placed, known, threads=threads, progress=progress)
+
+    def known(self, used: Sequence[int], sigma: float) -> list[KnownPoint]:
+        """These points and all ties, as an adjustment wants them."""
         usual = max(self.surveyed or sigma, self.pixel)
         known = [
             KnownPoint(
@@ -120,8 +125,7 @@ class GroundPoints:
             )
             for i in used
         ]
-        known += [KnownPoint(None, 0.0, tie.views, tie.pixels) for tie in self.ties]
-        return adjust_to_ground(placed, known, threads=threads, progress=progress)
+        return known + [KnownPoint(None, 0.0, tie.views, tie.pixels) for tie in self.ties]
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,16 +217,9 @@ def _misses_of_others(
     threads: int,
     progress: Progress | None,
 ) -> tuple[float, float] | None:
-    """Root mean square distances in metres by which points miss that a model is not made of: of the
-    one adjusted to the others, and of the one placed by them. Check points where there are three,
-    else control points in turn; None where there are too few."""
-    checks = [
-        i
-        for i, point in enumerate(ground.control)
-        if point.check and np.isfinite(ground.seen[i].place(placed)).all()
-    ]
-    if len(checks) >= _FOLDS:
-        return ground.off(better, checks), ground.off(placed, checks)
+    """Root mean square distances in metres by which control points miss that a model is not made
+    of, each third in turn: of the one adjusted to the others, and of the one placed by them. None
+    where there are too few."""
     if len(fit.used) < _FEWEST_TO_JUDGE:
         return None
     bent, stiff = [], []
@@ -235,15 +232,19 @@ def _misses_of_others(
             again = fit_similarity(places, ground.local[rest])
         except GeometryError:
             continue
-        start = moved(placed, again, (0, 0, 0), placed.crs)
-        trial, _ = ground.adjusted(start, rest, fit.sigma, threads, progress)
+        start = moved(placed, again, ground.origin, placed.crs)
+        # With the lenses that all points have given: finding them takes most of the time.
+        views = zip(start.views, better.views, strict=True)
+        begun = replace(start, views=tuple(replace(v, intrinsics=b.intrinsics) for v, b in views))
+        known = ground.known(rest, fit.sigma)
+        trial = bundle_adjust(begun, known, threads=threads, progress=progress)
         if not _is_sound(trial):
             return math.inf, ground.off(start, out)
         bent += [ground.off(trial, [i]) for i in out]
         stiff += [ground.off(start, [i]) for i in out]
     if not bent:
         return None
-    return tuple(float(np.sqrt(np.mean(np.square(each)))) for each in (bent, stiff))  # type: ignore[return-value]
+    return float(np.sqrt(np.mean(np.square(bent)))), float(np.sqrt(np.mean(np.square(stiff))))
 
 
 def require_width(local: Array) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -332,8 +331,6 @@ class Files(QObject):
 
 def _free_place(folder: Path, stem: str) -> Path:
     """A project of this name in a folder, numbered where there is one already."""
-    for number in itertools.count(1):
-        place = folder / f"{stem}{'' if number == 1 else f'-{number}'}{SUFFIX}"
-        if not place.exists():
-            return place
-    raise AssertionError("counting ends never")
+    ends = ("", *(f"-{number}" for number in range(2, 1000)))
+    places = [folder / f"{stem}{end}{SUFFIX}" for end in ends]
+    return next((place for place in places if not place.exists()), places[0])
