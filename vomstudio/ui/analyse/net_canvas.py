@@ -162,8 +162,9 @@ class NetThread(QObject):
     done = Signal(object)
     """What was wanted, and the `DrawnNet` of it."""
 
-    def __init__(self, parent: QObject) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        # Without a parent: Qt does not delete what a thread sends from.
+        super().__init__()
         self._wanted: Wanted | None = None
         self._worker = WorkerThread("net", self._take)
 

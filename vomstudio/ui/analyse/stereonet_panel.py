@@ -74,7 +74,7 @@ class StereonetPanel(QWidget):
         self.canvas.left.connect(self._show_selected)
         self.canvas.painted.connect(self._painted)
         self.canvas.resized.connect(self._soon)
-        self._thread = NetThread(self)
+        self._thread = NetThread()
         self._thread.done.connect(self._drawn)
         self._wanted: Wanted | None = None
         self._stale = True

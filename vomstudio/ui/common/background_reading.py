@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable
+from functools import partial
 
-from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, Signal
+from PySide6.QtCore import QObject, QRunnable, QThreadPool
 
 from vomstudio.failures import exception_hooks
+from vomstudio.ui.common.qt_owner import poster
 
 Work = Callable[[], object]
 Then = Callable[[object], None]
@@ -18,20 +19,22 @@ class Background(QObject):
     the owner is gone by then. Work must not raise; expected errors are returned. An exception is
     reported as a fault of the program, and nothing is passed on."""
 
-    _done = Signal(object, object)
-
     def __init__(self, owner: QObject) -> None:
         super().__init__(owner)
         self._closed = False
-        self._done.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
+        self._post = poster(self)
 
     def run(self, work: Work, then: Then) -> None:
         """Do `work` in a thread, then call `then` with its result in the GUI's thread."""
-        QThreadPool.globalInstance().start(_Task(self, work, then))
+        QThreadPool.globalInstance().start(_Task(work, partial(self._hand_over, then)))
 
     def close(self) -> None:
         """No result is passed on any more."""
         self._closed = True
+
+    def _hand_over(self, then: Then, made: object) -> None:
+        """From the thread."""
+        self._post(partial(self._deliver, then, made))
 
     def _deliver(self, then: Then, made: object) -> None:
         if not self._closed:
@@ -39,9 +42,9 @@ class Background(QObject):
 
 
 class _Task(QRunnable):
-    def __init__(self, owner: Background, work: Work, then: Then) -> None:
+    def __init__(self, work: Work, hand_over: Then) -> None:
         super().__init__()
-        self._owner, self._work, self._then = owner, work, then
+        self._work, self._hand_over = work, hand_over
 
     def run(self) -> None:
         try:
@@ -49,6 +52,4 @@ class _Task(QRunnable):
         except Exception as error:  # noqa: BLE001 - a thread of Qt's has nobody above it
             exception_hooks.report_as_uncaught(error)
             return
-        # The window may be gone, and Qt's side of the owner with it.
-        with contextlib.suppress(RuntimeError):
-            self._owner._done.emit(self._then, made)
+        self._hand_over(made)

@@ -2,13 +2,63 @@
 
 from __future__ import annotations
 
-import contextlib
+import atexit
 import threading
+from collections.abc import Callable
+from functools import cache, partial
 
 from PySide6.QtCore import QEventLoop, QMetaObject, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QGuiApplication
+from shiboken6 import isValid
 
 from vomstudio.workspace.owner_thread import Call, Timer
+
+
+class _Courier(QObject):
+    """Carries calls into the thread that it was made in, for as long as the program runs.
+
+    A thread must not emit a signal of an object that a window deletes: when Qt deletes it in that
+    very moment, the process dies.
+    """
+
+    _came = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._came.connect(self._make, Qt.ConnectionType.QueuedConnection)
+        self._sending, self._closed = threading.Lock(), False
+        # Before PySide deletes what there is of Qt, which it does at exit too.
+        atexit.register(self.close)
+
+    def close(self) -> None:
+        with self._sending:
+            self._closed = True
+
+    def carry(self, call: Call) -> None:
+        with self._sending:
+            if not self._closed:
+                self._came.emit(call)
+
+    def _make(self, call: Call) -> None:
+        call()
+
+
+_courier = cache(_Courier)
+
+
+def poster(owner: QObject) -> Callable[[Call], None]:
+    """For the threads that work for `owner`, made in the GUI's thread: a call that is handed to it
+    is made in the GUI's thread, unless the owner has been deleted by then."""
+    return partial(_post, _courier(), owner)
+
+
+def _post(courier: _Courier, owner: QObject, call: Call) -> None:
+    courier.carry(partial(_unless_gone, owner, call))
+
+
+def _unless_gone(owner: QObject, call: Call) -> None:
+    if isValid(owner):
+        call()
 
 
 class QtTimer:
@@ -32,19 +82,12 @@ class QtTimer:
 class QtOwner(QObject):
     """`post` and `later` as `workspace.owner_thread` describes them."""
 
-    _posted = Signal(object)
-
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
-        self._posted.connect(self._make, Qt.ConnectionType.QueuedConnection)
+        self._poster = poster(self)
 
     def post(self, call: Call) -> None:
-        # The window may be gone, and Qt's side of this with it.
-        with contextlib.suppress(RuntimeError):
-            self._posted.emit(call)
-
-    def _make(self, call: Call) -> None:
-        call()
+        self._poster(call)
 
     def aside(self, work: Call) -> None:
         """In a thread, while the window is painted and its timers run; keys and the mouse wait."""
