@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from vomstudio.errors import GeometryError
-from vomstudio.registration.points import register_points
+from vomstudio.registration.placing import register_points
 
 TRUE = Rotation.from_euler("zyx", [70, -12, 33], degrees=True)
 SCALE, SHIFT = 0.013, np.array([364_520.0, 4_721_864.0, 850.0])
@@ -114,7 +114,7 @@ def test_turning_the_world_turns_the_transform() -> None:
 def test_what_is_wrong_with_the_points_is_said() -> None:
     model, world = pairs()
     three = register_points(model[:3], world[:3])
-    assert any("use 4 or more" in said for said in three.warnings)
+    assert any("Use 4 or more" in said for said in three.warnings)
     mirrored = register_points(model * [1, 1, -1], world)
     assert any("mirror" in said for said in mirrored.warnings)
     noisy = world + np.random.default_rng(2).normal(0, 1.0, world.shape)

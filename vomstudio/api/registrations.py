@@ -8,7 +8,7 @@ import numpy as np
 
 from vomstudio.api.checking import numbers, points, refuse_rows, warn
 from vomstudio.errors import InputError
-from vomstudio.registration.points import PointRegistration, register_points
+from vomstudio.registration.placing import Placed, register_points
 from vomstudio.words import tr
 
 
@@ -18,7 +18,7 @@ def register(
     *,
     sigma_m: Any = None,
     check: Any = None,
-) -> PointRegistration:
+) -> Placed:
     """The similarity (scale, rotation, shift; never a mirror) from a model to World by points that
     are known in both.
 
@@ -32,7 +32,7 @@ def register(
 
     Returns
     -------
-    PointRegistration with the names of the command: ``matrix`` (4 x 4, model to World), ``scale``,
+    Placed with the names of the command: ``matrix`` (4 x 4, model to World), ``scale``,
     ``control`` and ``check`` (``label``, ``dx``, ``dy``, ``dz``: fitted less given, ``error_m``),
     ``rms_control_m``, ``rms_check_m``, ``rotation_error_deg`` (one sigma ``about_up``,
     ``about_east``, ``about_north``), ``rotation_error_95_deg`` (the same three and the ``weakest``

@@ -158,9 +158,19 @@ def _next(fit: Similarity, a: Array, b: Array, used: npt.NDArray[np.bool_]) -> i
 
 def jacobian(position: Array) -> Array:
     """(3, 7) how a point moves with a small turn, a relative change of scale, and a shift."""
-    x, y, z = position
-    turn = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
-    return np.column_stack([np.array(turn), position, np.eye(3)])
+    return jacobians(position[None])[0]
+
+
+def jacobians(positions: Array) -> Array:
+    """(n, 3, 7) the same of points (n, 3)."""
+    moves = np.zeros((len(positions), 3, 7))
+    x, y, z = positions.T
+    moves[:, 0, 1], moves[:, 0, 2] = z, -y
+    moves[:, 1, 0], moves[:, 1, 2] = -z, x
+    moves[:, 2, 0], moves[:, 2, 1] = y, -x
+    moves[:, :, 3] = positions
+    moves[:, :, 4:] = np.eye(3)
+    return moves
 
 
 def _squares(transform: Similarity, a: Array, b: Array) -> Array:

@@ -1,0 +1,401 @@
+"""A similarity by everything that is known of it at once, and how well it then is known.
+
+Weighted least squares over the seven numbers of `observations`, from several starts (Gauss-Newton).
+Where accuracies are not stated, those of each group of rows are estimated together with the
+similarity (iterated variance components; Foerstner 1979, Z. f. Vermessungswesen 104, 149), and what
+is stated from few of them is widened as Student's t asks, with Satterthwaite's degrees of freedom.
+What nothing determines stays as it is in the model's file, tilts before turns about the vertical.
+The covariance is that of linear least squares: good for rotations known to some 20 degrees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.registration.observations import Observed, Points, Rows
+from vomstudio.registration.similarity import Similarity, fit_similarity, nearly_on_a_line
+
+Array = npt.NDArray[np.float64]
+
+_STARTS = 400
+_FOLLOWED = 6
+_STEPS = 60
+_SMALL = 1e-11
+# Of the information with its diagonal made 1: less is rounding.
+_NOTHING = 1e-9
+# An estimate may be negative by chance: by few points no coordinate is believed to be better by
+# more than this share of the variance.
+_LEAST_SHARE = 0.1
+_SURE = 0.99
+# What rows without a stated error are taken to be as good as, where nothing is left over to judge
+# them by: metres as a share of the model's size, radians.
+_USUAL_SHARE = 0.01
+_USUAL_RAD = np.radians(3.0)
+# Starts that end with this much more than the least sum of squares fit as well by chance.
+_AS_GOOD = 9.0
+
+
+@dataclass(frozen=True, eq=False)
+class Adjusted:
+    """fit : model to World; centre : (3,) World, what it turns and grows about
+    covariance : (7, 7) of a turn about east, north, up (rad), a relative change of scale and a
+        shift (metres), one sigma of a normal distribution with the same 95 % as Student's; only
+        what is determined counts, see `free`
+    free : (7, k) directions of the seven numbers that nothing determines, orthonormal in units of
+        the model's size
+    rows, sigma, error : of all observations, the errors by which they entered the fit, and those
+        that their misses show, one sigma
+    begins : (kinds + 1,) where the rows of each kind begin
+    assumed : names of groups whose error could not be judged and was taken as usual
+    overdrawn : how many times larger the misses are than what was stated; 1 where they agree
+    ambiguous : a quite different rotation fits as well
+    """
+
+    fit: Similarity
+    centre: Array
+    covariance: Array
+    free: Array
+    rows: Rows
+    sigma: Array
+    error: Array
+    begins: tuple[int, ...]
+    assumed: tuple[str, ...]
+    overdrawn: float
+    ambiguous: bool
+    size: float
+    redundancy: float
+    information: Array
+
+    @property
+    def rotation(self) -> Array:
+        """(3, 3) radians squared, about east, north, up."""
+        return self.covariance[:3, :3]
+
+
+def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
+    """The similarity from the model to World.
+
+    centre : (1, 3) model, what it turns about where nothing places it; size : of the model, in its
+    unit (a typical distance from the centre)
+    Raises GeometryError where nothing at all is given.
+    """
+    if not any(len(kind.labels) for kind in kinds):
+        raise GeometryError("There is nothing to register the model by. Give points or directions.")
+    offset = _offset(kinds)
+    kinds = [
+        replace(kind, world=kind.world - offset) if isinstance(kind, Points) else kind
+        for kind in kinds
+    ]
+    ended = [_followed(kinds, start, centre, size) for start in _starts(kinds, centre, size)]
+    least = min(cost for _, cost in ended)
+    good = [fit for fit, cost in ended if cost <= least + _AS_GOOD]
+    # Of those that fit alike the one that tilts the model least, then the one that turns it least.
+    good.sort(key=lambda fit: (round(_tilt_of(fit.rotation), 3), _angle_of(fit.rotation)))
+    ambiguous = any(_angle_of(good[0].rotation.T @ fit.rotation) > 0.2 for fit in good)
+    found = _judged(kinds, good[0], centre, size, ambiguous)
+    fit = replace(found.fit, translation=found.fit.translation + offset)
+    return replace(found, fit=fit, centre=found.centre + offset)
+
+
+def _offset(kinds: Sequence[Observed]) -> Array:
+    """(3,) where the points are in World: near them, no digits are lost to large coordinates."""
+    points = [kind.world for kind in kinds if isinstance(kind, Points)]
+    return np.round(np.concatenate(points).mean(axis=0)) if points else np.zeros(3)
+
+
+# --- starts -----------------------------------------------------------------------------------
+def _starts(kinds: Sequence[Observed], centre: Array, size: float) -> list[Similarity]:
+    from scipy.spatial.transform import Rotation
+
+    points = [k for k in kinds if isinstance(k, Points) and len(k.labels)]
+    model = np.concatenate([k.model for k in points]) if points else np.zeros((0, 3))
+    world = np.concatenate([k.world for k in points]) if points else np.zeros((0, 3))
+    if len(model) >= 3 and not nearly_on_a_line(model) and not nearly_on_a_line(world):
+        return [fit_similarity(model, world)]
+    scale = _first_scale(kinds, model, world)
+    turns = [np.eye(3), *Rotation.random(_STARTS, random_state=0).as_matrix()]
+    turns += [t for kind in kinds for t in _own_starts(kind)]
+    found = []
+    for turn in turns:
+        if len(model):
+            shift = world.mean(axis=0) - scale * turn @ model.mean(axis=0)
+        else:
+            shift = centre.ravel() - scale * turn @ centre.ravel()
+        start = Similarity(scale, turn, shift)
+        found.append((_cost(kinds, start, centre, size), start))
+    first, others = found[0], sorted(found[1:], key=lambda pair: pair[0])
+    return [first[1], *(start for _, start in others[:_FOLLOWED])]
+
+
+def _own_starts(kind: Observed) -> list[Array]:
+    model, world = getattr(kind, "model", None), getattr(kind, "world", None)
+    if model is None or world is None or model.ndim != 3 or not len(model):
+        return []
+    u, _, vt = np.linalg.svd((world @ np.swapaxes(model, 1, 2)).sum(axis=0))
+    return [u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt]
+
+
+def _first_scale(kinds: Sequence[Observed], model: Array, world: Array) -> float:
+    if len(model) >= 2:
+        spread = np.linalg.norm(model - model.mean(axis=0))
+        if spread > 0:
+            return float(np.linalg.norm(world - world.mean(axis=0)) / spread)
+    for kind in kinds:
+        length = getattr(kind, "length", None)
+        if length is not None and len(length):
+            return float(np.median(length / np.linalg.norm(kind.second - kind.first, axis=1)))  # type: ignore[attr-defined]
+    return 1.0
+
+
+def _usual(rows: Rows, size: float) -> Array:
+    """(m,) what errors begin with: stated, or usual for their kind."""
+    metres = np.array([g in _METRES for g in rows.groups])
+    return np.where(
+        np.isfinite(rows.sigma), rows.sigma, np.where(metres, _USUAL_SHARE * size, _USUAL_RAD)
+    )
+
+
+_METRES = {"points", "lengths"}
+
+
+def _cost(kinds: Sequence[Observed], fit: Similarity, centre: Array, size: float) -> float:
+    rows, _ = _all_rows(kinds, fit, fit(centre)[0])
+    return float(((rows.misses / _usual(rows, size * fit.scale)) ** 2).sum())
+
+
+# --- one start --------------------------------------------------------------------------------
+def _all_rows(kinds: Sequence[Observed], fit: Similarity, at: Array) -> tuple[Rows, list[int]]:
+    each = [kind.rows(fit, at) for kind in kinds if len(kind.labels)]
+    begins = [0]
+    for rows in each:
+        begins.append(begins[-1] + len(rows.misses))
+    count = sum(rows.shared.shape[1] for rows in each)
+    shared = np.zeros((begins[-1], count))
+    column = 0
+    for first, rows in zip(begins, each, strict=False):
+        width = rows.shared.shape[1]
+        shared[first : first + len(rows.misses), column : column + width] = rows.shared
+        column += width
+    whole = Rows(
+        np.concatenate([rows.misses for rows in each]),
+        np.concatenate([rows.moves for rows in each]),
+        np.concatenate([rows.sigma for rows in each]),
+        tuple(name for rows in each for name in rows.groups),
+        tuple(name for rows in each for name in rows.parts),
+        shared,
+        np.concatenate([rows.shared_sigma for rows in each]),
+    )
+    return whole, begins
+
+
+def _system(rows: Rows, sigma: Array, size: float) -> tuple[Array, Array, Array]:
+    """(m + k, 7 + k) and (m + k,) of the rows and of what is known beforehand of shared errors,
+    each divided by its error, and (7 + k,) the units of the columns."""
+    k = rows.shared.shape[1]
+    units = np.concatenate([np.ones(4), np.full(3, size), rows.shared_sigma])
+    moves = np.vstack(
+        [
+            np.hstack([rows.moves, rows.shared]) / sigma[:, None] * units,
+            np.hstack([np.zeros((k, 7)), np.eye(k)]),
+        ]
+    )
+    return moves, np.concatenate([rows.misses / sigma, np.zeros(k)]), units
+
+
+def _inverse(information: Array) -> tuple[Array, Array]:
+    """Of what is determined, and the null space (orthonormal columns) of the rest."""
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scale = np.where(scale < 1e-140, 1.0, scale)
+    values, axes = np.linalg.eigh(information / np.outer(scale, scale))
+    held = values > _NOTHING
+    null = (axes / scale[:, None])[:, ~held]
+    if null.shape[1]:
+        null, _ = np.linalg.qr(null)
+    inside = np.eye(len(information)) - null @ null.T
+    part = inside @ information @ inside
+    # In the subspace that is determined, or numbers of others would leak in.
+    basis = np.linalg.svd(inside)[0][:, : int(held.sum())]
+    inverse = basis @ np.linalg.pinv(basis.T @ part @ basis, hermitian=True) @ basis.T
+    return inverse, null
+
+
+def _step(rows: Rows, sigma: Array, size: float, turn_first: Array) -> Array:
+    """(7,) the change that lessens the squares most; of what is free, the least one."""
+    moves, misses, units = _system(rows, sigma, size)
+    inverse, null = _inverse(moves.T @ moves)
+    step = -inverse @ (moves.T @ misses)
+    if null.shape[1]:
+        weighed = turn_first[:, None] * null
+        step = step - null @ np.linalg.lstsq(weighed, turn_first * step, rcond=None)[0]
+    return np.asarray((step * units)[:7], np.float64)
+
+
+def _moved(fit: Similarity, step: Array, centre: Array) -> Similarity:
+    """After a turn step[:3] (rad) about World axes, a relative scale step[3], a shift step[4:]."""
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_rotvec(step[:3]).as_matrix()
+    grow = float(np.exp(np.clip(step[3], -1.0, 1.0)))
+    rotation = turn @ fit.rotation
+    translation = grow * turn @ (fit.translation - centre) + centre + step[4:]
+    return Similarity(fit.scale * grow, rotation, translation)
+
+
+def _followed(
+    kinds: Sequence[Observed], fit: Similarity, centre: Array, size: float
+) -> tuple[Similarity, float]:
+    """Where a start leads to with usual errors, and the sum of squares there."""
+    for _ in range(_STEPS):
+        at = fit(centre)[0]
+        rows, _ = _all_rows(kinds, fit, at)
+        sigma = _usual(rows, size * fit.scale)
+        step = _step(rows, sigma, size * fit.scale, _preference(rows))
+        length = np.linalg.norm(step[:3])
+        if length > 0.7:
+            step = step * (0.7 / length)
+        fit = _moved(fit, step, at)
+        if np.abs(step[:4]).max() < _SMALL:
+            break
+    return fit, _cost(kinds, fit, centre, size)
+
+
+def _preference(rows: Rows) -> Array:
+    """How dear changes are that nothing asks for: tilts more than turns about the vertical."""
+    dear = np.ones(7 + rows.shared.shape[1])
+    dear[:2] = 1e3
+    return dear
+
+
+# --- errors -----------------------------------------------------------------------------------
+def _judged(
+    kinds: Sequence[Observed], fit: Similarity, centre: Array, size: float, ambiguous: bool
+) -> Adjusted:
+    from scipy.stats import chi2
+
+    rows, begins = _all_rows(kinds, fit, fit(centre)[0])
+    sigma = _usual(rows, size * fit.scale)
+    groups = np.array(rows.groups)
+    unstated = [str(g) for g in dict.fromkeys(groups[~np.isfinite(rows.sigma)])]
+    free_of: dict[str, float] = {}
+    for _ in range(_STEPS):
+        at = fit(centre)[0]
+        rows, begins = _all_rows(kinds, fit, at)
+        before = sigma.copy()
+        if unstated:
+            sigma, free_of = _estimated(rows, sigma, size * fit.scale, unstated)
+        step = _step(rows, sigma, size * fit.scale, _preference(rows))
+        fit = _moved(fit, step, at)
+        if np.abs(step[:4]).max() < _SMALL and np.allclose(before, sigma, rtol=1e-6):
+            break
+    at = fit(centre)[0]
+    rows, begins = _all_rows(kinds, fit, at)
+    length = size * fit.scale
+    moves, misses, units = _system(rows, sigma, length)
+    information = moves.T @ moves
+    inverse, null = _inverse(information)
+    redundancy = float(len(rows.misses) - (7 - null.shape[1]))
+    share, spread, factor = _spread(rows, moves, misses, inverse)
+    overdrawn = 1.0
+    if np.isfinite(rows.sigma).any() and redundancy > 0:
+        squares = float((misses**2).sum())
+        if squares > chi2.ppf(_SURE, redundancy):
+            overdrawn = float(np.sqrt(squares / redundancy))
+    covariance = spread * np.outer(factor * units, factor * units) * overdrawn**2
+    assumed = tuple(name for name in unstated if free_of.get(name, 0.0) < 0.5)
+    return Adjusted(
+        fit, at, covariance[:7, :7], null[:7], rows, sigma, sigma * share, tuple(begins), assumed,
+        overdrawn, ambiguous, length, redundancy, information,
+    )  # fmt: skip
+
+
+def _estimated(
+    rows: Rows, sigma: Array, size: float, unstated: Sequence[str]
+) -> tuple[Array, dict[str, float]]:
+    """(m,) errors with those of unstated groups as the misses show them, and how many free misses
+    each of these rests on."""
+    moves, misses, _ = _system(rows, sigma, size)
+    inverse, _ = _inverse(moves.T @ moves)
+    hat = np.einsum("ij,jk,ik->i", moves, inverse, moves)[: len(sigma)]
+    groups = np.array(rows.groups)
+    unknown = ~np.isfinite(rows.sigma)
+    found, free_of = sigma.copy(), {}
+    for name in unstated:
+        which = unknown & (groups == name)
+        free = float(which.sum() - hat[which].sum())
+        free_of[name] = free
+        if free >= 0.5:
+            squares = float((misses[: len(sigma)][which] ** 2).sum())
+            variance = float(sigma[which][0] ** 2) * squares / free
+            found[which] = np.sqrt(max(variance, (1e-12 * size) ** 2))
+    return found, free_of
+
+
+def _spread(rows: Rows, moves: Array, misses: Array, inverse: Array) -> tuple[Array, Array, Array]:
+    """(m,) by how much the errors of each row differ from those that it entered the fit with,
+    the covariance of the numbers by these, and what makes Student's 95 % of one sigma.
+
+    The parts of a group have variances of their own: the unbiased quadratic estimates that leave
+    the similarity out (Rao's MINQUE): with the projection M on the misses, the squares of part g
+    have the expectation sum_k tr(M_gk M_kg) v_k.
+    """
+    from scipy.stats import norm, t
+
+    m = len(rows.misses)
+    unknown = np.concatenate([~np.isfinite(rows.sigma), np.zeros(len(misses) - m, bool)])
+    names = np.array([*rows.parts, *[""] * (len(misses) - m)])
+    parts = [np.flatnonzero(unknown & (names == g)) for g in dict.fromkeys(names[unknown])]
+    fixed = inverse @ (moves[~unknown].T @ moves[~unknown])
+    own = [inverse @ (moves[g].T @ moves[g]) for g in parts]
+    free = np.array([len(g) - np.trace(o) for g, o in zip(parts, own, strict=True)])
+    share = np.ones(m)
+    spread = fixed @ inverse
+    shaky = np.zeros(len(inverse))
+    variances = np.ones(len(parts))
+    if parts and (free > 0.1).all():
+        system = np.array([[np.trace(a @ b) for b in own] for a in own])
+        system += np.diag([len(g) - 2.0 * np.trace(o) for g, o in zip(parts, own, strict=True)])
+        squares = np.array([float((misses[g] ** 2).sum()) for g in parts])
+        squares -= [float(np.trace(o @ fixed)) for o in own]
+        variances = np.linalg.lstsq(system, squares, rcond=None)[0]
+        for which in _same_group(rows, parts).values():
+            pooled = max(float(squares[which].sum() / free[which].sum()), 0.0)
+            low = _LEAST_SHARE * pooled / np.maximum(free[which] / 10.0, 1.0)
+            variances[which] = np.maximum(variances[which], low)
+    for g, o, v, f in zip(parts, own, variances, free, strict=True):
+        share[g] = np.sqrt(v)
+        part = v * (o @ inverse)
+        spread = spread + part
+        shaky += np.diag(part) ** 2 / max(float(f), 1.0)
+    # Satterthwaite: the degrees of freedom of a sum of estimated variances.
+    total = np.maximum(np.diag(spread), 1e-300)
+    each = np.clip(total**2 / np.maximum(shaky, 1e-300), 1.0, 1e9)
+    return share, spread, t.ppf(0.975, each) / norm.ppf(0.975)
+
+
+def _same_group(rows: Rows, parts: Sequence[npt.NDArray[np.int64]]) -> dict[str, Array]:
+    """Which parts belong to a group."""
+    found: dict[str, list[int]] = {}
+    for number, part in enumerate(parts):
+        found.setdefault(rows.groups[part[0]], []).append(number)
+    return {name: np.array(numbers) for name, numbers in found.items()}
+
+
+def plain_covariance(found: Adjusted) -> Array:
+    """(7, 7) by the errors as they are, without the widening for few of them; of what nothing
+    determines zero."""
+    moves, _, units = _system(found.rows, found.sigma, found.size)
+    inverse, _ = _inverse(moves.T @ moves)
+    return np.asarray((inverse * np.outer(units, units))[:7, :7], np.float64)
+
+
+def _tilt_of(rotation: Array) -> float:
+    return float(np.arccos(np.clip(rotation[2, 2], -1.0, 1.0)))
+
+
+def _angle_of(rotation: Array) -> float:
+    return float(np.arccos(np.clip((np.trace(rotation) - 1.0) / 2.0, -1.0, 1.0)))

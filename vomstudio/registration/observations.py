@@ -1,0 +1,259 @@
+"""What can be known of a model's place: each kind gives its misses, and how they would change.
+
+A similarity is changed by seven small numbers: a turn about east, north and up (rad) and a relative
+change of scale, both about a centre in World, and a shift. Every kind of observation answers with
+rows (`Rows`) of that linear problem. A row's sigma is its stated error, one sigma, in the row's own
+unit (metres, or radians); NaN where it is not stated, and then it is judged by what the rows leave
+over: those of one group enter the fit as equals, those of one part are as good as each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.registration.similarity import Similarity, jacobians
+
+Array = npt.NDArray[np.float64]
+
+FEWEST_FOR_HEIGHTS = 5
+FEWEST_PER_AXIS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """misses : (m,) predicted less observed; moves : (m, 7) their derivatives
+    sigma : (m,) stated, NaN where not; groups, parts : (m,) names
+    shared : (m, k) their derivatives by k errors that all rows of a kind have in common, and
+    shared_sigma : (k,) how large these may be
+    """
+
+    misses: Array
+    moves: Array
+    sigma: Array
+    groups: tuple[str, ...]
+    parts: tuple[str, ...]
+    shared: Array
+    shared_sigma: Array
+
+
+class Observed(Protocol):
+    """One kind of observation."""
+
+    @property
+    def labels(self) -> Sequence[str]:
+        """(n,) of the single ones; each has `len(rows) / n` rows, side by side."""
+
+    def rows(self, fit: Similarity, centre: Array) -> Rows: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Points of the model that are known in World, metres.
+
+    model, world : (n, 3); sigma : (n, 3), NaN where not stated
+    Horizontal coordinates and heights have an error each where five points or more show it, and
+    every axis its own from twelve on.
+    """
+
+    labels: Sequence[str]
+    model: Array
+    world: Array
+    sigma: Array
+
+    def rows(self, fit: Similarity, centre: Array) -> Rows:
+        placed = fit(self.model)
+        n = len(placed)
+        moves = jacobians(placed - centre).reshape(-1, 7)
+        parts = ("points", "points", "points")
+        if n >= FEWEST_PER_AXIS:
+            parts = ("east", "north", "heights")
+        elif n >= FEWEST_FOR_HEIGHTS:
+            parts = ("positions", "positions", "heights")
+        return _rows((placed - self.world).ravel(), moves, self.sigma, ("points",) * 3, parts)
+
+
+@dataclass(frozen=True, eq=False)
+class Lengths:
+    """Distances on the model that were measured, metres.
+
+    first, second : (n, 3) model; length : (n,); sigma : (n,), NaN where not stated
+    """
+
+    labels: Sequence[str]
+    first: Array
+    second: Array
+    length: Array
+    sigma: Array
+
+    def rows(self, fit: Similarity, centre: Array) -> Rows:
+        placed = fit.scale * np.linalg.norm(self.second - self.first, axis=1)
+        moves = np.zeros((len(placed), 7))
+        moves[:, 3] = placed
+        return _rows(placed - self.length, moves, self.sigma, ("lengths",))
+
+
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """Directions of the model that were measured in World, such as planes by compass.
+
+    model, world : (n, 3) unit vectors: normals of planes, or lines
+    axial : whether a direction and its opposite are the same
+    sigma : (n, 2) rad, towards the dip and across it (of a line: towards its plunge and across it),
+        NaN where not stated
+    north_sigma : rad, how far the compass's north may be off, for all alike
+    """
+
+    labels: Sequence[str]
+    model: Array
+    world: Array
+    sigma: Array
+    axial: bool = True
+    north_sigma: float = 0.0
+
+    def rows(self, fit: Similarity, centre: Array) -> Rows:
+        placed = self.model @ fit.rotation.T
+        observed = self.world
+        if self.axial:
+            signs = np.where((placed * observed).sum(axis=1) < 0, -1.0, 1.0)
+            observed = observed * signs[:, None]
+        down, across = _tangents(observed)
+        moves = np.zeros((len(placed), 2, 7))
+        misses = np.zeros((len(placed), 2))
+        shared = np.zeros((len(placed), 2, 1))
+        for row, tangent in enumerate((down, across)):
+            misses[:, row] = _angle(placed, observed, tangent)
+            # A turn w moves the direction u by w x u, its part along e is w . (u x e).
+            moves[:, row, :3] = np.cross(placed, tangent)
+            shared[:, row, 0] = np.cross(placed, tangent)[:, 2]
+        rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("directions",))
+        return _sharing(rows, shared.reshape(-1, 1), self.north_sigma)
+
+
+@dataclass(frozen=True, eq=False)
+class LevelLines:
+    """Directions of the model that are horizontal, such as horizons in photos.
+
+    model : (n, 3) unit vectors; sigma : (n,) rad, NaN where not stated
+    """
+
+    labels: Sequence[str]
+    model: Array
+    sigma: Array
+
+    def rows(self, fit: Similarity, centre: Array) -> Rows:
+        placed = self.model @ fit.rotation.T
+        up = np.array([0.0, 0.0, 1.0])
+        moves = np.zeros((len(placed), 7))
+        moves[:, :3] = np.cross(placed, up)
+        return _rows(placed[:, 2], moves, self.sigma, ("level lines",))
+
+
+@dataclass(frozen=True, eq=False)
+class Azimuths:
+    """Directions of the model whose azimuth is known.
+
+    model : (n, 3) unit vectors, not vertical; azimuth : (n,) rad from north to east
+    sigma : (n,) rad, NaN where not stated
+    """
+
+    labels: Sequence[str]
+    model: Array
+    azimuth: Array
+    sigma: Array
+
+    def rows(self, fit: Similarity, centre: Array) -> Rows:
+        placed = self.model @ fit.rotation.T
+        east, north = placed[:, 0], placed[:, 1]
+        flat = np.maximum(east**2 + north**2, 1e-12)
+        misses = np.arctan2(east, north) - self.azimuth
+        misses = (misses + np.pi) % (2 * np.pi) - np.pi
+        slope = np.column_stack([north / flat, -east / flat, np.zeros(len(flat))])
+        moves = np.zeros((len(flat), 7))
+        moves[:, :3] = np.cross(placed, slope)
+        return _rows(misses, moves, self.sigma, ("azimuths",))
+
+
+@dataclass(frozen=True, eq=False)
+class Attitudes:
+    """Rotations of cameras that were measured.
+
+    model, world : (n, 3, 3) rotations from the camera to the model's frame and to World
+    axes : (n, 3, 3) columns: the World axes about which yaw, pitch and roll turn
+    sigma : (n, 3) rad of yaw, pitch and roll, NaN where not stated
+    north_sigma : rad, how far north may be off for all photos alike (a compass)
+    """
+
+    labels: Sequence[str]
+    model: Array
+    world: Array
+    axes: Array
+    sigma: Array
+    north_sigma: float = 0.0
+
+    def rows(self, fit: Similarity, centre: Array) -> Rows:
+        from scipy.spatial.transform import Rotation
+
+        placed = fit.rotation @ self.model
+        between = placed @ np.swapaxes(self.world, 1, 2)
+        turns = Rotation.from_matrix(between).as_rotvec()
+        # Turn = axes @ (yaw, pitch, roll); at a camera that looks straight down yaw and roll turn
+        # about one axis, and share what is seen of them.
+        inverse = np.linalg.pinv(self.axes, rcond=1e-3)
+        misses = np.einsum("nij,nj->ni", inverse, turns)
+        n = len(misses)
+        moves = np.zeros((n, 3, 7))
+        moves[:, :, :3] = inverse
+        rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("yaw", "pitch", "roll"))
+        # The turn of all that a wrong north is, seen as yaw, pitch and roll of each.
+        return _sharing(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma)
+
+
+def _rows(
+    misses: Array,
+    moves: Array,
+    sigma: Array,
+    groups: tuple[str, ...],
+    parts: tuple[str, ...] = (),
+) -> Rows:
+    """groups, parts : of the rows of a single observation, by default one part a group"""
+    n = len(misses)
+    return Rows(
+        np.asarray(misses, np.float64),
+        np.asarray(moves, np.float64),
+        np.asarray(sigma, np.float64).ravel(),
+        groups * (n // len(groups)),
+        (parts or groups) * (n // len(parts or groups)),
+        np.zeros((n, 0)),
+        np.zeros(0),
+    )
+
+
+def _sharing(rows: Rows, shared: Array, sigma: float) -> Rows:
+    """With an error that all rows have in common, where there is one."""
+    if not sigma > 0:
+        return rows
+    return replace(rows, shared=np.ascontiguousarray(shared), shared_sigma=np.array([sigma]))
+
+
+def _tangents(directions: Array) -> tuple[Array, Array]:
+    """(n, 3) twice: at right angles to unit vectors, in the vertical plane through each, and
+    horizontal."""
+    up = np.array([0.0, 0.0, 1.0])
+    across = np.cross(up, directions)
+    size = np.linalg.norm(across, axis=1, keepdims=True)
+    across = np.where(size > 1e-9, across / np.maximum(size, 1e-12), [[1.0, 0.0, 0.0]])
+    return np.cross(across, directions), across
+
+
+def _angle(placed: Array, observed: Array, tangent: Array) -> Array:
+    """(n,) the part along a tangent of the angle from one direction to another, rad: as large as
+    the angle itself, and not its sine, so that far ones are drawn too."""
+    part = (placed * tangent).sum(axis=1)
+    across = np.linalg.norm(placed - (placed * observed).sum(axis=1)[:, None] * observed, axis=1)
+    angle = np.arctan2(across, (placed * observed).sum(axis=1))
+    return np.asarray(np.where(across > 1e-12, part / np.maximum(across, 1e-12) * angle, part))
