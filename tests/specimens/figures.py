@@ -23,11 +23,12 @@ from typing import Any
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
-SPECIMENS = ("schema1", "schema1_draft", "schema2", "schema3")
+SPECIMENS = ("schema1", "schema1_draft", "schema2", "schema3", "schema4")
 RECORDED = {
     HERE / "schema1_figures.json": ("schema1", "schema1_draft"),
     HERE / "schema2_figures.json": ("schema2",),
     HERE / "schema3_figures.json": ("schema3",),
+    HERE / "schema4_figures.json": ("schema4",),
 }
 
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from vomstudio.api.checking import numbers, points, refuse_rows, warn
 from vomstudio.errors import InputError
-from vomstudio.registration.placing import Placed, register_points
+from vomstudio.registration.placing import register_points
+from vomstudio.registration.results import Placed
 from vomstudio.words import tr
 
 

@@ -135,7 +135,12 @@ def _total(s: Subject) -> float | None:
     measured = s.measured
     if measured.fit is None or measured.fit.error is not None:
         return None
-    return total_error_deg(measured.fit, measured.resolution_m, measured.judged_as)
+    return total_error_deg(
+        measured.fit,
+        measured.resolution_m,
+        measured.judged_as,
+        measured.registration_error_deg,
+    )
 
 
 def _method(s: Subject) -> str | None:
@@ -392,14 +397,17 @@ DIP_DIRECTION_ERROR = _degrees(
 REGISTRATION_ERROR = _degrees(
     "registration_error_deg",
     _("Registration"),
-    _("95 % error of the model's rotation (half-angle)"),
-    lambda s: None,
+    _("95 % error of the model's rotation, as it tilts this feature (half-angle)"),
+    _measured("registration_error_deg"),
     short="reg_error",
 )
 TOTAL = _degrees(
     "total95_deg",
     _("Total 95 %"),
-    _("95 % error of fit and resolution together (half-angle); the verdict is decided by it"),
+    _(
+        "95 % error of fit, resolution and registration together (half-angle); the verdict is "
+        "decided by it"
+    ),
     _total,
     short="total95",
 )

@@ -25,6 +25,7 @@ from vomstudio.document.records import (
     Reconstruction,
     Record,
     Registration,
+    RegistrationPoint,
     VerdictProfile,
 )
 from vomstudio.errors import DocumentError
@@ -52,6 +53,8 @@ _PARTS: dict[str, type] = {
 }
 """Fields that hold a small record of their own. A placement may be a registration instead, of which
 its id is written."""
+_LISTS: dict[str, type] = {"control": RegistrationPoint}
+"""Fields that hold several small records."""
 _NAMES = {cls: name for name, cls in _KINDS.items()}
 
 Plain = dict[str, Any]
@@ -175,32 +178,41 @@ def _encoded(values: Mapping[str, Any]) -> Plain:
             made[name] = {"registration": value.id}
         elif name in _PARTS and value is not None:
             made[name] = dataclasses.asdict(value)
+        elif name in _LISTS:
+            made[name] = [dataclasses.asdict(each) for each in value]
         else:
             made[name] = value
     return made
 
 
 def _decoded(values: Mapping[str, Any], records: Mapping[str, Record]) -> Plain:
-    return {
-        name: _part(name, value, records)
-        if name in _PARTS and value is not None
-        else _tuples(value)
-        for name, value in values.items()
-    }
+    return {name: _value(name, value, records) for name, value in values.items()}
+
+
+def _value(name: str, value: Any, records: Mapping[str, Record]) -> Any:
+    if name in _PARTS and value is not None:
+        return _part(name, value, records)
+    if name in _LISTS and isinstance(value, list):
+        return tuple(_small(_LISTS[name], name, each) for each in value)
+    return _tuples(value)
 
 
 def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:
-    if not isinstance(value, Mapping):
-        raise DocumentError(tr("A part of the record cannot be read."), field=name)
-    if set(value) == {"registration"}:
+    if isinstance(value, Mapping) and set(value) == {"registration"}:
         found = records.get(value["registration"])
         if not isinstance(found, Registration):
             raise DocumentError(
                 tr("The model rests on a registration that is missing."), field=name
             )
         return found
+    return _small(_PARTS[name], name, value)
+
+
+def _small(cls: type, name: str, value: Any) -> Any:
+    if not isinstance(value, Mapping):
+        raise DocumentError(tr("A part of the record cannot be read."), field=name)
     try:
-        return _PARTS[name](**{key: _tuples(each) for key, each in value.items()})
+        return cls(**{key: _tuples(each) for key, each in value.items()})
     except TypeError as error:
         raise DocumentError(
             tr("A part of the record cannot be read: {error}.", error=error), field=name

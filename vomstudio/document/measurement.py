@@ -20,6 +20,7 @@ from vomstudio.geology.quality import Verdict, wider_of
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.tilts import errors_95_deg
 from vomstudio.words import tr
 
 Records = Mapping[str, Record]
@@ -47,6 +48,8 @@ class Measurement:
     metric : False where the model's scale is not known: lengths are then in units of its file
     kind : the name of the feature's kind
     judged_as : what kind of plane the verdict is on
+    registration_error_deg : 95 % half-angle by which the model's registration can tilt it; None
+        where the model was not registered, or its error is not known
     """
 
     points: Floats
@@ -71,6 +74,7 @@ class Measurement:
     metric: bool = True
     kind: str = ""
     judged_as: JudgedAs = "trace"
+    registration_error_deg: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,18 +177,28 @@ class ToWorld:
     rows: Floats
     scale: float
     metric: bool
+    rotation: Floats | None = None
+    """(3, 3) covariance of the registration's rotation, radians squared, where it is known."""
 
     @classmethod
     def of(cls, model: Model | None) -> ToWorld:
         """That of a model; nothing changes where the model is gone."""
         rows = rows_of(model)
-        return cls(rows, transform.scale_of(rows), is_metric(model))
+        registration = None if model is None else model.registration
+        rotation = None if registration is None else registration.rotation_covariance()
+        return cls(rows, transform.scale_of(rows), is_metric(model), rotation)
 
     @cached_property
     def turn(self) -> Floats:
         """(3, 3); a direction as a row times it is the direction in World."""
         turned: Floats = (self.rows[:3, :3] / self.scale).T
         return turned
+
+    def tilt_deg(self, direction: npt.ArrayLike | None) -> float | None:
+        """95 % half-angle by which the registration can tilt a normal or line (3,) in World."""
+        if self.rotation is None or direction is None:
+            return None
+        return float(errors_95_deg(self.rotation, np.asarray(direction, np.float64)[None])[0])
 
 
 def rows_of(model: Model | None) -> Floats:

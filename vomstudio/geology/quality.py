@@ -87,15 +87,19 @@ def resolution_tilt_deg(fit: PlaneFit, resolution_m: float | None) -> float | No
 
 
 def total_error_deg(
-    fit: PlaneFit, resolution_m: float | None, kind: Kind = "trace"
+    fit: PlaneFit,
+    resolution_m: float | None,
+    kind: Kind = "trace",
+    registration_deg: float | None = None,
 ) -> float | None:
     """The half-angle by which the verdict is decided: that of the fit (see
-    `confidence_that_counts_deg`), and no less than what the resolution can tilt. None where the
-    fit's is undefined."""
+    `confidence_that_counts_deg`), no less than what the resolution can tilt, together with what
+    the model's registration can, 95 %. None where the fit's is undefined."""
     angle = confidence_that_counts_deg(fit, kind)
     if angle is None:
         return None
-    return max(angle, resolution_tilt_deg(fit, resolution_m) or 0.0)
+    own = max(angle, resolution_tilt_deg(fit, resolution_m) or 0.0)
+    return min(float(np.hypot(own, registration_deg or 0.0)), 90.0) if registration_deg else own
 
 
 def judge(
@@ -105,6 +109,7 @@ def judge(
     outcrop_normal: npt.ArrayLike | None,
     kind: Kind = "trace",
     thresholds: Thresholds = DEFAULTS,
+    registration_deg: float | None = None,
 ) -> Verdict:
     """The verdict on a plane. By error, it is decided by how far the plane may be off, and by what
     that figure cannot know; shape and extent are notes. By shape, it is good where all three limits
@@ -114,23 +119,28 @@ def judge(
     outcrop_normal : (3,) normal of the outcrop's face on a scale larger than the trace, either
         sense; None: unknown
     kind : a patch is the outcrop face, so the surface effect is looked for in traces only
+    registration_deg : 95 % half-angle by which the model's registration can tilt the plane
     """
     if fit.error is not None:
         said = tr("There is no plane: {error}", error=_sentence(fit.error))
         return Verdict("poor", (said,), limits=thresholds)
     drawn, question = _of_face(fit, kind, outcrop_normal, resolution_m, thresholds)
     decided = _by_shape if thresholds.by == "shape" else _by_error
-    poor, reasons, notes = decided(fit, kind, resolution_m, thresholds)
+    poor, reasons, notes = decided(fit, kind, resolution_m, thresholds, registration_deg)
     reasons += drawn
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
     return Verdict(quality, tuple(reasons), tuple(notes + question), thresholds)
 
 
 def _by_error(
-    fit: PlaneFit, kind: Kind, resolution_m: float | None, thresholds: Thresholds
+    fit: PlaneFit,
+    kind: Kind,
+    resolution_m: float | None,
+    thresholds: Thresholds,
+    registration_deg: float | None,
 ) -> tuple[bool, list[str], list[str]]:
     """Whether it is poor, reasons and notes."""
-    poor, reasons = _of_direction(fit, kind, resolution_m, thresholds)
+    poor, reasons = _of_direction(fit, kind, resolution_m, thresholds, registration_deg)
     if fit.long_roughness:
         reasons.append(
             tr(
@@ -165,7 +175,11 @@ def _by_error(
 
 
 def _by_shape(
-    fit: PlaneFit, kind: Kind, resolution_m: float | None, t: Thresholds
+    fit: PlaneFit,
+    kind: Kind,
+    resolution_m: float | None,
+    t: Thresholds,
+    registration_deg: float | None,
 ) -> tuple[bool, list[str], list[str]]:
     """Whether it is poor, reasons and notes."""
     missed, notes = [], []
@@ -206,7 +220,7 @@ def _by_shape(
             )
         )
     poor = len(missed) > 1
-    _, of_error = _of_direction(fit, kind, resolution_m, t)
+    _, of_error = _of_direction(fit, kind, resolution_m, t, registration_deg)
     if total_error_deg(fit, resolution_m, kind) is None:
         # Without redundancy, or with points that are the same, no shape speaks for a plane.
         return poor, missed + of_error, notes
@@ -253,11 +267,15 @@ def _more(kind: Kind) -> str:
 
 
 def _of_direction(
-    fit: PlaneFit, kind: Kind, resolution_m: float | None, t: Thresholds
+    fit: PlaneFit,
+    kind: Kind,
+    resolution_m: float | None,
+    t: Thresholds,
+    registration_deg: float | None,
 ) -> tuple[bool, list[str]]:
     """Whether the plane is poor for its error, and what is to be said of that."""
     more_points = tr("Pick more points.") if kind == "trace" else tr("Enlarge the patch.")
-    angle = total_error_deg(fit, resolution_m, kind)
+    angle = total_error_deg(fit, resolution_m, kind, registration_deg)
     if angle is None and fit.n <= 3:
         return False, [
             tr("Of three points no error can be stated. {more_points}", more_points=more_points)
@@ -278,7 +296,17 @@ def _of_direction(
         if poor
         else tr("({deg} wanted)", deg=_deg(t.good_confidence95_deg))
     )
-    if angle > (confidence_that_counts_deg(fit, kind) or 0.0):
+    own = total_error_deg(fit, resolution_m, kind) or 0.0
+    if registration_deg is not None and registration_deg > own:
+        return poor, [
+            tr(
+                "The registration of the model can tilt the plane by {deg} {limit}. Register the "
+                "model better.",
+                deg=_deg(registration_deg),
+                limit=limit,
+            )
+        ]
+    if own > (confidence_that_counts_deg(fit, kind) or 0.0):
         return poor, [
             tr(
                 "The resolution of the model can tilt the plane by {deg} {limit}. Pick a wider "

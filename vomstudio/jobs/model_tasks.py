@@ -185,30 +185,14 @@ class ExportedModel:
 
 
 def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
-    from dataclasses import replace
-
-    import numpy as np
-
-    from vomstudio.geometry import transform
-    from vomstudio.geometry.mesh import Mesh
+    from vomstudio.geometry.moving import moved
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import choose_writer, write_model
 
     choose_writer(asked.out)
     folder = model_cache.folder_of(asked.path, asked.cache)
-    data = model_cache.load(asked.path, folder, progress).data
-    rows = transform.matrix(asked.to_world)
-    if not np.array_equal(rows, np.eye(4)):
-        if isinstance(data, Mesh):
-            data = replace(data, vertices=transform.apply(rows, data.vertices))
-        else:
-            normals = data.normals
-            if normals is not None:
-                normals = transform.rotate(rows, normals).astype(np.float32)
-            data = replace(
-                data, points=transform.apply(rows, data.points), normals=normals, arrangement=None
-            )
+    data = moved(model_cache.load(asked.path, folder, progress).data, asked.to_world)
     warnings = write_model(
         data,
         asked.crs,

@@ -38,6 +38,8 @@ _USUAL_SHARE = 0.01
 _USUAL_RAD = np.radians(3.0)
 # Starts that end with this much more than the least sum of squares fit as well by chance.
 _AS_GOOD = 9.0
+# Rotations that differ by more than this (rad) are not the same one.
+_APART = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +48,7 @@ class Adjusted:
     covariance : (7, 7) of a turn about east, north, up (rad), a relative change of scale and a
         shift (metres), one sigma of a normal distribution with the same 95 % as Student's; only
         what is determined counts, see `free`
+    plain : (7, 7) the same without Student's widening
     free : (7, k) directions of the seven numbers that nothing determines, orthonormal in units of
         the model's size
     rows, sigma, error : of all observations, the errors by which they entered the fit, and those
@@ -59,6 +62,7 @@ class Adjusted:
     fit: Similarity
     centre: Array
     covariance: Array
+    plain: Array
     free: Array
     rows: Rows
     sigma: Array
@@ -96,8 +100,11 @@ def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
     good = [fit for fit, cost in ended if cost <= least + _AS_GOOD]
     # Of those that fit alike the one that tilts the model least, then the one that turns it least.
     good.sort(key=lambda fit: (round(_tilt_of(fit.rotation), 3), _angle_of(fit.rotation)))
-    ambiguous = any(_angle_of(good[0].rotation.T @ fit.rotation) > 0.2 for fit in good)
-    found = _judged(kinds, good[0], centre, size, ambiguous)
+    found = _judged(kinds, good[0], centre, size)
+    # Where turns are free, others fit as well by themselves.
+    held = not found.free.shape[1] or np.abs(found.free[:3]).max() < 1e-6
+    apart = any(_angle_of(good[0].rotation.T @ fit.rotation) > _APART for fit in good)
+    found = replace(found, ambiguous=bool(held and apart))
     fit = replace(found.fit, translation=found.fit.translation + offset)
     return replace(found, fit=fit, centre=found.centre + offset)
 
@@ -160,7 +167,7 @@ def _usual(rows: Rows, size: float) -> Array:
     )
 
 
-_METRES = {"points", "lengths"}
+_METRES = {"points", "cameras", "lengths"}
 
 
 def _cost(kinds: Sequence[Observed], fit: Similarity, centre: Array, size: float) -> float:
@@ -272,9 +279,7 @@ def _preference(rows: Rows) -> Array:
 
 
 # --- errors -----------------------------------------------------------------------------------
-def _judged(
-    kinds: Sequence[Observed], fit: Similarity, centre: Array, size: float, ambiguous: bool
-) -> Adjusted:
+def _judged(kinds: Sequence[Observed], fit: Similarity, centre: Array, size: float) -> Adjusted:
     from scipy.stats import chi2
 
     rows, begins = _all_rows(kinds, fit, fit(centre)[0])
@@ -305,11 +310,12 @@ def _judged(
         squares = float((misses**2).sum())
         if squares > chi2.ppf(_SURE, redundancy):
             overdrawn = float(np.sqrt(squares / redundancy))
-    covariance = spread * np.outer(factor * units, factor * units) * overdrawn**2
+    plain = spread * np.outer(units, units) * overdrawn**2
+    covariance = plain * np.outer(factor, factor)
     assumed = tuple(name for name in unstated if free_of.get(name, 0.0) < 0.5)
     return Adjusted(
-        fit, at, covariance[:7, :7], null[:7], rows, sigma, sigma * share, tuple(begins), assumed,
-        overdrawn, ambiguous, length, redundancy, information,
+        fit, at, covariance[:7, :7], plain[:7, :7], null[:7], rows, sigma, sigma * share,
+        tuple(begins), assumed, overdrawn, False, length, redundancy, information,
     )  # fmt: skip
 
 

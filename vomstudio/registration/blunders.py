@@ -56,16 +56,17 @@ def find_blunders(
     return [] if _worst(kinds, found) is not None else named
 
 
-def chosen(kind: Any, keep: Sequence[bool]) -> Any:
+def chosen(kind: Observed, keep: Sequence[bool]) -> Observed:
     """The same kind of observation with the single ones that are kept."""
     which = np.flatnonzero(keep)
     n = len(kind.labels)
-    changed: dict[str, Any] = {"labels": [kind.labels[i] for i in which]}
-    for field in fields(kind):
+    changed: dict[str, Any] = {"labels": [kind.labels[int(i)] for i in which]}
+    for field in fields(kind):  # type: ignore[arg-type]
         value = getattr(kind, field.name)
         if isinstance(value, np.ndarray) and len(value) == n:
             changed[field.name] = value[which]
-    return replace(kind, **changed)
+    made: Observed = replace(kind, **changed)  # type: ignore[type-var]
+    return made
 
 
 def _worst(kinds: Sequence[Observed], found: Adjusted) -> tuple[int, int, Blunder] | None:

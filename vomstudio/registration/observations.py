@@ -56,6 +56,7 @@ class Points:
     """Points of the model that are known in World, metres.
 
     model, world : (n, 3); sigma : (n, 3), NaN where not stated
+    name : of all of them, which are as good as each other where nothing else is stated
     Horizontal coordinates and heights have an error each where five points or more show it, and
     every axis its own from twelve on.
     """
@@ -64,17 +65,19 @@ class Points:
     model: Array
     world: Array
     sigma: Array
+    name: str = "points"
 
     def rows(self, fit: Similarity, centre: Array) -> Rows:
         placed = fit(self.model)
         n = len(placed)
         moves = jacobians(placed - centre).reshape(-1, 7)
-        parts = ("points", "points", "points")
+        parts = ("", "", "")
         if n >= FEWEST_PER_AXIS:
-            parts = ("east", "north", "heights")
+            parts = (" east", " north", " up")
         elif n >= FEWEST_FOR_HEIGHTS:
-            parts = ("positions", "positions", "heights")
-        return _rows((placed - self.world).ravel(), moves, self.sigma, ("points",) * 3, parts)
+            parts = (" level", " level", " up")
+        named = tuple(self.name + part for part in parts)
+        return _rows((placed - self.world).ravel(), moves, self.sigma, (self.name,) * 3, named)
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +206,7 @@ class Attitudes:
         turns = Rotation.from_matrix(between).as_rotvec()
         # Turn = axes @ (yaw, pitch, roll); at a camera that looks straight down yaw and roll turn
         # about one axis, and share what is seen of them.
-        inverse = np.linalg.pinv(self.axes, rcond=1e-3)
+        inverse = np.asarray(np.linalg.pinv(self.axes, rcond=1e-3), np.float64)
         misses = np.einsum("nij,nj->ni", inverse, turns)
         n = len(misses)
         moves = np.zeros((n, 3, 7))

@@ -158,12 +158,12 @@ def _next(fit: Similarity, a: Array, b: Array, used: npt.NDArray[np.bool_]) -> i
 
 def jacobian(position: Array) -> Array:
     """(3, 7) how a point moves with a small turn, a relative change of scale, and a shift."""
-    return jacobians(position[None])[0]
+    return np.asarray(jacobians(position[None])[0])
 
 
 def jacobians(positions: Array) -> Array:
     """(n, 3, 7) the same of points (n, 3)."""
-    moves = np.zeros((len(positions), 3, 7))
+    moves: Array = np.zeros((len(positions), 3, 7))
     x, y, z = positions.T
     moves[:, 0, 1], moves[:, 0, 2] = z, -y
     moves[:, 1, 0], moves[:, 1, 2] = -z, x

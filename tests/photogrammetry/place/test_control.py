@@ -15,11 +15,11 @@ from tests.photogrammetry.place.test_georeference import scene_of
 from tests.photogrammetry.place.test_gps_priors import block
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.cameras import View
+from vomstudio.geometry.triangulation import triangulate
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.mapping import residuals
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.control import place_by_control, place_by_control_files
-from vomstudio.photogrammetry.place.ground_adjustment import triangulate
 from vomstudio.registration.similarity import fit_similarity
 
 PLACES = np.array(

@@ -27,6 +27,7 @@ from vomstudio.document.measurement import (
     Floats,
     Measurement,
     Measuring,
+    ToWorld,
     in_world,
     is_metric,
     nothing_measured,
@@ -95,9 +96,10 @@ def _measure(at: Measuring, feature: Lineation) -> Measurement:
             largest, smallest, axis = _in_plane_error(line.vector(), fit, base)
     except GeometryError as error:
         return nothing_measured(points, resolution, str(error), kind="lineation", metric=metric)
+    tilt = ToWorld.of(model).tilt_deg(line.vector())
     verdict = judge_line(
         fit,
-        confidence95_deg=largest,
+        confidence95_deg=largest if largest is None else float(np.hypot(largest, tilt or 0.0)),
         off_plane_deg=off,
         plane_is_gone=gone,
         plane_is_known=base is None or base.spread95 is not None,
@@ -121,6 +123,7 @@ def _measure(at: Measuring, feature: Lineation) -> Measurement:
         on_plane=plane,
         metric=metric,
         kind="lineation",
+        registration_error_deg=tilt,
     )
 
 

@@ -16,6 +16,7 @@ from vomstudio.document.measurement import (
     Floats,
     Measurement,
     Measuring,
+    ToWorld,
     in_world,
     is_metric,
     of_fit,
@@ -84,8 +85,14 @@ def _measure(at: Measuring, patch: Patch) -> Measurement:
         )
     except GeometryError as error:
         return Measurement(middle, resolution, None, None, None, str(error), **own)
+    tilt = own["registration_error_deg"] = ToWorld.of(model).tilt_deg(fit.normal)
     verdict = judge(
-        fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=at.thresholds
+        fit,
+        resolution_m=resolution,
+        outcrop_normal=None,
+        kind="patch",
+        thresholds=at.thresholds,
+        registration_deg=tilt,
     )
     verdict = told_of_rule(verdict, patch.rule, measured=resolution is not None)
     return Measurement(middle, resolution, None, fit, verdict, None, **of_fit(fit), **own)

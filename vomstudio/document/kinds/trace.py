@@ -84,11 +84,18 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
         # One by one: the product of many rows is rounded otherwise than that of one.
         face = None if normal is None else (np.array([normal], np.float64) @ frame.turn)[0]
         resolution = None if trace.resolution is None else trace.resolution * frame.scale
+        tilt = None if fit is None else frame.tilt_deg(fit.normal)
         verdict = (
             None
             if fit is None
             else told_of_rule(
-                judge(fit, resolution_m=resolution, outcrop_normal=face, thresholds=at.thresholds),
+                judge(
+                    fit,
+                    resolution_m=resolution,
+                    outcrop_normal=face,
+                    thresholds=at.thresholds,
+                    registration_deg=tilt,
+                ),
                 trace.rule,
                 measured=resolution is not None or face is not None,
             )
@@ -104,6 +111,7 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
                 **of_fit(fit, None if fit is None else next(planes)),
                 metric=frame.metric,
                 kind="trace",
+                registration_error_deg=tilt,
             )
         )
     return result

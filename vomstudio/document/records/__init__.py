@@ -32,7 +32,7 @@ from vomstudio.document.records.photos import (
     Reconstruction,
 )
 from vomstudio.document.records.profiles import PROFILE_ID, VerdictProfile, limits_of
-from vomstudio.document.records.registrations import Registration
+from vomstudio.document.records.registrations import Registration, RegistrationPoint
 
 Resting = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
 """What models rest on."""
@@ -63,6 +63,7 @@ __all__ = [
     "Reconstruction",
     "Record",
     "Registration",
+    "RegistrationPoint",
     "Resting",
     "Surrounded",
     "Typed",

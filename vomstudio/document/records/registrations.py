@@ -5,8 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.document.records.basics import IDENTITY, Matrix
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.records.basics import IDENTITY, Matrix, Point
 from vomstudio.document.records.frames import UNDECLARED, Frame
+
+
+@dataclass(frozen=True)
+class RegistrationPoint:
+    """A point by which a model was placed, or which judges that.
+
+    model : in the file's frame; world : as given; residual : fitted less given, World; sigma_m :
+    (east, north, up) as stated, None where not; check : it took no part
+    """
+
+    label: str
+    model: Point
+    world: Point
+    residual: Point
+    sigma_m: Point | None = None
+    check: bool = False
 
 
 @dataclass(frozen=True)
@@ -14,15 +33,18 @@ class Registration:
     """A similarity from a model's file to World, found by measurement and not declared.
 
     method: "gps", "control" or "local" for a reconstruction placed by its cameras, by control
-    points, or by nothing outside of the photos. frame: what is known of World afterwards. matrix:
+    points, or by nothing outside of the photos; "points" for a model placed by points that were
+    found on it. frame: what is known of World afterwards. matrix:
     4x4 from the file to World. reconstruction_id: the one that it came with, "" for none.
     rotation_error_deg: about up, east and north, one sigma, None where not known; scale_error: one
-    sigma, as a share. rms_control_m, rms_check_m: of what is left over at the points.
+    sigma, as a share. rms_control_m, rms_check_m: of what is left over at the points. control: by
+    which it was found. covariance: 7x7 of turns about east, north and up (rad), a relative change
+    of scale and a shift (m), about `centre` in World, None where only the three errors are known.
     """
 
     id: str
     name: str
-    method: Literal["gps", "control", "local"]
+    method: Literal["gps", "control", "local", "points"]
     frame: Frame = UNDECLARED
     matrix: Matrix = IDENTITY
     reconstruction_id: str = ""
@@ -30,7 +52,19 @@ class Registration:
     scale_error: float | None = None
     rms_control_m: float | None = None
     rms_check_m: float | None = None
+    control: tuple[RegistrationPoint, ...] = ()
+    covariance: tuple[tuple[float, ...], ...] | None = None
+    centre: Point | None = None
 
     def to_world(self) -> Matrix:
         """4x4 similarity from the file to World."""
         return self.matrix
+
+    def rotation_covariance(self) -> npt.NDArray[np.float64] | None:
+        """(3, 3) radians squared, of turns about east, north and up; None where not known."""
+        if self.covariance is not None:
+            return np.array(self.covariance, np.float64)[:3, :3]
+        if self.rotation_error_deg is None:
+            return None
+        up, east, north = np.radians(self.rotation_error_deg)
+        return np.diag([east**2, north**2, up**2])

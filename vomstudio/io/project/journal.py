@@ -19,7 +19,7 @@ from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 APPLICATION_ID = 0x564F4D31  # "VOM1"
 NAME = "journal.sqlite"
 TAKING_IN = "taking in the files of schema 1"
@@ -299,8 +299,13 @@ def _to_schema_4(db: sqlite3.Connection) -> None:
     were measured; programs of before can read neither. Rows of before are read as they are."""
 
 
+def _to_schema_5(db: sqlite3.Connection) -> None:
+    """A registration may hold the points by which it was found and its covariance, which programs
+    of before cannot read. Rows of before lack these fields and are read as they are."""
+
+
 # _STEPS[n] brings schema n to n + 1.
-_STEPS = {1: _to_schema_2, 2: _to_schema_3, 3: _to_schema_4}
+_STEPS = {1: _to_schema_2, 2: _to_schema_3, 3: _to_schema_4, 4: _to_schema_5}
 
 
 def copy_database(db: sqlite3.Connection, path: Path) -> None:

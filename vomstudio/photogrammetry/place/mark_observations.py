@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.triangulation import triangulate
 from vomstudio.io.control.points import Mark
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.ground_adjustment import triangulate
 
 Array = npt.NDArray[np.float64]
 

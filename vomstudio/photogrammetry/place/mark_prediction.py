@@ -14,11 +14,11 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
+from vomstudio.geometry.triangulation import triangulate
 from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.photos.photo_names import photo_finder
-from vomstudio.photogrammetry.place.ground_adjustment import triangulate
 from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
 from vomstudio.words import tr, tr_n
 

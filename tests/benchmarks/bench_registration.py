@@ -1,0 +1,181 @@
+"""How often the true rotation lies within the stated 95 % of registrations of each kind.
+
+    python -m tests.benchmarks.bench_registration [RUNS]
+
+Every run draws errors anew around a model of 30 m whose true place is known. Printed are, per kind,
+the share of runs in which the true turn about up, east and north lies within what is stated for
+each, and in which a plane's true normal lies within the ellipse that the registration gives it; the
+median of the stated worst error; and how often the axis named the weakest is within 20 degrees of
+that of the true covariance, where that exceeds the second by a factor of 2.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from vomstudio.geology.orientation import Line
+from vomstudio.registration.evidence import camera_rotations
+from vomstudio.registration.observations import Attitudes, Directions, Observed, Points
+from vomstudio.registration.placing import place
+from vomstudio.registration.similarity import rotation_covariance
+from vomstudio.geometry.tilts import tilt_95_deg
+
+Array = npt.NDArray[np.float64]
+_SCALE, _SHIFT = 2.5, np.array([398_000.0, 4_980_000.0, 320.0])
+_SIZE_M = 30.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """draw : observations of a true rotation; weak : (3, 3) the true covariance, or None"""
+
+    name: str
+    draw: Callable[[np.random.Generator, Array], list[Observed]]
+    weak: Callable[[], Array] | None = None
+
+
+def _spread(rng: np.random.Generator, n: int, shape: tuple[float, float, float]) -> Array:
+    return rng.uniform(-0.5, 0.5, (n, 3)) * np.array(shape) * _SIZE_M
+
+
+def _to_world(model: Array, turn: Array) -> Array:
+    return _SCALE * model @ turn.T + _SHIFT
+
+
+def _points(
+    n: int, sigma: tuple[float, float, float], stated: bool,
+    shape: tuple[float, float, float] = (1.0, 0.4, 0.5), name: str = "points",
+) -> Callable[[np.random.Generator, Array], list[Observed]]:  # fmt: skip
+    def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
+        model = _spread(np.random.default_rng(n), n, shape)
+        world = _to_world(model, turn) + rng.normal(size=(n, 3)) * sigma
+        told = np.tile(np.array(sigma) if stated else np.full(3, np.nan), (n, 1))
+        return [Points([str(i) for i in range(n)], model, world, told, name)]
+
+    return draw
+
+
+def _weak_of(n: int, sigma: tuple[float, float, float], shape: tuple[float, float, float]) -> Array:
+    model = _spread(np.random.default_rng(n), n, shape)
+    return rotation_covariance(_SCALE * model @ _TURN.T, np.array(sigma))
+
+
+def _compass(n: int, deg: float) -> Callable[[np.random.Generator, Array], list[Observed]]:
+    def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
+        model = Rotation.random(n, random_state=n).as_matrix()[:, :, 0]
+        world = model @ turn.T
+        wrong = rng.normal(size=world.shape) * np.radians(deg)
+        world = world + wrong - (wrong * world).sum(axis=1)[:, None] * world
+        world /= np.linalg.norm(world, axis=1, keepdims=True)
+        sigma = np.full((n, 2), np.radians(deg))
+        return [Directions([str(i) for i in range(n)], model, world, sigma)]
+
+    return draw
+
+
+def _gimbal(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], list[Observed]]:
+    def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
+        fixed = np.random.default_rng(n)
+        angles = np.column_stack(
+            [fixed.uniform(0, 360, n), fixed.uniform(-50, 10, n), fixed.uniform(-3, 3, n)]
+        )
+        true, _ = camera_rotations(angles)
+        sigma = np.array([2.0, 0.5, 0.5])
+        read = angles + rng.normal(size=angles.shape) * sigma
+        read[:, 0] += rng.normal() * north_deg
+        world, axes = camera_rotations(read)
+        model = turn.T @ true
+        labels = [str(i) for i in range(n)]
+        told = np.radians(np.tile(sigma, (n, 1)))
+        return [Attitudes(labels, model, world, axes, told, np.radians(north_deg))]
+
+    return draw
+
+
+_TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
+_CM = (0.01, 0.01, 0.01)
+_FLAT, _LINE = (1.0, 0.4, 0.5), (1.0, 0.05, 0.05)
+
+CASES = (
+    *(Case(f"{n} points, 1 cm stated", _points(n, _CM, True)) for n in (3, 4, 6, 12)),
+    *(Case(f"{n} points, 1 cm not stated", _points(n, _CM, False)) for n in (3, 4, 5, 8, 12)),
+    Case("8 points, heights twice as bad, not stated", _points(8, (0.01, 0.01, 0.02), False)),
+    Case(
+        "8 points nearly on a line, 1 cm stated",
+        _points(8, _CM, True, _LINE),
+        lambda: _weak_of(8, _CM, _LINE),
+    ),
+    Case(
+        "30 cameras along a line, GPS of 1.5 and 3 m, not stated",
+        _points(30, (1.5, 1.5, 3.0), False, (1.0, 0.15, 0.1), "cameras"),
+        lambda: _weak_of(30, (1.5, 1.5, 3.0), (1.0, 0.15, 0.1)),
+    ),
+    Case("20 gimbal angles, yaw 2, pitch and roll 0.5 deg", _gimbal(20, 0.0)),
+    Case("20 gimbal angles, north wrong by 10 deg (1 sigma)", _gimbal(20, 10.0)),
+    Case("6 compass planes of 2 deg", _compass(6, 2.0)),
+    Case("15 compass planes of 3 deg", _compass(15, 3.0)),
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Shares of runs; axes : None where there is no weak axis to be named"""
+
+    up: float
+    east: float
+    north: float
+    planes: float
+    median_deg: float
+    axes: float | None
+
+
+def outcome(case: Case, runs: int, seed: int = 1) -> Outcome:
+    rng = np.random.default_rng(seed)
+    inside = np.zeros(4)
+    worst = []
+    named = 0
+    true_axis = None if case.weak is None else np.linalg.eigh(case.weak())[1][:, -1]
+    for _ in range(runs):
+        found = place(case.draw(rng, _TURN))
+        turned = np.array(found.matrix)[:3, :3] / found.scale @ _TURN.T
+        east, north, up = np.abs(np.degrees(Rotation.from_matrix(turned).as_rotvec()))
+        limits = found.rotation_error_95_deg
+        normal = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix()[0]
+        seen = turned @ normal
+        tilt = tilt_95_deg(np.array(found.covariance)[:3, :3], seen, normal)
+        assert limits.about_up is not None and limits.about_east is not None
+        assert limits.about_north is not None
+        inside += [
+            up <= limits.about_up, east <= limits.about_east, north <= limits.about_north,
+            tilt <= 1.0,
+        ]  # fmt: skip
+        worst.append(limits.weakest.error_deg or 0.0)
+        if true_axis is not None:
+            line = Line(limits.weakest.trend_deg, limits.weakest.plunge_deg).vector()
+            named += abs(float(np.dot(line, true_axis))) > np.cos(np.radians(20.0))
+    return Outcome(
+        *(float(v) for v in inside / runs),
+        float(np.median(worst)),
+        None if true_axis is None else named / runs,
+    )
+
+
+def main(runs: int) -> None:
+    print(f"{'kind':52s}  up     east   north  planes  median 95 %  weak axis named")
+    for case in CASES:
+        found = outcome(case, runs)
+        axes = "" if found.axes is None else f"{100 * found.axes:.1f} %"
+        shares = "  ".join(
+            f"{100 * v:5.1f}" for v in (found.up, found.east, found.north, found.planes)
+        )
+        print(f"{case.name:52s}  {shares}  {found.median_deg:8.3f} deg  {axes}", flush=True)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1000)

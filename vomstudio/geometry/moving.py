@@ -1,0 +1,33 @@
+"""Models turned, scaled and shifted as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import overload
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry import transform
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+
+Array = npt.NDArray[np.float64]
+
+
+@overload
+def moved(data: Mesh, rows: Sequence[Sequence[float]] | Array) -> Mesh: ...
+@overload
+def moved(data: PointCloud, rows: Sequence[Sequence[float]] | Array) -> PointCloud: ...
+def moved(data: Mesh | PointCloud, rows: Sequence[Sequence[float]] | Array) -> Mesh | PointCloud:
+    """The model through a 4 x 4 similarity, in float64; itself where that changes nothing."""
+    if np.array_equal(transform.matrix(rows), np.eye(4)):
+        return data
+    if isinstance(data, Mesh):
+        return replace(data, vertices=transform.apply(rows, data.vertices))
+    normals = data.normals
+    if normals is not None:
+        normals = transform.rotate(rows, normals).astype(np.float32)
+    points = transform.apply(rows, data.points)
+    return replace(data, points=points, normals=normals, arrangement=None)

@@ -1,0 +1,45 @@
+"""Points from the pixels at which photos show them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cameras import View
+
+Array = npt.NDArray[np.float64]
+
+
+def triangulate(views: Sequence[View], pixels: npt.ArrayLike) -> Array:
+    """(3,) the point whose projections miss `pixels` (k, 2) in the k views least; NaN where the
+    rays do not say (fewer than two, or parallel).
+
+    Nearest point of the rays, then Gauss-Newton on the pixels.
+    """
+    marks = np.asarray(pixels, np.float64).reshape(-1, 2)
+    if len(views) < 2:
+        return np.full(3, np.nan)
+    normal, right = np.zeros((3, 3)), np.zeros(3)
+    for view, mark in zip(views, marks, strict=True):
+        ray = view.rays(mark)[0]
+        across = np.eye(3) - np.outer(ray, ray)
+        normal += across
+        right += across @ view.centre
+    if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e8:
+        return np.full(3, np.nan)
+    point = np.linalg.solve(normal, right)
+    step = 1e-6 * max(1e-9, float(np.linalg.norm(point - views[0].centre)))
+    offsets = np.vstack([np.zeros(3), np.eye(3) * step, -np.eye(3) * step])
+    for _ in range(10):
+        seen = np.array([view.project(point + offsets) for view in views])
+        miss = (marks - seen[:, 0]).ravel()
+        jacobian = ((seen[:, 1:4] - seen[:, 4:]) / (2 * step)).transpose(0, 2, 1).reshape(-1, 3)
+        if not np.isfinite(jacobian).all():
+            return np.full(3, np.nan)
+        change = np.linalg.lstsq(jacobian, miss, rcond=None)[0]
+        point = point + change
+        if np.linalg.norm(change) < step:
+            break
+    return np.asarray(point)

@@ -1,0 +1,395 @@
+"""From tables and photos to observations of a model's place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.geometry.cameras import View
+from vomstudio.geometry.places import why_no_coordinate
+from vomstudio.geometry.triangulation import triangulate
+from vomstudio.io.control.observation_tables import (
+    AttitudeTable,
+    CompassTable,
+    LevelTable,
+    Pairs,
+    Positions,
+    ScaleBar,
+)
+from vomstudio.registration.observations import (
+    Attitudes,
+    Azimuths,
+    Directions,
+    Lengths,
+    LevelLines,
+    Observed,
+    Points,
+)
+from vomstudio.registration.placing import place, with_warnings
+from vomstudio.registration.results import Placed
+from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+Segment = tuple[tuple[float, float, float], tuple[float, float, float], float]
+
+_MAGNETIC_DEG = 10.0
+"""One sigma of magnetic north until it has been checked: steel, rocks, declination of the day."""
+_READING_DEG = 3.0
+_TAPE = 0.005
+"""One sigma of a length by tape whose ends are picked on a model, as a share of it."""
+_UNSURE_DEG = 60.0
+
+
+@dataclass
+class Evidence:
+    """Everything that is given; `views` are of the model's cameras, in its own frame."""
+
+    views: Mapping[str, View] = field(default_factory=dict)
+    pairs: Pairs | None = None
+    bars: Sequence[ScaleBar] = ()
+    positions: Positions | None = None
+    attitudes: AttitudeTable | None = None
+    level: LevelTable | None = None
+    compass: CompassTable | None = None
+    lengths: Sequence[Segment] = ()
+    """Two ends on the model, and the metres between them."""
+    azimuths: Sequence[Segment] = ()
+    """From one point on the model to another, and the azimuth of that line, degrees."""
+    to_grid: Callable[[float, float], tuple[float, float] | None] | None = None
+    """From longitude and latitude to the CRS of the model, where positions are in degrees."""
+
+
+def register(evidence: Evidence, extent: Array | None = None) -> Placed:
+    """The registration by all that is given.
+
+    extent : (n, 3) points of the model that show how far it reaches
+    Raises UsageError where something refers to what is not there, GeometryError where the model
+    cannot be placed by it.
+    """
+    said: list[str] = []
+    kinds: list[Observed] = []
+    check = None
+    if evidence.pairs is not None:
+        control, check = _pairs(evidence.pairs)
+        kinds.append(control)
+        said += _doubts_about(evidence.pairs)
+    kinds += _lengths(evidence, said)
+    if evidence.positions is not None:
+        kinds.append(_cameras(evidence, said))
+    if evidence.attitudes is not None:
+        kinds.append(_attitudes(evidence, evidence.attitudes, said))
+    if evidence.level is not None:
+        kinds.append(_level(evidence, evidence.level))
+    if evidence.compass is not None:
+        kinds += _compass(evidence.compass)
+    if evidence.azimuths:
+        kinds.append(_azimuths(evidence.azimuths))
+    placed = place(kinds, check, extent)
+    if evidence.positions is not None and len(kinds) == 1:
+        _refuse_unsure(placed)
+    return with_warnings(placed, said)
+
+
+# --- points and lengths -----------------------------------------------------------------------
+def _pairs(pairs: Pairs) -> tuple[Points, Points]:
+    def those(which: npt.NDArray[np.bool_]) -> Points:
+        rows = np.flatnonzero(which)
+        labels = [pairs.labels[i] for i in rows]
+        return Points(labels, pairs.model[rows], pairs.world[rows], pairs.sigma[rows])
+
+    return those(~pairs.check), those(pairs.check)
+
+
+def _doubts_about(pairs: Pairs) -> list[str]:
+    """What coordinates look like that are not metres."""
+    world = pairs.world
+    reach = np.ptp(world, axis=0) if len(world) else np.zeros(3)
+    degrees = (np.abs(world[:, 0]) <= 180).all() and (np.abs(world[:, 1]) <= 90).all()
+    if len(world) > 2 and degrees and max(reach[:2]) < 1.0 and reach[2] > 100 * max(reach[:2]):
+        return [
+            tr(
+                "x and y look like degrees beside heights in metres. Convert them to a projected "
+                "coordinate reference system."
+            )
+        ]
+    return []
+
+
+def _lengths(evidence: Evidence, said: list[str]) -> list[Observed]:
+    labels, first, second, length, sigma = [], [], [], [], []
+    pairs = evidence.pairs
+    places = {} if pairs is None else dict(zip(pairs.labels, pairs.model, strict=True))
+    for bar in evidence.bars:
+        for label in (bar.first, bar.second):
+            if label not in places:
+                raise UsageError(
+                    tr(
+                        "The scale bar names the point {label}, which is not among the pairs. "
+                        "Add it, with its place on the model.",
+                        label=label,
+                    ),
+                    field="--scale-bars",
+                )
+        if bar.check:
+            continue
+        labels.append(f"{bar.first} - {bar.second}")
+        first.append(places[bar.first])
+        second.append(places[bar.second])
+        length.append(bar.length_m)
+        sigma.append(np.nan if bar.sigma_m is None else bar.sigma_m)
+    for number, (a, b, metres) in enumerate(evidence.lengths, 1):
+        labels.append(tr("length {number}", number=number))
+        first.append(np.asarray(a))
+        second.append(np.asarray(b))
+        length.append(metres)
+        sigma.append(_TAPE * metres)
+    if not labels:
+        return []
+    ends = np.array(first, np.float64), np.array(second, np.float64)
+    if not (np.linalg.norm(ends[1] - ends[0], axis=1) > 0).all():
+        raise UsageError(
+            tr("Both ends of a length are at one place of the model. Choose two places."),
+            field="--scale",
+        )
+    return [Lengths(labels, *ends, np.array(length), np.array(sigma))]
+
+
+def bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float]]:
+    """Scale bars that judge: their names, and how much too long the placed model shows them."""
+    pairs = evidence.pairs
+    if pairs is None:
+        return []
+    places = dict(zip(pairs.labels, pairs.model, strict=True))
+    return [
+        (
+            f"{bar.first} - {bar.second}",
+            float(placed.scale * np.linalg.norm(places[bar.second] - places[bar.first]))
+            - bar.length_m,
+        )
+        for bar in evidence.bars
+        if bar.check
+    ]
+
+
+# --- cameras ----------------------------------------------------------------------------------
+def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
+    """By its name in the folder, or the last part of it, with or without ending."""
+    views = evidence.views
+    if not views:
+        raise UsageError(
+            tr(
+                "The cameras of the model are not known. Put its cameras.json beside the model, "
+                "as a reconstruction here writes it."
+            ),
+            field=field_,
+        )
+    if photo in views:
+        return views[photo]
+    name = Path(photo.replace("\\", "/")).name.casefold()
+    for known, view in views.items():
+        last = Path(known).name.casefold()
+        if name in (last, Path(last).stem):
+            return view
+    return None
+
+
+def _found(
+    evidence: Evidence, photos: Sequence[str], field_: str, said: list[str]
+) -> tuple[list[int], list[View]]:
+    rows, views = [], []
+    unknown = []
+    for row, photo in enumerate(photos):
+        view = _view(evidence, photo, field_)
+        if view is None:
+            unknown.append(photo)
+        else:
+            rows.append(row)
+            views.append(view)
+    if not rows:
+        raise UsageError(
+            tr(
+                "None of the {count} photos of the table is among the cameras of the model "
+                "({first}, …). Check their names.",
+                count=len(photos),
+                first=photos[0],
+            ),
+            field=field_,
+        )
+    if unknown:
+        said.append(
+            tr(
+                "{count} photos of the table are not among the cameras of the model and were left "
+                "out: {names}.",
+                count=len(unknown),
+                names=", ".join(unknown[:8]),
+            )
+        )
+    return rows, views
+
+
+def _cameras(evidence: Evidence, said: list[str]) -> Points:
+    positions = evidence.positions
+    assert positions is not None
+    rows, views = _found(evidence, positions.photos, "--cameras", said)
+    world = positions.places[rows].copy()
+    if positions.degrees:
+        if evidence.to_grid is None:
+            raise UsageError(
+                tr(
+                    "The positions are in degrees. Say with --crs into which projected coordinate "
+                    "reference system the model is placed, such as EPSG:32633."
+                ),
+                field="--crs",
+            )
+        for row, (longitude, latitude) in enumerate(world[:, :2].tolist()):
+            place_ = evidence.to_grid(longitude, latitude)
+            if place_ is None:
+                raise InputError(
+                    tr(
+                        "{photo} is outside of what the coordinate reference system covers.",
+                        photo=positions.photos[rows[row]],
+                    )
+                )
+            world[row, :2] = place_
+        said.append(
+            tr(
+                "The heights of the cameras were taken as they are written. Receivers give heights "
+                "above the ellipsoid, which differ from those above the sea by up to 100 m: check "
+                "one against a map."
+            )
+        )
+    for row, there in enumerate(world.tolist()):
+        if (why := why_no_coordinate((there[0], there[1], there[2]))) is not None:
+            raise InputError(f"{positions.photos[rows[row]]}: {why}")
+    labels = [positions.photos[row] for row in rows]
+    model = np.array([view.centre for view in views])
+    sigma = positions.sigma[rows]
+    alone = evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
+    if alone and len(labels) >= 3 and (nearly_on_a_line(model) or nearly_on_a_line(world)):
+        raise GeometryError(
+            tr(
+                "The cameras stand on one line, about which the model could turn. Add control "
+                "points, or photos from beside the line."
+            )
+        )
+    known = sigma[np.isfinite(sigma)]
+    _, used = fit_robustly(model, world, floor=3 * float(known.max()) if len(known) else 0.0)
+    if not used.all():
+        said.append(
+            tr(
+                "The positions of {count} photos miss by too much to be chance and were left out: "
+                "{names}.",
+                count=int((~used).sum()),
+                names=", ".join(np.array(labels)[~used][:8]),
+            )
+        )
+    rows_ = np.flatnonzero(used)
+    return Points([labels[i] for i in rows_], model[rows_], world[rows_], sigma[rows_], "cameras")
+
+
+def _refuse_unsure(placed: Placed) -> None:
+    worst = placed.rotation_error_95_deg.weakest.error_deg
+    if worst is None or worst > _UNSURE_DEG:
+        raise GeometryError(
+            tr(
+                "The positions of the cameras are as wrong as they are far apart: the model could "
+                "be turned by more than {limit:.0f} degrees. Add control points, or a compass "
+                "reading and a length.",
+                limit=_UNSURE_DEG,
+            )
+        )
+
+
+def marked_places(
+    evidence: Evidence, marks: Sequence[tuple[str, str, float, float]]
+) -> dict[str, Array]:
+    """(3,) on the model of every label that is marked in two photos of it or more.
+
+    marks : label, photo, x, y. Raises UsageError where no cameras are known.
+    """
+    seen: dict[str, tuple[list[View], list[tuple[float, float]]]] = {}
+    for label, photo, x, y in marks:
+        view = _view(evidence, photo, "--marks")
+        if view is not None:
+            views, pixels = seen.setdefault(label, ([], []))
+            views.append(view)
+            pixels.append((x, y))
+    found = {label: triangulate(views, pixels) for label, (views, pixels) in seen.items()}
+    return {label: place_ for label, place_ in found.items() if np.isfinite(place_).all()}
+
+
+def _attitudes(evidence: Evidence, table: AttitudeTable, said: list[str]) -> Attitudes:
+    rows, views = _found(evidence, table.photos, "--attitudes", said)
+    world, axes = camera_rotations(table.angles[rows])
+    model = np.array([np.asarray(view.rotation).T for view in views])
+    return Attitudes(
+        [table.photos[row] for row in rows],
+        model,
+        world,
+        axes,
+        np.radians(table.sigma[rows]),
+        np.radians(_MAGNETIC_DEG) if table.magnetic else 0.0,
+    )
+
+
+def camera_rotations(angles: Array) -> tuple[Array, Array]:
+    """(n, 3, 3) rotations from cameras (x right, y down, z forward) to World, and (n, 3, 3) the
+    axes, as columns, about which yaw, pitch and roll turn them.
+
+    angles : (n, 3) degrees: azimuth of the view, clockwise; its elevation; roll clockwise
+    """
+    yaw, pitch, roll = np.radians(angles).T
+    zero = np.zeros_like(yaw)
+    forward = np.column_stack(
+        [np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)]
+    )
+    level = np.column_stack([np.cos(yaw), -np.sin(yaw), zero])
+    below = np.cross(forward, level)
+    right = level * np.cos(roll)[:, None] + below * np.sin(roll)[:, None]
+    down = below * np.cos(roll)[:, None] - level * np.sin(roll)[:, None]
+    vertical = np.column_stack([zero, zero, zero - 1.0])
+    return np.stack([right, down, forward], axis=2), np.stack([vertical, level, forward], axis=2)
+
+
+def _level(evidence: Evidence, table: LevelTable) -> LevelLines:
+    rows, views = _found(evidence, table.photos, "--horizon", [])
+    directions = []
+    for row, view in zip(rows, views, strict=True):
+        flat = view.intrinsics.rays(table.ends[row])
+        directions.append((flat[1] - flat[0]) @ view.rotation)
+    model = np.array(directions)
+    model /= np.linalg.norm(model, axis=1, keepdims=True)
+    return LevelLines([table.photos[r] for r in rows], model, np.full(len(model), np.nan))
+
+
+# --- compass ----------------------------------------------------------------------------------
+def _compass(table: CompassTable) -> list[Observed]:
+    world = table.read.vectors()
+    kinds: list[Observed] = []
+    for planes in (True, False):
+        rows = np.flatnonzero(table.read.is_plane == planes)
+        if len(rows):
+            sigma = np.repeat(np.radians(table.sigma[rows])[:, None], 2, axis=1)
+            labels = [table.read.ids[i] for i in rows]
+            kinds.append(Directions(labels, table.model[rows], world[rows], sigma))
+    return kinds
+
+
+def _azimuths(given: Sequence[Segment]) -> Azimuths:
+    vectors = np.array([np.subtract(b, a) for a, b, _ in given], np.float64)
+    length = np.linalg.norm(vectors, axis=1)
+    if not (np.hypot(vectors[:, 0], vectors[:, 1]) > 1e-6 * np.maximum(length, 1e-300)).all():
+        raise UsageError(
+            tr("A line with an azimuth needs two places that are not above each other."),
+            field="--azimuth",
+        )
+    labels = [tr("azimuth {number}", number=i + 1) for i in range(len(given))]
+    angles = np.radians([azimuth for _, _, azimuth in given])
+    sigma = np.full(len(given), np.radians(_READING_DEG))
+    return Azimuths(labels, vectors / length[:, None], angles, sigma)

@@ -1,0 +1,170 @@
+"""Sentences on a registration: what may be wrong with it, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.registration.adjustment import Adjusted, adjust
+from vomstudio.registration.blunders import Blunder, chosen
+from vomstudio.registration.observations import Observed, Points
+from vomstudio.registration.results import Known, PointResidual, RotationError
+from vomstudio.registration.similarity import Similarity, fit_similarity
+from vomstudio.words import tr, tr_n
+
+Array = npt.NDArray[np.float64]
+
+_Z95 = 1.959963984540054
+_WARN_DEG = 1.0
+_WARN_SCALE = 0.01
+
+
+def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
+    said = []
+    if found.overdrawn > 1.0:
+        said.append(
+            tr(
+                "The residuals are {times:.1f} times what the stated accuracies allow: a value may "
+                "be wrong, or the accuracies are too small. All errors were enlarged by as much.",
+                times=found.overdrawn,
+            )
+        )
+    if found.ambiguous:
+        said.append(
+            tr(
+                "A quite different rotation fits as well; the one that tilts and turns the model "
+                "least was taken. Add a point, or a direction that differs from the others."
+            )
+        )
+    if found.assumed:
+        said.append(
+            tr(
+                "Nothing is left over to judge the accuracy of the {kinds} by, and none is "
+                "stated: a usual one was assumed. State it.",
+                kinds=", ".join(tr(name) for name in found.assumed),
+            )
+        )
+    return said
+
+
+def said_of_points(
+    control: Sequence[PointResidual], check: Sequence[PointResidual], points: Points | None
+) -> list[str]:
+    if points is None:
+        return []
+    said = []
+    if len(control) < 4:
+        said.append(
+            tr_n(
+                "{count} control point leaves nothing over to find a mistake with. Use 4 or more.",
+                "{count} control points leave nothing over to find a mistake with. Use 4 or more.",
+                len(control),
+            )
+        )
+    if not check:
+        said.append(
+            tr(
+                "No check points judge the model independently of the points that placed it. Tick "
+                "some as check points."
+            )
+        )
+    return said
+
+
+def said_of_errors(error: RotationError, scale95: float | None, known: Known) -> list[str]:
+    said = []
+    lacking = [
+        tr(word)
+        for word, there in (
+            ("north", known.north),
+            ("the vertical", known.vertical),
+            ("the scale", known.scale),
+            ("the position", known.position),
+        )
+        if not there
+    ]
+    if lacking:
+        said.append(
+            tr(
+                "Not known after this registration: {what}. What rests on it stays as in the "
+                "model's file.",
+                what=", ".join(lacking),
+            )
+        )
+    up, east, north = error.about_up, error.about_east, error.about_north
+    if up is not None and east is not None and north is not None and max(up, east, north) > (
+        _WARN_DEG
+    ):  # fmt: skip
+        said.append(
+            tr(
+                "The model can be turned by about {turn:.1f}° and tilted by about {tilt:.1f}° "
+                "(1 sigma): dip directions and dips can be wrong by as much. Spread the points "
+                "wider.",
+                turn=up,
+                tilt=float(np.hypot(east, north)),
+            )
+        )
+    if scale95 is not None and scale95 > _Z95 * _WARN_SCALE:
+        said.append(
+            tr(
+                "The scale is known only to {error:.1f} % (95 %): lengths, thicknesses and areas "
+                "can be wrong by as much. Place control points farther apart, or measure a scale "
+                "bar.",
+                error=100 * scale95,
+            )
+        )
+    return said
+
+
+def said_of_blunders(
+    kinds: Sequence[Observed],
+    blunders: Sequence[Blunder],
+    found: Adjusted,
+    centre: Array,
+    size: float,
+) -> list[str]:
+    from scipy.spatial.transform import Rotation
+
+    if not blunders:
+        return []
+    named = {b.label for b in blunders}
+    rest = [chosen(kind, [label not in named for label in kind.labels]) for kind in kinds]
+    again = adjust([kind for kind in rest if len(kind.labels)], centre, size)
+    turned = Rotation.from_matrix(again.fit.rotation @ found.fit.rotation.T).magnitude()
+    return [
+        tr(
+            "{labels}: too far from where the others put it to be chance. Without it the model "
+            "turns by {turn:.2g}°. Look the value up, or leave it out.",
+            labels=", ".join(
+                f"{b.label} ({b.error_m:.3g} m)" if b.error_m is not None
+                else f"{b.label} ({b.error_deg:.2g}°)"
+                for b in blunders
+            ),
+            turn=float(np.degrees(turned)),
+        )
+    ]  # fmt: skip
+
+
+def said_of_mirrors(points: Points | None, fit: Similarity) -> list[str]:
+    """Whether points that fit badly are a mirror image of the others."""
+    if points is None or len(points.labels) < 4:
+        return []
+    a, b = points.model, points.world
+    left = float(((fit(a) - b) ** 2).sum())
+    over = float(((b - b.mean(axis=0)) ** 2).sum())
+    flipped = a * [1.0, 1.0, -1.0]
+    try:
+        again = fit_similarity(flipped, b)
+    except GeometryError:
+        return []
+    if left > 1e-6 * over and float(((again(flipped) - b) ** 2).sum()) < 0.01 * left:
+        return [
+            tr(
+                "The points fit as a mirror image: two axes of one of the frames are exchanged. "
+                "Exchange the columns of easting and northing."
+            )
+        ]
+    return []

@@ -1,0 +1,123 @@
+"""What a registration has found, with the names of the command line."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.registration.blunders import Blunder
+from vomstudio.reprs import Shown
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PointResidual:
+    """dx, dy, dz, error_m : fitted less given, World, and its length; pixels : None, since no marks
+    in photos take part"""
+
+    label: str
+    dx: float
+    dy: float
+    dz: float
+    error_m: float
+    pixels: float | None = None
+
+
+@dataclass(frozen=True)
+class RotationError:
+    """Of the rotation, one sigma each, degrees; None where nothing determines it."""
+
+    about_up: float | None
+    about_east: float | None
+    about_north: float | None
+
+
+@dataclass(frozen=True)
+class WeakestAxis:
+    """The axis about which the model is held worst, and its 95 % error, degrees."""
+
+    trend_deg: float
+    plunge_deg: float
+    error_deg: float | None
+
+
+@dataclass(frozen=True)
+class RotationError95:
+    """The same three at 95 %, each by itself, and the worst axis of all."""
+
+    about_up: float | None
+    about_east: float | None
+    about_north: float | None
+    weakest: WeakestAxis
+
+
+@dataclass(frozen=True)
+class WorthAdding:
+    """Where, in World, one more control point lessens the worst error of the rotation most: that
+    error (95 %, degrees) before and after."""
+
+    x: float
+    y: float
+    z: float
+    error_before_deg: float
+    error_after_deg: float
+
+
+@dataclass(frozen=True)
+class Known:
+    """What the registration has fixed."""
+
+    north: bool = True
+    vertical: bool = True
+    scale: bool = True
+    position: bool = True
+
+    @property
+    def all(self) -> bool:
+        return self.north and self.vertical and self.scale and self.position
+
+
+@dataclass(frozen=True, repr=False)
+class Placed(Shown):
+    """A similarity from the model to World, and what it leaves over.
+
+    matrix : 4 x 4, acts on column vectors of the model; scale : metres per unit of the model
+    control : points that entered the fit; check : points that did not
+    rms_control_m, rms_check_m : of the residuals' lengths, None without such points
+    rotation_error_deg, rotation_error_95_deg, scale_error_95 (a share of the scale) : from the
+        errors given, else from the residuals (Student's t with the degrees of freedom that these
+        leave)
+    covariance : (7, 7) of turns about east, north and up (rad), a relative change of scale and a
+        shift (m), about `centre` (World); one sigma of a normal distribution with the same 95 %
+    """
+
+    matrix: tuple[tuple[float, ...], ...]
+    scale: float
+    control: tuple[PointResidual, ...]
+    check: tuple[PointResidual, ...]
+    rms_control_m: float | None
+    rms_check_m: float | None
+    rotation_error_deg: RotationError
+    rotation_error_95_deg: RotationError95
+    scale_error_95: float | None
+    worth_adding: WorthAdding | None
+    known: Known
+    blunders: tuple[Blunder, ...]
+    warnings: tuple[str, ...]
+    covariance: tuple[tuple[float, ...], ...]
+    centre: tuple[float, float, float]
+
+    def __call__(self, points: npt.ArrayLike) -> Array:
+        """(n, 3) World of model points (n, 3)."""
+        m = np.asarray(self.matrix)
+        return np.asarray(np.asarray(points, np.float64) @ m[:3, :3].T + m[:3, 3])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON, with the names of the command."""
+        told = asdict(self)
+        del told["covariance"], told["centre"]
+        return told
