@@ -42,11 +42,3 @@ def errors_95_deg(rotation: Array, directions: Array) -> Array:
     spread = direction_covariance(rotation, directions)
     largest = np.linalg.eigvalsh(spread)[:, -1]
     return np.asarray(np.minimum(np.degrees(np.sqrt(CHI2_TWO * np.maximum(largest, 0.0))), 90.0))
-
-
-def tilt_95_deg(rotation: Array, seen: Array, true: Array) -> float:
-    """How far a direction is off as a share of its 95 % region: 1 on the border of it."""
-    (spread,) = direction_covariance(rotation, np.asarray(seen)[None])
-    miss = np.asarray(true) - np.asarray(seen)
-    inverse = np.linalg.pinv(spread, rcond=1e-9, hermitian=True)
-    return float(np.sqrt(miss @ inverse @ miss / CHI2_TWO))

@@ -125,8 +125,9 @@ def _starts(kinds: Sequence[Observed], centre: Array, size: float) -> list[Simil
     if len(model) >= 3 and not nearly_on_a_line(model) and not nearly_on_a_line(world):
         return [fit_similarity(model, world)]
     scale = _first_scale(kinds, model, world)
-    turns = [np.eye(3), *Rotation.random(_STARTS, random_state=0).as_matrix()]
-    turns += [t for kind in kinds for t in _own_starts(kind)]
+    turns = [np.eye(3), *(t for kind in kinds for t in _own_starts(kind))]
+    if len(turns) == 1:
+        turns += [*Rotation.random(_STARTS, random_state=0).as_matrix()]
     found = []
     for turn in turns:
         if len(model):
@@ -140,6 +141,7 @@ def _starts(kinds: Sequence[Observed], centre: Array, size: float) -> list[Simil
 
 
 def _own_starts(kind: Observed) -> list[Array]:
+    """The mean rotation that the attitudes of cameras tell."""
     model, world = getattr(kind, "model", None), getattr(kind, "world", None)
     if model is None or world is None or model.ndim != 3 or not len(model):
         return []

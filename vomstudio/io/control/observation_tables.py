@@ -241,7 +241,7 @@ class _Table:
 
     def __init__(self, path: str | Path, order: Sequence[str]) -> None:
         """order : of the columns where there is no header"""
-        table = read_table(path)
+        table = read_table(path, named=True)
         if table.names is None:
             table = _with_header(table, order)
         if not len(table):

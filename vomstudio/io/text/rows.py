@@ -83,8 +83,11 @@ def cut(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in line.split(delimiter)]
 
 
-def read_rows(path: Path) -> TextRows:
+def read_rows(path: Path, *, named: bool = False) -> TextRows:
     """Read a text file into rows of cells.
+
+    named : rows have words among their numbers, such as the labels of points: a first row in which
+        most cells are numbers is then no header
 
     Raises `InputError` (file, line) for what is missing, empty, not text, or not a table.
     """
@@ -118,6 +121,8 @@ def read_rows(path: Path) -> TextRows:
     else:
         first = cut(data[0], delimiter)
     header = _trimmed(first) if is_header(first, delimiter) else None
+    if named and header is not None and _mostly_numbers(header, delimiter):
+        header = None
     header_line = None
     if header is not None:
         header_line = numbers[0]
@@ -370,6 +375,12 @@ def is_header(cells: list[str], delimiter: str) -> bool:
     if any(parse_number(cell, decimal_comma=comma) is None for cell in cells):
         return True
     return all(cell.casefold() in _MISSING for cell in cells)
+
+
+def _mostly_numbers(cells: list[str], delimiter: str) -> bool:
+    comma = delimiter in ";\t"
+    numbers = sum(parse_number(cell, decimal_comma=comma) is not None for cell in cells if cell)
+    return 2 * numbers > sum(map(bool, cells))
 
 
 def _trimmed(cells: list[str]) -> list[str]:

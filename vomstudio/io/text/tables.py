@@ -244,13 +244,15 @@ def lines_in_words(lines: Sequence[int], limit: int = 8) -> str:
     return tr("lines {numbers} and {count} more", numbers=head, count=len(lines) - limit)
 
 
-def read_table(path: str | Path) -> TextTable:
+def read_table(path: str | Path, *, named: bool = False) -> TextTable:
     """Read a text table of any of the usual kinds.
 
+    named : rows have words among their numbers, such as labels, so that words in the first row do
+        not make it a header
     Raises `InputError` (file, line) for what is missing, empty, not text, or not a table.
     """
     path = Path(path)
-    text = read_rows(path)
+    text = read_rows(path, named=named)
     return TextTable(
         path=path,
         names=None if text.header is None else tuple(text.header),

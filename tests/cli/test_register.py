@@ -1,0 +1,422 @@
+"""`vomstudio register`: known places, from every kind of observation."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.spatial.transform import Rotation
+
+from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.io.models.opening import read_model
+from vomstudio.io.photos.cameras_file import Cameras, write_cameras
+
+Array = npt.NDArray[np.float64]
+Write = Callable[..., Path]
+
+TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
+SCALE, SHIFT = 2.5, np.array([398_000.0, 4_980_000.0, 320.0])
+CORNERS = np.array(
+    [[0, 0, 0], [9, 0, 0], [0, 4, 1], [3, 2, 5], [5, 1, 0.5], [7, 3, 4], [1, 3, 3], [8, 2, 1]],
+    float,
+)
+
+
+def world(model: Array) -> Array:
+    return SCALE * np.asarray(model) @ TURN.T + SHIFT
+
+
+def matrix_of(told: dict) -> Array:
+    return np.array(told["matrix"])
+
+
+def turn_of(told: dict) -> Array:
+    return matrix_of(told)[:3, :3] / told["scale"]
+
+
+def off_deg(told: dict) -> float:
+    return float(np.degrees(Rotation.from_matrix(turn_of(told) @ TURN.T).magnitude()))
+
+
+def pairs_text(model: Array, there: Array, header: str = "", join: str = ",") -> str:
+    rows = [
+        join.join([f"P{i}", *(f"{v:.6f}" for v in (*a, *b))])
+        for i, (a, b) in enumerate(zip(model, there, strict=True))
+    ]
+    return "\n".join([*([header] if header else []), *rows]) + "\n"
+
+
+HEADER = "label,model_x,model_y,model_z,x,y,z"
+
+
+# --- points ---------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    "header",
+    [
+        HEADER,
+        "",
+        "#Label,Model_X,Model_Y,Model_Z,X,Y,Z",
+        "# label, model x, model y, model z, easting, northing, elevation",
+    ],
+)
+def test_pairs_give_the_place_whatever_their_header(run, write: Write, header: str) -> None:
+    table = write(pairs_text(CORNERS, world(CORNERS), header))
+    ran = run("register", "-", "--pairs", table, "--json")
+    assert ran.code == 0, ran.err
+    told = ran.json
+    assert told["scale"] == pytest.approx(SCALE, rel=1e-6)
+    np.testing.assert_allclose(turn_of(told), TURN, atol=1e-6)
+    np.testing.assert_allclose(matrix_of(told)[:3, 3], SHIFT, atol=1e-4)
+    assert told["known"] == dict.fromkeys(("north", "vertical", "scale", "position"), True)
+    assert told["blunders"] == []
+    assert [p["label"] for p in told["control"]] == [f"P{i}" for i in range(8)]
+
+
+def test_decimal_commas_and_semicolons_are_read(run, write: Write) -> None:
+    text = pairs_text(CORNERS, world(CORNERS), HEADER.replace(",", ";"), ";").replace(".", ",")
+    told = run("register", "-", "--pairs", write(text), "--json").json
+    np.testing.assert_allclose(turn_of(told), TURN, atol=1e-6)
+
+
+def test_check_points_take_no_part(run, write: Write) -> None:
+    there = world(CORNERS)
+    there[6:] += [5.0, -3.0, 2.0]
+    rows = pairs_text(CORNERS, there).splitlines()
+    uses = ["control"] * 6 + ["check"] * 2
+    text = "\n".join([HEADER + ",use", *(f"{r},{u}" for r, u in zip(rows, uses, strict=True))])
+    told = run("register", "-", "--pairs", write(text), "--json").json
+    np.testing.assert_allclose(turn_of(told), TURN, atol=1e-6)
+    assert len(told["control"]), len(told["check"]) == (6, 2)
+    for point in told["check"]:
+        # Fitted less given.
+        assert [point["dx"], point["dy"], point["dz"]] == pytest.approx([-5, 3, -2], abs=1e-3)
+        assert point["error_m"] == pytest.approx(np.sqrt(38), abs=1e-3)
+    assert told["rms_check_m"] == pytest.approx(np.sqrt(38), abs=1e-3)
+
+
+def test_a_wrong_point_is_named_with_its_size(run, write: Write) -> None:
+    there = world(CORNERS) + np.random.default_rng(3).normal(size=CORNERS.shape) * 0.01
+    there[4, 0] += 2.0
+    told = run("register", "-", "--pairs", write(pairs_text(CORNERS, there, HEADER)), "--json").json
+    (found,) = told["blunders"]
+    assert found["label"] == "P4"
+    assert found["error_m"] == pytest.approx(2.0, abs=0.1)
+    assert any("P4" in said and "Look the value up" in said for said in told["warnings"])
+
+
+def test_exchanged_easting_and_northing_are_recognised(run, write: Write) -> None:
+    there = world(CORNERS)[:, [1, 0, 2]]
+    told = run("register", "-", "--pairs", write(pairs_text(CORNERS, there, HEADER)), "--json").json
+    assert any("mirror image" in said and "easting" in said for said in told["warnings"])
+    assert np.linalg.det(turn_of(told)) == pytest.approx(1.0)
+
+
+def test_the_placed_model_is_written_and_its_planes_turn(run, write: Write, tmp_path: Path) -> None:
+    faces = "3 0 1 2\n3 1 4 3\n3 2 3 5\n"
+    head = (
+        "ply\nformat ascii 1.0\nelement vertex 8\nproperty double x\nproperty double y\n"
+        "property double z\nelement face 3\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    corners = "".join(f"{x} {y} {z}\n" for x, y, z in CORNERS)
+    model = write(head + corners + faces, "model.ply")
+    table = write(pairs_text(CORNERS, world(CORNERS), HEADER))
+    out = tmp_path / "placed.obj"
+    ran = run("register", model, "--pairs", table, "--crs", "EPSG:32633", "-o", out, "--json")
+    assert ran.code == 0, ran.err
+    assert ran.json["out"] == str(out)
+    placed = read_model(out)
+    there = world(CORNERS)
+    np.testing.assert_allclose(placed.data.bounds, [there.min(0), there.max(0)], atol=1e-3)
+    again = run("register", model, "--pairs", table, "-o", out, "--json")
+    assert again.code != 0
+    assert "is there already" in again.said or "--force" in again.said
+
+
+def test_the_placement_alone_is_written_as_its_json(run, write: Write, tmp_path: Path) -> None:
+    table = write(pairs_text(CORNERS, world(CORNERS), HEADER))
+    out = tmp_path / "place.json"
+    ran = run("register", "-", "--pairs", table, "-o", out, "--json")
+    kept = json.loads(out.read_text("utf-8"))
+    assert kept["matrix"] == ran.json["matrix"]
+
+
+# --- lengths, azimuths, compass -------------------------------------------------------------------
+def test_one_length_and_one_azimuth_are_partial(run) -> None:
+    told = run("register", "-", "--scale", "0,0,0,2,0,0,5", "--azimuth", "0,0,0,1,0,0,30",
+               "--json").json  # fmt: skip
+    assert told["scale"] == pytest.approx(2.5)
+    # East of the model now points to 030; what is up stays up.
+    np.testing.assert_allclose(turn_of(told) @ [1, 0, 0], [0.5, np.sqrt(0.75), 0], atol=1e-9)
+    np.testing.assert_allclose(turn_of(told) @ [0, 0, 1], [0, 0, 1], atol=1e-9)
+    assert told["known"] == {"north": True, "vertical": False, "scale": True, "position": False}
+    assert told["rotation_error_95_deg"]["about_east"] is None
+    assert told["rotation_error_95_deg"]["weakest"]["error_deg"] is None
+
+
+def test_compass_planes_turn_the_model_and_state_how_well(run, write: Write) -> None:
+    rng = np.random.default_rng(5)
+    rows = ["dip_direction,dip,model_x,model_y,model_z,sigma_deg"]
+    for normal in Rotation.random(12, random_state=4).as_matrix()[:, 0]:
+        there = TURN @ normal + rng.normal(size=3) * np.radians(1.5)
+        plane = Plane.from_normal(there / np.linalg.norm(there))
+        rows.append(
+            f"{plane.dip_direction_deg},{plane.dip_deg},{normal[0]},{normal[1]},{normal[2]},1.5"
+        )
+    told = run("register", "-", "--orientations", write("\n".join(rows)), "--json").json
+    worst = told["rotation_error_95_deg"]["weakest"]["error_deg"]
+    # The worst of one axis; the angle here is that about all three.
+    assert off_deg(told) < 1.8 * worst < 4.0
+    assert told["scale"] == 1.0
+    assert told["known"] == {"north": True, "vertical": True, "scale": False, "position": False}
+
+
+def test_a_strike_read_as_a_dip_direction_is_named(run, write: Write) -> None:
+    rows = ["id,dip_direction,dip,model_x,model_y,model_z,sigma_deg"]
+    for number, normal in enumerate(Rotation.random(9, random_state=8).as_matrix()[:, 0]):
+        plane = Plane.from_normal(TURN @ normal)
+        azimuth = (plane.dip_direction_deg + (90.0 if number == 5 else 0.0)) % 360.0
+        rows.append(f"B{number},{azimuth},{plane.dip_deg},{normal[0]},{normal[1]},{normal[2]},2")
+    told = run("register", "-", "--orientations", write("\n".join(rows)), "--json").json
+    assert "B5" in [b["label"] for b in told["blunders"]]
+
+
+def test_scale_bars_place_or_judge(run, write: Write) -> None:
+    table = write(pairs_text(CORNERS, world(CORNERS), HEADER))
+    longer = 1.1 * SCALE * np.linalg.norm(CORNERS[1] - CORNERS[0])
+    bars = write(f"from,to,length_m,sigma_m,use\nP0,P1,{longer},0.01,check\n", "bars.csv")
+    told = run("register", "-", "--pairs", table, "--scale-bars", bars, "--json").json
+    assert told["scale"] == pytest.approx(SCALE, rel=1e-6)
+    assert any("P0 - P1" in said and "-2.25" in said for said in told["warnings"])
+    unknown = write("from,to,length_m\nP0,Q,3\n", "bars.csv")
+    ran = run("register", "-", "--pairs", table, "--scale-bars", unknown)
+    assert ran.code == 2
+    assert "Q" in ran.said
+
+
+# --- cameras --------------------------------------------------------------------------------------
+def looking_at(centre: Array, target: Array) -> Array:
+    """Rotation of a level camera from the scene to it."""
+    forward = (target - centre) / np.linalg.norm(target - centre)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    return np.array([right, np.cross(forward, right), forward])
+
+
+LENS = Intrinsics.pinhole(4000, 3000, 3200.0, 2000.0, 1500.0)
+
+
+def cameras_beside(folder: Path, centres: Array, targets: Array) -> Path:
+    """A model with cameras of which the World poses are level, and their places in World."""
+    views = []
+    for number, (centre, target) in enumerate(zip(centres, targets, strict=True)):
+        there, at = world(centre[None])[0], world(target[None])[0]
+        rotation = looking_at(there, at) @ TURN
+        views.append(View(f"IMG_{number:02d}.jpg", LENS, rotation, -rotation @ centre))
+    write_cameras(folder / "cameras.json", Cameras(tuple(views), Path("photos")), force=True)
+    corners = "".join(f"{x} {y} {z}\n" for x, y, z in CORNERS)
+    model = folder / "model.ply"
+    model.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 8\nproperty double x\nproperty double y\n"
+        "property double z\nend_header\n" + corners
+    )
+    return model
+
+
+@pytest.fixture
+def stations(tmp_path: Path) -> tuple[Path, Array, list[View]]:
+    """Nine cameras around the rock, their centres on the model and their views."""
+    rng = np.random.default_rng(2)
+    angles = np.linspace(0.0, 2.4, 9)
+    centres = np.column_stack([4 + 14 * np.cos(angles), 2 + 14 * np.sin(angles), 2 + angles])
+    centres += rng.normal(size=centres.shape)
+    targets = CORNERS.mean(axis=0) + rng.normal(size=centres.shape)
+    model = cameras_beside(tmp_path, centres, targets)
+    from vomstudio.io.photos.cameras_file import read_cameras
+
+    return model, centres, list(read_cameras(tmp_path / "cameras.json").views)
+
+
+def test_camera_positions_place_the_model_and_wrong_ones_are_left_out(
+    run, write: Write, stations
+) -> None:
+    model, centres, _ = stations
+    there = world(centres) + np.random.default_rng(1).normal(size=centres.shape) * 0.02
+    there[3] += [40.0, 0.0, 0.0]
+    rows = [f"IMG_{i:02d},{x},{y},{z}" for i, (x, y, z) in enumerate(there)]
+    table = write("\n".join(["photo,x,y,z", *rows]))
+    told = run("register", model, "--cameras", table, "--json").json
+    worst = told["rotation_error_95_deg"]["weakest"]["error_deg"]
+    assert off_deg(told) < worst < 1.0
+    assert any("IMG_03" in said and "left out" in said for said in told["warnings"])
+
+
+def test_positions_in_degrees_need_a_crs_and_use_it(run, write: Write, stations) -> None:
+    from pyproj import Transformer
+
+    model, centres, _ = stations
+    to_degrees = Transformer.from_crs("EPSG:32633", "EPSG:4326", always_xy=True)
+    rows = []
+    for i, (x, y, z) in enumerate(world(centres)):
+        longitude, latitude = to_degrees.transform(x, y)
+        rows.append(f"IMG_{i:02d}.jpg,{latitude:.10f},{longitude:.10f},{z:.4f}")
+    table = write("\n".join(["file,latitude,longitude,altitude", *rows]))
+    ran = run("register", model, "--cameras", table)
+    assert ran.code == 2
+    assert "--crs" in ran.said
+    told = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json").json
+    assert off_deg(told) < 0.01
+    assert any("ellipsoid" in said for said in told["warnings"])
+
+
+def test_cameras_on_a_line_and_noise_as_large_as_the_baseline_are_refused(
+    run, write: Write, tmp_path: Path
+) -> None:
+    line = np.column_stack([np.linspace(0, 20, 8), np.full(8, -15.0), np.full(8, 2.0)])
+    model = cameras_beside(tmp_path, line, line + [0.0, 15.0, 0.0])
+
+    def refused(there: Array) -> str:
+        rows = [f"IMG_{i:02d},{x},{y},{z}" for i, (x, y, z) in enumerate(there)]
+        ran = run("register", model, "--cameras", write("\n".join(["photo,x,y,z", *rows])))
+        assert ran.code != 0
+        return ran.said
+
+    assert "on one line" in refused(world(line))
+    ring = line + np.random.default_rng(0).normal(size=line.shape)
+    model = cameras_beside(tmp_path, ring, line + [0.0, 15.0, 0.0])
+    noise = np.random.default_rng(1).normal(size=line.shape) * 60.0
+    assert "as wrong as they are far apart" in refused(world(ring) + noise)
+
+
+def angles_of(view: View) -> tuple[float, float, float]:
+    """Yaw, pitch and roll of a camera, by what these words mean, not by the program's matrices."""
+    right, _, forward = view.rotation @ TURN.T
+    yaw = np.degrees(np.arctan2(forward[0], forward[1]))
+    pitch = np.degrees(np.arcsin(forward[2]))
+    level = np.cross(forward, [0.0, 0.0, 1.0])
+    level /= np.linalg.norm(level)
+    roll = np.degrees(np.arctan2(-(right @ np.cross(level, forward)), right @ level))
+    return float(yaw), float(pitch), float(roll)
+
+
+@pytest.mark.parametrize("roll_deg", [0.0, 20.0, -90.0])
+def test_attitudes_turn_the_model(run, write: Write, tmp_path: Path, stations, roll_deg) -> None:
+    model, _, views = stations
+    # The camera is tilted clockwise as the photographer sees it: the scene in it turns back.
+    c, s = np.cos(np.radians(roll_deg)), np.sin(np.radians(roll_deg))
+    tilted = [
+        View(v.name, LENS, np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) @ v.rotation, v.translation)
+        for v in views
+    ]
+    write_cameras(tmp_path / "cameras.json", Cameras(tuple(tilted), Path("photos")), force=True)
+    rows = []
+    for number, view in enumerate(views):
+        yaw, pitch, roll = angles_of(view)
+        assert roll == pytest.approx(0.0, abs=1e-6)
+        rows.append(f"IMG_{number:02d}.jpg,{yaw % 360.0},{pitch},{roll_deg}")
+    table = write("\n".join(["photo,yaw,pitch,roll", *rows]))
+    told = run("register", model, "--attitudes", table, "--json").json
+    assert off_deg(told) < 1e-4
+    assert told["known"] == {"north": True, "vertical": True, "scale": False, "position": False}
+
+
+def test_a_compass_that_is_wrong_for_all_photos_alike_is_doubted(
+    run, write: Write, stations
+) -> None:
+    model, _, views = stations
+    rows = []
+    for number, view in enumerate(views):
+        yaw, pitch, roll = angles_of(view)
+        rows.append(
+            f"IMG_{number:02d}.jpg,{(yaw + 14.0) % 360.0},{pitch},{roll},1,0.5,0.5,magnetic"
+        )
+    head = "photo,yaw,pitch,roll,sigma_yaw,sigma_pitch,sigma_roll,north"
+    told = run("register", model, "--attitudes", write("\n".join([head, *rows])), "--json").json
+    errors = told["rotation_error_95_deg"]
+    assert 14.0 < errors["about_up"] < 25.0
+    # The vertical does not suffer from it.
+    assert errors["about_east"] < 1.0
+    assert (turn_of(told) @ TURN.T)[2] == pytest.approx([0, 0, 1], abs=1e-6)
+
+
+def test_level_lines_of_one_view_leave_the_tilt_about_it(
+    run, write: Write, tmp_path: Path, stations
+) -> None:
+    model, _, views = stations
+
+    def told_by(chosen: list[View]) -> dict:
+        rows = [f"{v.name},100,1500,3900,1500" for v in chosen]
+        table = write("\n".join(["photo,x1,y1,x2,y2", *rows]))
+        return run("register", model, "--horizon", table, "--json").json
+
+    one = told_by(views[:1])
+    assert not one["known"]["vertical"]
+    several = told_by(views)
+    assert several["known"]["vertical"]
+    assert not several["known"]["north"]
+    # Up is where it is; north stays as it was.
+    up = turn_of(several) @ TURN.T @ [0, 0, 1]
+    assert np.degrees(np.arccos(min(1.0, up[2]))) < 0.5 or up[2] < -0.999
+
+
+def test_marks_in_photos_place_the_control_points(run, write: Write, stations) -> None:
+    model, _, views = stations
+    there = world(CORNERS)
+    control = write(
+        "\n".join(["label,x,y,z", *(f"P{i},{x},{y},{z}" for i, (x, y, z) in enumerate(there))]),
+        "control.csv",
+    )
+    marks = ["label,photo,x,y"]
+    for number, corner in enumerate(CORNERS):
+        for view in views[:4]:
+            x, y = view.project(corner)[0]
+            marks.append(f"P{number},{view.name},{x},{y}")
+    told = run("register", model, "--gcp", control, "--marks",
+               write("\n".join(marks), "marks.csv"), "--json").json  # fmt: skip
+    assert off_deg(told) < 1e-3
+    assert told["scale"] == pytest.approx(SCALE, rel=1e-5)
+
+
+# --- bad input ------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (pairs_text(CORNERS[:2], CORNERS[:2], HEADER), "2 points cannot register"),
+        (
+            pairs_text(np.outer(range(5), [1, 2, 3]), np.outer(range(5), [2, 4, 6]), HEADER),
+            "on one line",
+        ),
+        ("label,x,y,z\nA,1,2,3\n", "model_x"),
+        (HEADER + "\nA,1,2,3,4,5,6\nA,2,3,4,5,6,7\n", "line 2"),
+        (HEADER + "\nA,1,2,3,4,5,\n", "missing or not a number"),
+        (HEADER + "\n", "nothing below the header"),
+        (HEADER + ",use\nA,1,2,3,4,5,6,perhaps\n", "neither control nor check"),
+        (HEADER + ",sigma_x,sigma_y,sigma_z\nA,1,2,3,4,5,6,0,1,1\n", "must be positive"),
+    ],
+)
+def test_what_is_wrong_with_a_table_is_said(run, write: Write, text: str, said: str) -> None:
+    ran = run("register", "-", "--pairs", write(text))
+    assert ran.code == 2
+    assert said in ran.said
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ((), "Nothing was given"),
+        (("--scale", "1,2,3"), "seven numbers"),
+        (("--scale", "0,0,0,1,0,0,-2"), "must be positive"),
+        (("--scale", "0,0,0,0,0,0,2"), "at one place"),
+        (("--azimuth", "0,0,0,0,0,1,20"), "above each other"),
+        (("--cameras",), "Name it in place of -"),
+        (("--marks", "x.csv"), "--gcp"),
+    ],
+)
+def test_what_is_wrong_with_the_options_is_said(run, words: tuple[str, ...], said: str) -> None:
+    ran = run("register", "-", *words)
+    assert ran.code == 2
+    assert said in ran.said
