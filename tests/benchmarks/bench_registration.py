@@ -21,11 +21,11 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from vomstudio.geology.orientation import Line
+from vomstudio.geometry.tilts import errors_95_deg
 from vomstudio.registration.evidence import camera_rotations
 from vomstudio.registration.observations import Attitudes, Directions, Observed, Points
 from vomstudio.registration.placing import place
 from vomstudio.registration.similarity import rotation_covariance
-from vomstudio.geometry.tilts import errors_95_deg
 
 Array = npt.NDArray[np.float64]
 _SCALE, _SHIFT = 2.5, np.array([398_000.0, 4_980_000.0, 320.0])
@@ -151,7 +151,8 @@ def outcome(case: Case, runs: int, seed: int = 1) -> Outcome:
         seen = turned @ normal
         told = errors_95_deg(np.array(found.covariance)[:3, :3], seen)[0]
         off = np.degrees(np.arctan2(np.linalg.norm(np.cross(seen, normal)), seen @ normal))
-        assert limits.about_up is not None and limits.about_east is not None
+        assert limits.about_up is not None
+        assert limits.about_east is not None
         assert limits.about_north is not None
         inside += [
             up <= limits.about_up, east <= limits.about_east, north <= limits.about_north,
