@@ -80,6 +80,7 @@ def inner(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.
         f"import sys; sys.path.insert(0, {str(ROOT)!r})\n"
         "from tests import guards\n"
         "guards._PATIENCE_S = 0.1\n"
+        "guards._MEMORY_PATIENCE_S = 0.2\n"
         f"guards._WINDOWS = ({str(pytester.path)!r},)\n"
         "from tests.guards import *\n"
         "from tests.guards import pytest_runtest_call, pytest_runtest_setup\n"

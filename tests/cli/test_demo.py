@@ -8,21 +8,35 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from vomstudio.cli import main
+from vomstudio.cli.demo import _photos
 from vomstudio.document.kinds.trace import Trace
+from vomstudio.io.project import sample
 from vomstudio.io.project.folder import Project
+from vomstudio.progress import Silent
 
 
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(("--without-photos",), id="model"),
+        # Minutes: the reconstruction of all photos. Some of them are in the tests of every day.
+        pytest.param((), id="model and photos", marks=pytest.mark.slow),
+    ],
+)
+def demo(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, dict]:
     folder = tmp_path_factory.mktemp("demo") / "out"
     done = subprocess.run(
-        [sys.executable, "-m", "vomstudio", "demo", "-o", str(folder), "--json"],
+        [sys.executable, "-m", "vomstudio", "demo", "-o", str(folder), "--json", *request.param],
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=600,
         env={**os.environ, "DISPLAY": ""},
     )
     assert done.returncode == 0, done.stderr
@@ -85,6 +99,38 @@ def test_every_pick_is_good_and_many_times_the_resolution_of_the_mesh(
     for row in rows:
         assert float(row["extent_over_resolution"]) > 30, row["name"]
         assert (row["quality"], row["profile"]) == ("good", "error"), row
+
+
+def test_a_model_of_some_photos_is_held_against_the_outcrop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Four of the photos, of two fifths of their size: seconds instead of minutes."""
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    for number in range(2046, 2050):
+        with Image.open(sample.sample_photos() / f"HL_{number}.jpg") as image:
+            small = image.resize((image.width * 2 // 5, image.height * 2 // 5), reducing_gap=3.0)
+            small.save(photos / f"HL_{number}.jpg", quality=95, exif=image.getexif())
+    marks = ["label,photo,x,y"]
+    for line in sample.sample_marks().read_text("utf-8").splitlines()[2:]:
+        label, photo, x, y = line.split(",")
+        if (photos / photo).exists():
+            marks.append(f"{label},{photo},{float(x) * 0.4},{float(y) * 0.4}")
+    (tmp_path / "marks.csv").write_text("\n".join(marks) + "\n", "utf-8")
+    monkeypatch.setattr(sample, "sample_photos", lambda: photos)
+    monkeypatch.setattr(sample, "sample_marks", lambda: tmp_path / "marks.csv")
+    made = _photos(tmp_path / "out", sample.read_picks(), Silent())
+    assert (made["photos"], made["registered"], made["frame"]) == (4, 4, "EPSG:32633")
+    assert all(file.is_file() for file in made["files"])
+    found = {check["name"]: check for check in made["checks"]}
+    # In metres. So few and small photos of a face know their distance from it badly.
+    assert found["model off the outcrop, median"]["error"] < 0.05
+    assert found["camera centres, median"]["error"] < 1.0
+    planes = [check for check in made["checks"] if "dip_deg" in str(check["truth"])]
+    assert len(planes) > 5
+    assert np.median([check["error"] for check in planes]) < 3.0
+    assert "of the sample's photos is" in made["notes"][0]
+    print({name: check["error"] for name, check in found.items()}, made["seconds"])
 
 
 def test_it_runs_again_in_its_own_folder_and_refuses_any_other(

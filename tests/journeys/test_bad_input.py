@@ -22,6 +22,7 @@ from vomstudio.tools.trace import TraceTool
 
 TOOLS = {"T": "trace", "L": "line", "M": "measure"}
 """Those that pick one point after another."""
+MOMENTS = (0, 15, 60, 250, 900)
 LETTERS = "TPLMNFOBIHX[]12"
 
 
@@ -112,54 +113,64 @@ def test_while_a_job_runs_keys_and_wheel_act_and_undo_takes_back_the_last_step(f
 
 
 # --- Esc, Enter, undo at every step -----------------------------------------------------------
+def let_go(window) -> None:
+    """Nothing open, and nothing said, for the next round in the same window."""
+    key(window, Qt.Key.Key_Escape)
+    key(window, Qt.Key.Key_Escape)
+    key(window, Qt.Key.Key_N)
+    assert window.studio.open_tool is None
+    window.messages.clear()
+    window.message_bar._text.clear()
+    window.status_line.clearMessage()
+    assert not said(window).strip()
+
+
 @pytest.mark.parametrize("letter", TOOLS)
-@pytest.mark.parametrize("count", [0, 1, 2, 4])
-def test_esc_at_every_step_leaves_nothing_open_and_undo_brings_it_back(faced, picks, letter, count):
+def test_esc_at_every_step_leaves_nothing_open_and_undo_brings_it_back(faced, picks, letter):
     window, studio = faced, faced.studio
-    before = on_screen(studio)
-    key(window, Qt.Key(ord(letter)))
     tool = studio.tools[TOOLS[letter]]
-    points = picks["B03"][2:22:4][:count]
-    for point in points:
-        click(window.viewport, pixel(window, point))
-        QTest.qWait(2)
-    kept = len(tool.vertices)
-    # A measurement of two points is finished by the second one.
-    features = len(studio.session.features())
-    key(window, Qt.Key.Key_Escape)
-    key(window, Qt.Key.Key_Escape)
-    assert studio.open_tool is None
-    assert window.viewport.preview is None
-    assert len(studio.session.features()) == features
-    if tool.name == "trace":
-        assert on_screen(studio) == before
-    if kept:
-        key(window, Qt.Key.Key_Z, driver.CTRL)
-        assert len(tool.vertices) == kept
+    for count in (0, 1, 2, 4):
+        let_go(window)
+        before = on_screen(studio)
+        key(window, Qt.Key(ord(letter)))
+        for point in picks["B03"][2:22:4][:count]:
+            click(window.viewport, pixel(window, point))
+            QTest.qWait(2)
+        kept = len(tool.vertices)
+        # A measurement of two points is finished by the second one.
+        features = len(studio.session.features())
+        key(window, Qt.Key.Key_Escape)
+        key(window, Qt.Key.Key_Escape)
+        assert studio.open_tool is None
+        assert window.viewport.preview is None
+        assert len(studio.session.features()) == features
+        if tool.name == "trace":
+            assert on_screen(studio) == before
+        if kept:
+            key(window, Qt.Key.Key_Z, driver.CTRL)
+            assert len(tool.vertices) == kept
 
 
-@pytest.mark.parametrize("letter", [*TOOLS, "P"])
-@pytest.mark.parametrize("count", [0, 1, 2])
+@pytest.mark.parametrize(("letter", "needed"), [("T", 3), ("L", 2), ("M", 2), ("P", 1)])
 def test_enter_without_enough_points_says_what_is_missing_and_keeps_the_points(
-    faced, picks, letter, count
+    faced, picks, letter, needed
 ):
     window, studio = faced, faced.studio
-    key(window, Qt.Key(ord(letter)))
     tool = studio.tools[{**TOOLS, "P": "patch"}[letter]]
-    needed = {"T": 3, "L": 2, "M": 2, "P": 99}[letter]
-    if count >= needed or (letter == "P" and count):
-        pytest.skip("that is enough")
-    for point in picks["B03"][2:22:4][:count]:
-        click(window.viewport, pixel(window, point))
-    before = len(studio.session.features())
-    key(window, Qt.Key.Key_Return)
-    assert len(studio.session.features()) == before
-    assert studio.tool_name == tool.name
-    if count:
-        assert tool.open
-        assert len(tool.vertices) == count
-        words = said(window)
-        assert "more" in words or "at least" in words or "needs" in words, words
+    for count in range(needed):
+        let_go(window)
+        key(window, Qt.Key(ord(letter)))
+        for point in picks["B03"][2:22:4][:count]:
+            click(window.viewport, pixel(window, point))
+        before = len(studio.session.features())
+        key(window, Qt.Key.Key_Return)
+        assert len(studio.session.features()) == before
+        assert studio.tool_name == tool.name
+        if count:
+            assert tool.open
+            assert len(tool.vertices) == count
+            words = said(window)
+            assert "more" in words or "at least" in words or "needs" in words, words
 
 
 def test_undo_while_a_vertex_is_dragged_leaves_a_sound_trace(faced, picks):
@@ -252,7 +263,11 @@ def test_a_drop_of_twenty_files_opens_the_sound_ones_and_names_the_three_damaged
 
 
 # --- closing ----------------------------------------------------------------------------------
-@pytest.mark.parametrize("moment_ms", [0, 15, 60, 250, 900])
+# Before anything was begun, in its midst, and when it is done; the moments between are slow tests.
+@pytest.mark.parametrize(
+    "moment_ms",
+    [pytest.param(t, marks=[pytest.mark.slow] if t in (15, 250) else []) for t in MOMENTS],
+)
 @pytest.mark.parametrize("what", ["model", "sample", "layers", "photos"])
 def test_the_window_can_be_closed_at_any_moment_of_a_job(
     own_folders, qtbot, tmp_path, what, moment_ms

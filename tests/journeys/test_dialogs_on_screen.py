@@ -25,8 +25,11 @@ def dialogs_of_the_program() -> set[str]:
     return {kind.__name__ for kind in kinds if kind.__module__.startswith("vomstudio.ui")}
 
 
-# As many logical pixels as these at most; the screen of the tests has another shape.
-@pytest.mark.parametrize(("width", "height"), [(1280, 720), (960, 10_000)])
+# As many logical pixels as these at most. The screen of the tests has another shape: of 1600 x 1000
+# the second leaves 960 x 600, which is smaller than the first both ways.
+@pytest.mark.parametrize(
+    ("width", "height"), [pytest.param(1280, 720, marks=pytest.mark.slow), (960, 10_000)]
+)
 def test_every_dialog_fits_the_screen_and_all_in_it_is_reached(
     qapp,
     own_folders: Path,

@@ -96,12 +96,17 @@ def kill_after(number: int, named: Path | None) -> None:
     assert offered_back(named) == last["screen"], f"killed after {last['event']} ({number})"
 
 
-@pytest.mark.parametrize("number", [4, 13, 30, 46, 67])
+def moments(*numbers: int, often: tuple[int, ...]) -> list[Any]:
+    """After so many events; those that are not `often` are slow tests, and so are all others."""
+    return [pytest.param(n, marks=[] if n in often else [pytest.mark.slow]) for n in numbers]
+
+
+@pytest.mark.parametrize("number", moments(4, 13, 30, 46, 67, often=(13, 46)))
 def test_untitled_work_is_offered_back(own_folders, qapp, number):
     kill_after(number, None)
 
 
-@pytest.mark.parametrize("number", [7, 26, 57, 73, 79])
+@pytest.mark.parametrize("number", moments(7, 26, 57, 73, 79, often=(26, 79)))
 def test_named_work_is_there_again(own_folders, qapp, tmp_path, number):
     kill_after(number, tmp_path / "cliff.vom")
 

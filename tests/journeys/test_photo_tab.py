@@ -255,12 +255,19 @@ def test_each_workspace_remembers_whether_the_photo_was_seen(both):
     assert window.workspaces.shown.name == "interpret"
 
 
-@pytest.mark.parametrize("size", [(960, 540), (1280, 688), (1920, 1046)])
-def test_a_photo_has_room_in_any_window_without_a_model(window, photos, size):
-    window.resize(*size)
+def test_a_photo_has_room_in_any_window_without_a_model(window, photos):
+    window.resize(960, 540)
     read(window, photos)
-    window.photo_opening.open(NAMES[0])
-    page = opened(window, NAMES[0])
+    for size in ((960, 540), (1280, 688), (1920, 1046)):
+        window.resize(*size)
+        window.photo_opening.open(NAMES[0])
+        page = opened(window, NAMES[0])
+        has_room(window, page, size)
+        window.actions_table.all["close_photo"].trigger()
+        assert window.photo_opening.opened is None
+
+
+def has_room(window, page, size: tuple[int, int]) -> None:
     driver.pause(300)
     assert tabs(window).tabText(0) == "Photos", "there is no outcrop yet"
     assert page.canvas.width() > 0.45 * size[0]

@@ -347,3 +347,40 @@ def test_an_existing_table_is_not_replaced(tmp_path: Path) -> None:
     with pytest.raises(TargetError):
         write_orientation_csv(path, [])
     assert path.read_text() == "mine"
+
+
+def test_a_table_of_many_portions_holds_every_cell(tmp_path: Path) -> None:
+    """Against the reader of the standard library; columns hold values of several classes."""
+    rng = np.random.default_rng(2)
+    words = ("", "plain", "a, b", 'said "so"', "# first", " spaced ", "two\nlines", None)
+    numbers = (None, math.inf, math.nan, 1e-300, 123456.789, np.float64(0.1), -0.0, 7)
+    rows: list[dict[str, object]] = [
+        {
+            "id": f"trace-{i}",
+            "notes": words[rng.integers(len(words))],
+            "rms_m": numbers[rng.integers(len(numbers))],
+            "dip_deg": float(rng.uniform(0, 90)),
+            "n_points": int(rng.integers(3, 99)),
+            "undefined": bool(rng.integers(2)),
+        }
+        for i in range(10_000)
+    ]
+    path = tmp_path / "many.csv"
+    write_orientation_csv(path, iter(rows))
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    first = next(i for i, line in enumerate(lines) if not line.startswith("# "))
+    found = list(csv.DictReader(lines[first:]))
+    assert len(found) == len(rows)
+    for row, cells in zip(rows, found, strict=True):
+        assert tuple(cells) == COLUMNS
+        assert cells["id"] == row["id"]
+        assert cells["notes"] == (row["notes"] or "")
+        rms = row["rms_m"]
+        if rms is None or not math.isfinite(rms):
+            assert cells["rms_m"] == ""
+        else:
+            assert float(cells["rms_m"]) == pytest.approx(rms, rel=1e-11)
+        assert float(cells["dip_deg"]) == pytest.approx(row["dip_deg"], rel=1e-11)
+        assert int(cells["n_points"]) == row["n_points"]
+        assert cells["undefined"] == ("true" if row["undefined"] else "false")
+        assert not any(cells[name] for name in COLUMNS if name not in row)

@@ -38,10 +38,6 @@ def _line(name: str) -> Value:
     return lambda s: None if s.measured.line is None else getattr(s.measured.line, name)
 
 
-def _pole(name: str) -> Value:
-    return lambda s: None if s.measured.plane is None else getattr(s.measured.plane.pole(), name)
-
-
 def _of_either(of_plane: str, of_line: str) -> Value:
     """Of a fitted plane, else of a fitted line."""
 
@@ -150,13 +146,15 @@ def _method(s: Subject) -> str | None:
 
 
 def _model(s: Subject) -> str | None:
-    return None if s.model is None else s.model.name
+    model = s.model
+    return None if model is None else model.name
 
 
 def _frame(s: Subject) -> str:
     if not isinstance(s.feature, OnAModel):
         return tr(IN_WORLD)
-    return tr(NO_MODEL) if s.model is None else s.model.frame.name()
+    model = s.model
+    return tr(NO_MODEL) if model is None else model.frame.name()
 
 
 def _overturned(s: Subject) -> bool | None:
@@ -240,7 +238,7 @@ POLE_TREND = _degrees(
     "pole_trend_deg",
     _("Pole trend"),
     _("Azimuth of the plane's downward normal"),
-    _pole("trend_deg"),
+    _plane("pole_trend_deg"),
     "azimuth",
     short="pole_trend",
 )
@@ -248,7 +246,7 @@ POLE_PLUNGE = _degrees(
     "pole_plunge_deg",
     _("Pole plunge"),
     _("Plunge of the plane's downward normal"),
-    _pole("plunge_deg"),
+    _plane("pole_plunge_deg"),
     "angle",
     short="pole_plung",
 )

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from functools import lru_cache
+from itertools import chain
 from types import MappingProxyType
 from typing import Any
 
@@ -154,13 +156,18 @@ def _read(
 def _known(cls: type, values: Mapping[str, Any]) -> Plain:
     """The fields by their names of today. Raises DocumentError for one that nobody knows."""
     values = _of_earlier_schemas(cls, dict(values))
-    unknown = set(values) - {field.name for field in dataclasses.fields(cls)}
+    unknown = values.keys() - _fields(cls)
     if unknown:
         raise DocumentError(
             tr("A record of the kind {kind} has an unknown field.", kind=_NAMES[cls]),
             field=sorted(unknown)[0],
         )
     return values
+
+
+@lru_cache(maxsize=64)
+def _fields(cls: type) -> frozenset[str]:
+    return frozenset(field.name for field in dataclasses.fields(cls))
 
 
 def _of_earlier_schemas(cls: type, values: Plain) -> Plain:
@@ -186,15 +193,15 @@ def _encoded(values: Mapping[str, Any]) -> Plain:
 
 
 def _decoded(values: Mapping[str, Any], records: Mapping[str, Record]) -> Plain:
-    return {name: _value(name, value, records) for name, value in values.items()}
-
-
-def _value(name: str, value: Any, records: Mapping[str, Record]) -> Any:
-    if name in _PARTS and value is not None:
-        return _part(name, value, records)
-    if name in _LISTS and isinstance(value, list):
-        return tuple(_small(_LISTS[name], name, each) for each in value)
-    return _tuples(value)
+    made: Plain = {}
+    for name, value in values.items():
+        if name in _PARTS and value is not None:
+            made[name] = _part(name, value, records)
+        elif name in _LISTS and isinstance(value, list):
+            made[name] = tuple(_small(_LISTS[name], name, each) for each in value)
+        else:
+            made[name] = _tuples(value)
+    return made
 
 
 def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:
@@ -219,17 +226,14 @@ def _small(cls: type, name: str, value: Any) -> Any:
         ) from error
 
 
-def _is_point(value: Any) -> bool:
-    """Of three numbers, as the vertices of features are."""
-    if type(value) is not list or len(value) != 3:
-        return False
-    x, y, z = value
-    return type(x) is float and type(y) is float and type(z) is float
+def _are_lists_of_numbers(values: list[Any]) -> bool:
+    """As the vertices of features are, which make up most of a journal."""
+    return set(map(type, values)) == {list} and set(map(type, chain(*values))) <= {float, int}
 
 
 def _tuples(value: Any) -> Any:
     if isinstance(value, list | tuple):
-        if value and type(value[0]) is list and all(map(_is_point, value)):
+        if value and type(value[0]) is list and _are_lists_of_numbers(list(value)):
             return tuple(map(tuple, value))
         # Most of a journal are coordinates: numbers are not asked one by one.
         return tuple([_tuples(v) if isinstance(v, list | tuple) else v for v in value])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -161,7 +162,8 @@ def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> l
     result: list[Floats] = [_NO_POINTS] * len(features)
     for own in rows.values():
         chosen = [features[i].vertices for i in own]
-        flat = np.array([c for line in chosen for point in line for c in point], np.float64)
+        numbers = chain.from_iterable(chain.from_iterable(chosen))
+        flat = np.fromiter(numbers, np.float64, 3 * sum(map(len, chosen)))
         turned = transform.apply(rows_of(models[own[0]]), flat.reshape(-1, 3))
         start = 0
         for i, line in zip(own, chosen, strict=True):
@@ -219,8 +221,8 @@ def told_of_rule(verdict: Verdict, rule: int, *, measured: bool) -> Verdict:
     """The verdict, with a note where what it rests on was measured by an earlier rule."""
     if rule >= SURROUNDINGS_RULE or not measured:
         return verdict
-    note = tr(
+    said = tr(
         "The resolution and the outcrop face were measured by an earlier rule. Update the "
         "surroundings of earlier features."
     )
-    return replace(verdict, notes=(*verdict.notes, note))
+    return Verdict(verdict.quality, verdict.reasons, (*verdict.notes, said), verdict.limits)

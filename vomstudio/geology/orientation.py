@@ -263,11 +263,19 @@ class Plane:
         """Upward unit normal (3,), World."""
         return planes_to_normals(self.dip_direction_deg, self.dip_deg)
 
+    @property
+    def pole_trend_deg(self) -> float:
+        """Trend of the downward normal, 0 where the plane is horizontal."""
+        return 0.0 if self.undefined else wrap360(self.dip_direction_deg + 180.0)
+
+    @property
+    def pole_plunge_deg(self) -> float:
+        """Plunge of the downward normal."""
+        return 90.0 if self.undefined else 90.0 - self.dip_deg
+
     def pole(self) -> Line:
         """The downward normal as a line."""
-        if self.undefined:
-            return Line(0.0, 90.0)
-        return Line(self.dip_direction_deg + 180.0, 90.0 - self.dip_deg)
+        return Line(self.pole_trend_deg, self.pole_plunge_deg)
 
     def strike_vector(self) -> Array:
         """Horizontal unit vector (3,) along the strike that rakes are counted from: right-hand

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from vomstudio.document.catalogue import IN_WORLD, NO_MODEL
 from vomstudio.document.figures import Subject
-from vomstudio.document.kinds import kind_of
+from vomstudio.document.kinds import Kind, kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.reading_comparison import nearest_picks
 from vomstudio.document.records import Feature, Model, OnAModel, Record, get, limits_of
 from vomstudio.document.records.frames import crs_label
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.units import WORLD, Axes
-from vomstudio.tables.orientation_table import Row, row_of
+from vomstudio.tables.orientation_table import Row, rows_of
 from vomstudio.words import tr
 
-__all__ = ["IN_WORLD", "NO_MODEL", "ProjectTable", "feature_row", "project_table"]
+__all__ = ["IN_WORLD", "NO_MODEL", "ProjectTable", "feature_rows", "project_table"]
 
 
 @dataclass(frozen=True)
@@ -50,14 +50,13 @@ def project_table(
     measurements = measurements or Measurements()
     measured = measurements.of(records, [feature.id for feature in features])
     picks = nearest_picks(records, measurements)
+    subjects = [Subject(f, measured[f.id], records, partial(picks.get, f.id)) for f in features]
     rows: list[Row] = []
     skipped: list[dict[str, str]] = []
-    for feature in features:
-        measurement = measured[feature.id]
-        nearest = partial(picks.get, feature.id)
-        row = feature_row(Subject(feature, measurement, records, nearest))
+    for subject, row in zip(subjects, feature_rows(subjects), strict=True):
         if row is None:
-            reason = measurement.problem or tr("no plane")
+            feature = subject.feature
+            reason = subject.measured.problem or tr("no plane")
             skipped.append({"id": feature.id, "name": feature.name, "reason": reason})
         else:
             rows.append(row)
@@ -67,16 +66,21 @@ def project_table(
     return ProjectTable(rows, skipped, crs, north, unit_m=unit_m, axes=axes, limits=limits)
 
 
-def feature_row(subject: Subject) -> Row | None:
-    """The row of one feature, None where it has no orientation. What its kind remarks, for which
+def feature_rows(subjects: Sequence[Subject]) -> list[Row | None]:
+    """The row of each feature, None where it has no orientation. What its kind remarks, for which
     there is no column, stands in its notes."""
-    if subject.measured.plane is None and subject.measured.line is None:
-        return None
-    kind = kind_of(subject.feature)
-    row = row_of(subject, kind.figures)
-    said = [subject.feature.notes, *kind.remarks(subject)]
-    row["notes"] = "; ".join(filter(None, said)) or None
-    return row
+    rows: list[Row | None] = [None] * len(subjects)
+    kinds: dict[Kind, list[int]] = {}
+    for i, subject in enumerate(subjects):
+        if subject.measured.plane is not None or subject.measured.line is not None:
+            kinds.setdefault(kind_of(subject.feature), []).append(i)
+    for kind, own in kinds.items():
+        made = rows_of([subjects[i] for i in own], kind.figures)
+        for i, row in zip(own, made, strict=True):
+            said = [subjects[i].feature.notes, *kind.remarks(subjects[i])]
+            row["notes"] = "; ".join(filter(None, said)) or None
+            rows[i] = row
+    return rows
 
 
 def _axes(records: Mapping[str, Record], features: list[Feature]) -> Axes:

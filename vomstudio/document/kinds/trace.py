@@ -77,12 +77,11 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
     to_world = {id(m): ToWorld.of(m) for m in {id(m): m for m in models}.values()}
     fits = _fits(traces, points)
     planes = iter(Plane.from_normals([fit.normal for fit, _ in fits if fit is not None]))
+    frames = [to_world[id(model)] for model in models]
+    faces = _faces(traces, frames)
     result = []
-    for trace, model, own, (fit, problem) in zip(traces, models, points, fits, strict=True):
-        frame = to_world[id(model)]
-        normal = trace.outcrop_normal
-        # One by one: the product of many rows is rounded otherwise than that of one.
-        face = None if normal is None else (np.array([normal], np.float64) @ frame.turn)[0]
+    each = zip(traces, frames, faces, points, fits, strict=True)
+    for trace, frame, face, own, (fit, problem) in each:
         resolution = None if trace.resolution is None else trace.resolution * frame.scale
         tilt = None if fit is None else frame.tilt_deg(fit.normal)
         verdict = (
@@ -115,6 +114,22 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
             )
         )
     return result
+
+
+def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[Floats | None]:
+    """(3,) World of the outcrop face of each trace."""
+    faces: list[Floats | None] = [None] * len(traces)
+    own: dict[int, list[int]] = {}
+    for i, (trace, frame) in enumerate(zip(traces, frames, strict=True)):
+        if trace.outcrop_normal is not None:
+            own.setdefault(id(frame), []).append(i)
+    for rows in own.values():
+        normals = np.array([traces[i].outcrop_normal for i in rows], np.float64)
+        # A stack of single rows: the product of many rows is rounded otherwise than that of one.
+        turned = (normals[:, None] @ frames[rows[0]].turn)[:, 0]
+        for i, face in zip(rows, turned, strict=True):
+            faces[i] = face
+    return faces
 
 
 def _fits(

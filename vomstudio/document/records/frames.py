@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 from vomstudio.document.records.basics import Matrix
@@ -71,6 +72,7 @@ class Frame:
         return tr("local frame: not registered")
 
 
+@lru_cache(maxsize=64)
 def crs_label(crs: str) -> str:
     """A CRS in few words: its code, or the name within its WKT."""
     found = re.match(r'\w+\["([^"]+)"', crs)
