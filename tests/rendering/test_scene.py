@@ -161,6 +161,53 @@ def test_a_selection_over_kept_features_is_that_of_a_full_redraw(scene: Scene) -
     assert np.abs(over - rest(scene)).max() <= 2
 
 
+@pytest.mark.parametrize("orthographic", [True, False])
+@pytest.mark.parametrize("near", [1.0, 0.7])
+def test_one_feature_changed_among_many_is_that_of_a_full_redraw(
+    scene: Scene, orthographic: bool, near: float
+) -> None:
+    show(scene, "w", wall(relief=0.0))
+    scene.camera.orthographic = orthographic
+    scene.camera.fit(scene.corners(), SIZE)
+    scene.camera.orbit(25.0, 10.0)
+    scene.camera.zoom(near, UTM + np.array([6.0, 0.0, 4.0]))
+    rng = np.random.default_rng(5)
+
+    def some(name: str) -> FeatureDrawing:
+        line = UTM + rng.uniform((0, -0.3, 0), (10, 0.3, 8)) + rng.normal(0, 0.4, (6, 3))
+        ring = line[:4] + (0.0, 0.3, 0.0) if rng.random() < 0.5 else None
+        color = (1.0, float(rng.random()), 0.2)
+        return FeatureDrawing(name, line, ring, color, "", line[0], visible=rng.random() < 0.9)
+
+    scene.set_features({f"f{k}": some(f"f{k}") for k in range(400)})
+    scene.set_selected(["f3", "f7", "f350"])
+    rest(scene)
+    drawn = []
+    for step in range(12):
+        name = f"f{rng.integers(400)}"
+        gone = step % 3 == 0
+        scene.set_features({name: None if gone else some(name)})
+        if not gone:
+            scene.set_features({f"n{step}": some("n")})
+        frames = scene.canvas.frames
+        scene.picture.draw_features()
+        assert scene.canvas.frames == frames + 1
+        over = scene.canvas.pixels()[::-1, :, :3].astype(int)
+        drawn.append(lines_drawn(scene))
+        # All of them, over the same picture of the wall.
+        scene.set_scale(1.0)
+        scene.picture.draw_features()
+        whole = scene.canvas.pixels()[::-1, :, :3].astype(int)
+        assert np.array_equal(over, whole), step
+    # Otherwise this would be two times the same.
+    assert min(drawn) < 0.5 * lines_drawn(scene)
+
+
+def lines_drawn(scene: Scene) -> int:
+    """Points of the lines that the scene drew last."""
+    return int(scene.features._actors["line"].GetMapper().GetInput().GetNumberOfPoints())
+
+
 def only_emphasis(dress: Callable[..., None]) -> Callable[..., None]:
     def checked(mark: str, *values: object) -> None:
         assert mark == "+"

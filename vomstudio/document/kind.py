@@ -231,6 +231,13 @@ def group_of(feature: Feature) -> str:
     return "" if group is None else group.id
 
 
+def group_and_set(record: Record) -> tuple[str, str, bool] | None:
+    """The group of a feature, its set ("" for none), and whether it is a picked plane."""
+    if not isinstance(record, Feature):
+        return None
+    return group_of(record), str(getattr(record, "set_name", "")), is_picked_plane(record)
+
+
 # --- drawing ---------------------------------------------------------------------------------
 def half_way(line: Floats) -> Floats:
     """(3,) in the middle of a line, as one walks along it."""

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, ItemsView, Iterator, KeysView, Mapping, ValuesView
+from collections.abc import Callable, Hashable, ItemsView, Iterator, KeysView, Mapping, ValuesView
+from types import MappingProxyType
 from typing import Any, TypeVar, overload
 
 from vomstudio.document.records import Feature, Record
 
 T = TypeVar("T")
 D = TypeVar("D")
+K = TypeVar("K", bound=Hashable)
 
 
 class RecordMap(Mapping[str, Record]):
@@ -26,6 +28,7 @@ class RecordMap(Mapping[str, Record]):
         self._records = dict(records)
         self._of: dict[type[Any], dict[str, Any]] = {}
         self._numbers: dict[str, Counter[int]] = {}
+        self._counts: dict[Callable[[Record], Hashable], Counter[Any]] = {}
         self._once: dict[Callable[[RecordMap], Any], Any] = {}
         self.revision = 0
 
@@ -48,6 +51,13 @@ class RecordMap(Mapping[str, Record]):
                     kept[id_] = new
                 else:
                     kept.pop(id_, None)
+            for key_of, counts in self._counts.items():
+                for record, more in ((old, -1), (new, 1)):
+                    key = None if record is None else key_of(record)
+                    if key is not None:
+                        counts[key] += more
+                        if not counts[key]:
+                            del counts[key]
             for prefix, numbers in self._numbers.items():
                 if (number := _number(prefix, old)) is not None:
                     numbers[number] -= 1
@@ -75,6 +85,13 @@ class RecordMap(Mapping[str, Record]):
             )
             self._numbers[prefix] = numbers
         return max(numbers, default=0)
+
+    def counted(self, key_of: Callable[[Record], K | None]) -> Mapping[K, int]:
+        """How many records have each key; those of which it is None are not counted."""
+        if key_of not in self._counts:
+            keys = map(key_of, self._records.values())
+            self._counts[key_of] = Counter(key for key in keys if key is not None)
+        return MappingProxyType(self._counts[key_of])
 
     def once(self, work_out: Callable[[RecordMap], T]) -> T:
         """What a function of the records gives, worked out once until they change."""

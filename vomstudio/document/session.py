@@ -11,7 +11,7 @@ from vomstudio.document.edit import Edit, change
 from vomstudio.document.journal import Draft, Journal, RowKind, replay
 from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import DEFAULT_TYPES, Feature, FeatureType, Record
-from vomstudio.signals import Signal
+from vomstudio.signals import Signal, telling
 
 T = TypeVar("T")
 
@@ -116,8 +116,9 @@ class Session:
             self._undone.clear()
 
     def _tell(self, edit: Edit) -> None:
-        self.changed.emit(edit)
-        self.history_changed.emit(None)
+        with telling():
+            self.changed.emit(edit)
+            self.history_changed.emit(None)
 
     # --- history -----------------------------------------------------------------------------
     @property

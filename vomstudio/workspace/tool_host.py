@@ -10,7 +10,7 @@ from vomstudio.document.records import Feature, FeatureType
 from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.signals import Signal
+from vomstudio.signals import Signal, telling
 from vomstudio.tools.interaction_types import PointerEvent, Preview
 from vomstudio.tools.open_steps import Discarded
 from vomstudio.tools.registry import TOOLS
@@ -191,8 +191,9 @@ class ToolHost:
         self._notices.hint(message)
 
     def tool_changed(self) -> None:
-        self.changed.emit()
-        self.undo_changed.emit()
+        with telling():
+            self.changed.emit()
+            self.undo_changed.emit()
 
     def discarded(self, discarded: Discarded) -> None:
         self.let_go.emit(discarded)

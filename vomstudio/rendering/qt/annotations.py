@@ -47,10 +47,13 @@ _SYMBOL_GAP = 17.0
 class _Ready:
     """The visible drawings, worked out once for all the frames until they change.
 
+    rows : of the drawings, by id
     places : (n, 5, 3) World, where label and symbol may stand: the anchor, then along the line
+    sizes : (n, 2) of the labels, in pixels
     """
 
     drawings: list[FeatureDrawing]
+    rows: dict[str, int]
     places: Array
     extents: Array
     sizes: Array
@@ -58,6 +61,30 @@ class _Ready:
     symbol_rows: npt.NDArray[np.int64]
     symbols: SymbolSet
     discs: Flags
+
+    @property
+    def count(self) -> int:
+        return len(self.drawings)
+
+    def among(self, ids: Iterable[str]) -> npt.NDArray[np.int64]:
+        """The rows of those of these ids that are here."""
+        rows = self.rows
+        return np.array([rows[id_] for id_ in ids if id_ in rows], np.int64)
+
+    def flags(self, ids: Iterable[str]) -> Flags:
+        """(n,) which have one of these ids."""
+        found = np.zeros(self.count, np.bool_)
+        found[self.among(ids)] = True
+        return found
+
+    def numbers(self, known: Mapping[str, int]) -> npt.NDArray[np.int64]:
+        """(n,) what is known of each, 0 where nothing is."""
+        found = np.zeros(self.count, np.int64)
+        here = [(self.rows[id_], number) for id_, number in known.items() if id_ in self.rows]
+        if here:
+            rows, numbers = np.array(here, np.int64).T
+            found[rows] = numbers
+        return found
 
 
 class Annotations:
@@ -67,7 +94,7 @@ class Annotations:
         self._numbers: dict[tuple[str, float], QPixmap] = {}
         self._dots: dict[tuple[tuple[float, float, float], float, float], QPixmap] = {}
         self._ready: _Ready | None = None
-        self._kept: dict[str, tuple[FeatureDrawing, Array, tuple[float, float]]] = {}
+        self._before: _Ready | None = None
         self._corners: dict[str, int] = {}
         self._labels_shown: dict[str, int] = {}
         self._symbols_shown: dict[str, int] = {}
@@ -77,13 +104,13 @@ class Annotations:
 
     def forget(self) -> None:
         """The drawings have changed."""
+        self._before = self._ready or self._before
         self._ready = None
 
     def forget_font(self) -> None:
         self.labels.clear()
         self._numbers.clear()
-        self._kept.clear()
-        self._ready = None
+        self._before = self._ready = None
 
     def at(self, x: float, y: float) -> str | None:
         """The feature whose label or symbol lies under a pixel."""
@@ -127,7 +154,7 @@ class Annotations:
         at = self._stand(ready, there.reshape(count, -1), moving)
         anchors = pixels.reshape(count, -1, 2)[np.arange(count), at]
         seen = there.reshape(count, -1)[np.arange(count), at]
-        chosen = np.array([d.id in selected for d in ready.drawings])
+        chosen = ready.flags(selected)
         grid = LabelGrid(*size)
         for box in kept_free:
             grid.block(box.x(), box.y(), box.width(), box.height())
@@ -144,40 +171,46 @@ class Annotations:
         drawings = [d for d in features.values() if d.visible and (d.label or d.symbol)]
         rows = [i for i, d in enumerate(drawings) if d.symbol is not None]
         symbols = [s for d in drawings if (s := d.symbol) is not None]
-        # Of most nothing has changed since the last time.
-        kept = self._kept
-        self._kept = {
-            d.id: known
-            if (known := kept.get(d.id)) is not None and known[0] is d
-            else (d, _places(d), self.labels.size(d.label))
-            for d in drawings
-        }
-        places = [each for _, each, _ in self._kept.values()]
+        places, sizes = self._measure(drawings)
         return _Ready(
             drawings,
-            np.concatenate([np.zeros((0, 3)), *places]).reshape(-1, 1 + len(_ALONG), 3),
+            {d.id: row for row, d in enumerate(drawings)},
+            places,
             np.array([d.extent for d in drawings], float),
-            np.array([size for _, _, size in self._kept.values()], float).reshape(-1, 2),
+            sizes,
             np.array([bool(d.label) for d in drawings], np.bool_),
             np.array(rows, np.int64),
             SymbolSet(symbols),
             np.array([s.kind == "disc" for s in symbols], np.bool_),
         )
 
+    def _measure(self, drawings: list[FeatureDrawing]) -> tuple[Array, Array]:
+        """Places and sizes of the labels; of most nothing has changed since the last time."""
+        places, sizes = np.zeros((len(drawings), 1 + len(_ALONG), 3)), np.zeros((len(drawings), 2))
+        before = self._before
+        known = {} if before is None else {id(d): row for row, d in enumerate(before.drawings)}
+        old = np.array([known.get(id(d), -1) for d in drawings], np.int64)
+        if before is not None:
+            same = old >= 0
+            places[same], sizes[same] = before.places[old[same]], before.sizes[old[same]]
+        for row in np.flatnonzero(old < 0).tolist():
+            places[row], sizes[row] = _places(drawings[row]), self.labels.size(drawings[row].label)
+        self._before = None
+        return places, sizes
+
     def _stand(self, ready: _Ready, seen: Flags, moving: bool) -> npt.NDArray[np.int64]:
         """(n,) at which of its places each feature is named: where it was last as long as that is
         seen, else at the first that is; so a long trace is named however near the viewer is."""
-        ids = [d.id for d in ready.drawings]
-        last = np.array([self._stood.get(i, 0) for i in ids], np.int64)
+        last = ready.numbers(self._stood)
         # The anchor again, once everything rests.
         first = last if moving else np.zeros_like(last)
-        kept = seen[np.arange(len(ids)), first] | ~seen.any(axis=1)
+        kept = seen[np.arange(ready.count), first] | ~seen.any(axis=1)
         if moving:
-            kept |= np.array(
-                [0 < self._labels_shown.get(i, 0) < _PATIENCE for i in ids], np.bool_
-            ) | np.array([0 < self._symbols_shown.get(i, 0) < _PATIENCE for i in ids], np.bool_)
+            for shown in (self._labels_shown, self._symbols_shown):
+                gone = ready.numbers(shown)
+                kept |= (gone > 0) & (gone < _PATIENCE)
         at = np.where(kept, first, np.argmax(seen, axis=1))
-        self._stood = {i: k for i, k in zip(ids, at.tolist(), strict=True) if k}
+        self._stood = {ready.drawings[i].id: int(at[i]) for i in np.flatnonzero(at).tolist()}
         return at
 
     # --- symbols -----------------------------------------------------------------------------
@@ -200,11 +233,10 @@ class Annotations:
                 & (signs.pixels > -20.0).all(axis=1)
                 & (signs.pixels < np.array(size) + 20.0).all(axis=1)
             )
-        ids = [ready.drawings[i].id for i in rows]
-        there = self._patient(ids, seen[rows], self._symbols_shown, moving)
+        there = self._patient(ready, seen, self._symbols_shown, moving)[rows]
         small = extents < SMALLEST_DISC * signs.metres
         wanted = inside & (there | chosen[rows]) & (~ready.discs | small)
-        kept = np.array([i in self._symbols_shown for i in ids], np.bool_)
+        kept = ready.flags(self._symbols_shown)[rows]
         order = by_importance(chosen[rows], kept, extents, moving=moving)
         # A margin all round: a symbol half out of the image is one all the same.
         room = LabelGrid(size[0] + 40.0, size[1] + 40.0)
@@ -225,7 +257,7 @@ class Annotations:
                 grid.block(x - 6.0, y - 6.0, 12.0, 12.0)
             else:
                 dots.append(i)
-        self._remember(self._symbols_shown, [ids[i] for i in full], ids, seen[rows])
+        self._remember(self._symbols_shown, ready, rows[full].tolist(), seen)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colors = [ready.drawings[i].color for i in rows]
         # The first in the order last, over the others.
@@ -348,12 +380,11 @@ class Annotations:
         moving: bool,
         ratio: float,
     ) -> None:
-        ids = [d.id for d in ready.drawings]
-        there = self._patient(ids, seen, self._labels_shown, moving)
-        kept = np.array([i in self._labels_shown for i in ids], np.bool_)
+        there = self._patient(ready, seen, self._labels_shown, moving)
+        kept = ready.flags(self._labels_shown)
         wanted = ready.labelled & (there | chosen) & np.isfinite(anchors).all(axis=1)
         order = by_importance(chosen, kept, ready.extents, moving=moving)
-        corners = np.array([self._corners.get(i, 0) for i in ids], np.int64)
+        corners = ready.numbers(self._corners)
         # While the view moves, what is new needs more room, or it would go at the next step.
         clear = np.where(kept | chosen, 0.0, _ROOM_FOR_NEW) if moving else None
         placed = place_labels(grid, anchors, ready.sizes, order[wanted[order]], gap, corners, clear)
@@ -363,23 +394,25 @@ class Annotations:
             painter.drawPixmap(QPointF(x, y), picture)
             wide, tall = ready.sizes[i]
             self.label_boxes.append((d.id, QRectF(x, y, float(wide), float(tall))))
-        self._remember(self._labels_shown, [ids[i] for i in placed], ids, seen)
-        self._corners = {ids[i]: int(corners[i]) for i in placed}
+        self._remember(self._labels_shown, ready, list(placed), seen)
+        self._corners = {ready.drawings[i].id: int(corners[i]) for i in placed}
 
     # --- memory ------------------------------------------------------------------------------
-    def _patient(self, ids: list[str], seen: Flags, shown: dict[str, int], moving: bool) -> Flags:
+    def _patient(self, ready: _Ready, seen: Flags, shown: dict[str, int], moving: bool) -> Flags:
         """What is seen, and while the view moves what was shown and seen a few frames ago."""
         if not moving or not shown:
             return seen
-        return seen | np.array([shown.get(i, _PATIENCE) < _PATIENCE for i in ids], np.bool_)
+        return seen | ready.flags(id_ for id_, gone in shown.items() if gone < _PATIENCE)
 
-    def _remember(self, shown: dict[str, int], now: list[str], ids: list[str], seen: Flags) -> None:
-        """For each that is shown, for how many frames it has not been seen."""
+    def _remember(
+        self, shown: dict[str, int], ready: _Ready, now: Iterable[int], seen: Flags
+    ) -> None:
+        """For each row that is shown, for how many frames it has not been seen."""
         before = dict(shown)
         shown.clear()
-        really = dict(zip(ids, seen.tolist(), strict=True))
-        for i in now:
-            shown[i] = 0 if really[i] else before.get(i, 0) + 1
+        for row in now:
+            id_ = ready.drawings[row].id
+            shown[id_] = 0 if seen[row] else before.get(id_, 0) + 1
 
 
 def _flat(color: QColor, width: float) -> QPen:

@@ -29,13 +29,14 @@ class FeaturesShown:
         picture: ScenePicture,
         annotations: Annotations,
         inside: Callable[[FeatureDrawing], bool],
+        cut: Callable[[], bool],
     ) -> None:
-        """inside : whether a part of a feature is not cut away."""
+        """inside : whether a part of a feature is not cut away; cut : whether anything may be."""
         self.drawings: dict[str, FeatureDrawing] = {}
         self.selected: frozenset[str] = frozenset()
         self._camera, self._pane = camera, pane
         self._life, self._picture = life, picture
-        self._annotations, self._inside = annotations, inside
+        self._annotations, self._inside, self._cut = annotations, inside, cut
 
     def furnish(self, scene: Scene) -> None:
         """Give a scene that starts what is to be drawn."""
@@ -77,6 +78,8 @@ class FeaturesShown:
         shown = [d for d in self.drawings.values() if d.visible and self._inside(d)]
         return feature_at(shown, x, y, self._camera, self._pane.extent(), discs=discs)
 
-    def uncut(self) -> dict[str, FeatureDrawing]:
+    def uncut(self) -> Mapping[str, FeatureDrawing]:
         """The drawings of which a part is not cut away, by id."""
+        if not self._cut():
+            return self.drawings
         return {key: drawing for key, drawing in self.drawings.items() if self._inside(drawing)}

@@ -95,7 +95,9 @@ class Viewport(QWidget):
         self.overlays = Overlays(camera, self.display.captions)
         notes = self.overlays.annotations
         self.clip = ClipHandles(camera, self, life, picture, notes, self)
-        self.features = FeaturesShown(camera, self, life, picture, notes, self.clip.meets)
+        self.features = FeaturesShown(
+            camera, self, life, picture, notes, self.clip.meets, lambda: self.clip.box is not None
+        )
         self.photos = PhotoCameras(camera, self, life, picture)
         self.gestures = Gestures(self, self.moves, self.clip, self)
         self._connect()

@@ -12,12 +12,14 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 from vtkmodules.vtkCommonCore import vtkCommand, vtkFloatArray, vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import vtkRecti
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkRenderer, vtkRenderWindow
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderWindow, vtkTextureObject
 
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.offscreen_buffers import Buffers
+from vomstudio.rendering.scene.picture_spot import Spot
 from vomstudio.rendering.view.camera import Eye
 
 Array = npt.NDArray[np.float64]
@@ -186,7 +188,8 @@ class Canvas:
         before_layer: Callable[[], None] | None = None,
         before_chosen: Callable[[], None] | None = None,
     ) -> None:
-        """Draw these layers. before_layer, before_chosen : called before layers 1 and 2"""
+        """Draw these layers. before_layer, before_chosen : called before layers 1 and 2, which say
+        what to `confine` them to"""
         self.surface.SetDraw(surface)
         self.surface.SetErase(erase)
         self.layer.SetDraw(layer)
@@ -196,7 +199,15 @@ class Canvas:
             self._depth = None
         self.window.Render()
         self._before_layer = self._before_chosen = None
+        self.confine(None)
         self.frames += 1
+
+    def confine(self, spot: Spot | None) -> None:
+        """Draw from here on only in a spot of the picture; None for all of it."""
+        camera = self.surface.GetActiveCamera()
+        camera.SetUseScissor(spot is not None)
+        if spot is not None:
+            camera.SetScissorRect(vtkRecti(spot.left, spot.bottom, *spot.size))
 
     def wait(self) -> None:
         """Until everything has been drawn."""
@@ -216,11 +227,12 @@ class Canvas:
         self.buffers.save("surface")
         self.kept = True
 
-    def restore_surface(self) -> None:
-        self.buffers.restore("surface")
+    def restore_surface(self, spot: Spot | None = None) -> None:
+        self.buffers.restore("surface", spot)
 
-    def keep_features(self) -> None:
-        self.buffers.save("features")
+    def keep_features(self, spot: Spot | None = None) -> None:
+        """spot : where they have been drawn anew, if not everywhere"""
+        self.buffers.save("features", spot)
         self.features_kept = True
 
     def restore_features(self) -> None:

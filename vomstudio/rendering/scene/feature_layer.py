@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from itertools import count
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +12,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, 
 
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.area_layer import AreaLayer, Pixel
-from vomstudio.rendering.scene.feature_runs import FeatureRuns, Runs, lines_of
+from vomstudio.rendering.scene.feature_runs import FeatureRuns, Runs, lines_of, spots
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.tools.interaction_types import Area
 
@@ -23,6 +24,9 @@ HALO_EXTRA = 2.0
 SELECTED_HALO_EXTRA = 4.0
 THIN_ABOVE = 4000
 """Points of lines above which only the lines themselves are drawn while the camera moves."""
+
+FEW = 64
+"""Changes up to which the picture of all other features is kept."""
 
 DISC_OPACITY = 0.32
 HIDDEN_OPACITY = 0.28
@@ -37,7 +41,10 @@ OVER_ALL = -65000.0
 
 
 class FeatureLayer:
-    """Registered drawings and the actors made of them."""
+    """Registered drawings and the actors made of them.
+
+    drawings : in the order in which they came, in which they are drawn
+    """
 
     def __init__(self) -> None:
         self.drawings: dict[str, FeatureDrawing] = {}
@@ -49,14 +56,19 @@ class FeatureLayer:
         self._corners: Array = np.zeros((0, 3))
         self.thin = False
         self._stale = True
+        self._changed: list[FeatureDrawing] = []
+        self._whole = False
         self._chosen_stale = True
         self._actors: dict[str, vtkActor] = {}
+        self._numbers: dict[str, int] = {}
+        self._next = count()
 
-    @property
-    def only_emphasis(self) -> bool:
-        """Whether nothing but the selection and what is being painted has changed since the
-        features were drawn last."""
-        return not self._stale and self.areas.only_emphasis
+    def changed(self) -> Array | None:
+        """(n, 3) World points of what has come or gone since the features were drawn last, the
+        selection and what is being painted aside; None where that may be anything."""
+        if self._stale or not self.areas.only_emphasis:
+            return None
+        return np.concatenate([np.zeros((0, 3)), *(spots(drawing) for drawing in self._changed)])
 
     def attach(self, renderer: vtkRenderer, emphasis: vtkRenderer) -> None:
         """emphasis : draws what is selected, over all others"""
@@ -114,12 +126,17 @@ class FeatureLayer:
 
     def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
         for key, drawing in changes.items():
+            if not self._stale:
+                self._changed += [d for d in (self.drawings.get(key), drawing) if d is not None]
             if drawing is None:
                 self.drawings.pop(key, None)
+                self._numbers.pop(key, None)
             else:
                 self.drawings[key] = drawing
+                self._numbers.setdefault(key, next(self._next))
             self.areas.change(key, drawing)
-        self._stale = True
+        self._stale = self._stale or len(self._changed) > FEW
+        self._chosen_stale = True
         self._runs.change(changes)
         box = self._runs.box()
         if len(box):
@@ -144,32 +161,49 @@ class FeatureLayer:
         """(8, 3) World corners of all drawings, or none."""
         return self._corners
 
-    def refresh(self, pixel: Pixel | None = None) -> None:
+    def refresh(
+        self,
+        pixel: Pixel | None = None,
+        wanted: Callable[[Array], npt.NDArray[np.bool_]] | None = None,
+    ) -> None:
         """Bring the actors up to date; called before every drawing of the layer. pixel: metres of
-        a device pixel at a place in World."""
+        a device pixel at a place in World. wanted : of boxes (n, 2, 3) in World, which features are
+        to be drawn; None for all"""
+        if not self._actors:
+            return
+        if wanted is not None:
+            self._fill(*self._runs.some(wanted))
+            self._whole = False
+        elif self._stale or self._changed or not self._whole:
+            self._fill(self._runs.lines(), self._runs.discs())
+            self._whole = self._chosen_stale = True
+        self._stale = False
+        self._changed.clear()
+        self.refresh_emphasis(pixel)
+
+    def refresh_emphasis(self, pixel: Pixel | None = None) -> None:
+        """Bring those actors up to date that draw what is selected or being painted."""
         if not self._actors:
             return
         self.areas.refresh(moving=self.thin, pixel=pixel)
-        if self._stale:
-            self._stale = False
-            self._chosen_stale = True
-            lines = _poly(self._runs.lines(), polygons=False)
-            self._dress("", lines, LINE_WIDTH, HALO_EXTRA)
-            discs = _poly(self._runs.discs(), polygons=True)
-            vtk_data.show(self._actors["discs"], discs)
         if self._chosen_stale:
             # The selected ones are drawn once more over all the others, so that a change of the
             # selection leaves the large arrays alone.
             self._chosen_stale = False
             # In the order of the others: which of two that cross is on top is no matter of chance.
-            chosen = [d for key, d in self.drawings.items() if key in self.selected]
-            runs = lines_of([d for d in chosen if d.visible], self._origin)
+            keys = sorted(self.selected & self.drawings.keys(), key=self._numbers.__getitem__)
+            shown = [d for d in map(self.drawings.__getitem__, keys) if d.visible]
+            runs = lines_of(shown, self._origin)
             self._dress("+", _poly(runs, polygons=False), SELECTED_WIDTH, SELECTED_HALO_EXTRA)
         points = self._actors["line"].GetMapper().GetInput().GetNumberOfPoints()
         rich = not self.thin or points < THIN_ABOVE
         for name, actor in self._actors.items():
             filled = actor.GetMapper().GetInput().GetNumberOfPoints() > 0
             actor.SetVisibility(filled and (rich or name not in ("halo", "hidden")))
+
+    def _fill(self, lines: Runs, discs: Runs) -> None:
+        self._dress("", _poly(lines, polygons=False), LINE_WIDTH, HALO_EXTRA)
+        vtk_data.show(self._actors["discs"], _poly(discs, polygons=True))
 
     def _dress(self, mark: str, data: vtkPolyData, width: float, halo: float) -> None:
         for name, wide in (("halo", width + halo), ("line", width), ("hidden", width)):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 import numpy.typing as npt
@@ -46,8 +47,14 @@ class Runs:
 
 @dataclass(frozen=True, eq=False)
 class _Made:
+    """shown : the visible drawings of a block; boxes : (n, 2, 3) lowest and highest World corner of
+    the line and disc of each, NaN where it has neither; box : (2, 3) around them and their areas,
+    or (0, 3)"""
+
+    shown: list[FeatureDrawing]
     lines: Runs
     discs: Runs
+    boxes: Array
     box: Array
 
 
@@ -93,6 +100,15 @@ class FeatureRuns:
         """Of the visible ones."""
         return Runs.joined(made.discs for made in self._all())
 
+    def some(self, wanted: Callable[[Array], npt.NDArray[np.bool_]]) -> tuple[Runs, Runs]:
+        """Lines and discs of the visible ones whose boxes are wanted, in the order of all. wanted :
+        of boxes (n, 2, 3), lowest and highest World corner, which"""
+        made = self._all()
+        boxes = np.concatenate([np.zeros((0, 2, 3)), *(each.boxes for each in made)])
+        every = (drawing for each in made for drawing in each.shown)
+        found = list(compress(every, wanted(boxes).tolist()))
+        return lines_of(found, self._origin), discs_of(found, self._origin)
+
     def box(self) -> Array:
         """(2, 3) lowest and highest World corner of what is visible, (0, 3) where nothing is."""
         boxes = np.concatenate([np.zeros((0, 3)), *(made.box for made in self._all())])
@@ -105,14 +121,39 @@ class FeatureRuns:
         return [self._made[number] for number in range(len(self._blocks))]
 
     def _make(self, shown: list[FeatureDrawing]) -> _Made:
-        points = [np.asarray(d.line, float).reshape(-1, 3) for d in shown]
-        rings = [(np.asarray(d.disc, float), d.color) for d in shown if d.disc is not None]
-        every = [*points, *(ring for ring, _ in rings)]
-        every += [area_box(d.area) for d in shown if d.area is not None]
-        spots = np.concatenate([np.zeros((0, 3)), *every])
-        spots = spots[np.isfinite(spots).all(axis=1)]
-        box = np.stack([spots.min(axis=0), spots.max(axis=0)]) if len(spots) else spots
-        return _Made(lines_of(shown, self._origin), _discs(rings, self._origin), box)
+        boxes = _boxes_of([spots(drawing) for drawing in shown])
+        areas = [area_box(d.area)[None] for d in shown if d.area is not None]
+        every = np.concatenate([boxes, *areas])
+        every = every[np.isfinite(every).all(axis=(1, 2))]
+        box = np.zeros((0, 3))
+        if len(every):
+            box = np.stack([every[:, 0].min(axis=0), every[:, 1].max(axis=0)])
+        return _Made(
+            shown, lines_of(shown, self._origin), discs_of(shown, self._origin), boxes, box
+        )
+
+
+def spots(drawing: FeatureDrawing) -> Array:
+    """(n, 3) World points of the line and the disc of a drawing."""
+    line = np.asarray(drawing.line, float).reshape(-1, 3)
+    if drawing.disc is None:
+        return line
+    return np.concatenate([line, np.asarray(drawing.disc, float)])
+
+
+def _boxes_of(runs: list[Array]) -> Array:
+    """(n, 2, 3) lowest and highest corner of each run of points; NaN without points."""
+    boxes = np.full((len(runs), 2, 3), np.nan)
+    sizes = np.array([len(run) for run in runs], np.int64)
+    filled = np.flatnonzero(sizes)
+    if len(filled):
+        points = np.concatenate(runs)
+        starts = (np.cumsum(sizes) - sizes)[filled]
+        # A point that is not finite is none, unless a run has no other.
+        points[~np.isfinite(points).all(axis=1)] = np.nan
+        boxes[filled, 0] = np.fmin.reduceat(points, starts, axis=0)
+        boxes[filled, 1] = np.fmax.reduceat(points, starts, axis=0)
+    return boxes
 
 
 def lines_of(shown: list[FeatureDrawing], origin: Array) -> Runs:
@@ -121,7 +162,9 @@ def lines_of(shown: list[FeatureDrawing], origin: Array) -> Runs:
     return _runs([(line, color) for line, color in lines if len(line) >= 2], origin)
 
 
-def _discs(rings: list[tuple[Array, tuple[float, float, float]]], origin: Array) -> Runs:
+def discs_of(shown: list[FeatureDrawing], origin: Array) -> Runs:
+    """The discs of drawings, of at least three corners."""
+    rings = [(np.asarray(d.disc, float), d.color) for d in shown if d.disc is not None]
     return _runs([(ring, color) for ring, color in rings if len(ring) >= 3], origin)
 
 

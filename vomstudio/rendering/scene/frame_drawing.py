@@ -8,6 +8,7 @@ events of its loop until the frame is whole.
 from __future__ import annotations
 
 import itertools
+import math
 import time
 from collections.abc import Callable, Iterable
 
@@ -17,10 +18,13 @@ from vomstudio.rendering.scene.camera_visibility import Sight
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.eyedome import BANDS, EyeDome
+from vomstudio.rendering.scene.feature_layer import HALO_EXTRA, LINE_WIDTH
 from vomstudio.rendering.scene.frame_progress import Entry, Frame
 from vomstudio.rendering.scene.model_scene import Part
+from vomstudio.rendering.scene.picture_spot import Spot, seen_in, spot_of
 from vomstudio.rendering.scene.texture_levels import TextureLevels
 from vomstudio.rendering.scene.visible_nodes import NodesInView
+from vomstudio.rendering.view.camera import Eye
 from vomstudio.rendering.view.frame_timing import SLOW_FRAME_S, Pace
 
 
@@ -146,9 +150,13 @@ class Picture:
         busy = self.refining and not frame.first
         if busy:
             canvas.buffers.save("frame")
-        drawn = self._contents
-        if canvas.features_kept and drawn.features.only_emphasis and not drawn.cameras.stale:
+        changed = self._contents.features.changed() if canvas.features_kept else None
+        if changed is None or self._contents.cameras.stale:
+            self._render(erase=False, surface=False, layer=True, keep=not busy)
+        elif not len(changed):
             self._render_emphasis()
+        elif (spot := spot_of(changed, eye, canvas.size)) is not None:
+            self._render_spot(spot, eye)
         else:
             self._render(erase=False, surface=False, layer=True, keep=not busy)
         if busy:
@@ -270,13 +278,41 @@ class Picture:
 
     def _render_emphasis(self) -> None:
         """What is selected or being painted, over the picture of all else that is kept."""
-        self._contents.features.refresh(self._sight.pixel_at)
+        self._contents.features.refresh_emphasis(self._sight.pixel_at)
         self._canvas.render(
             erase=False,
             surface=False,
             layer=False,
             chosen=True,
             before_chosen=self._canvas.restore_features,
+        )
+
+    def _render_spot(self, spot: Spot, eye: Eye) -> None:
+        """The features anew where some have changed, over the picture of them that is kept."""
+        canvas, features = self._canvas, self._contents.features
+        width = math.ceil((LINE_WIDTH + HALO_EXTRA) * features.scale)
+        spot = spot.wider(width).within(canvas.size)
+        around = spot.wider(width)
+        features.refresh(
+            self._sight.pixel_at, lambda boxes: seen_in(around, boxes, eye, canvas.size)
+        )
+
+        def before_layer() -> None:
+            canvas.restore_features()
+            canvas.restore_surface(spot)
+            canvas.confine(spot)
+
+        def before_chosen() -> None:
+            canvas.confine(None)
+            canvas.keep_features(spot)
+
+        canvas.render(
+            erase=False,
+            surface=False,
+            layer=True,
+            chosen=True,
+            before_layer=before_layer,
+            before_chosen=before_chosen,
         )
 
 

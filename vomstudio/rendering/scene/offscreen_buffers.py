@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkOpenGLRenderWindow
 
+from vomstudio.rendering.scene.picture_spot import Spot
+
 GL_READ_FRAMEBUFFER = 0x8CA8
 GL_DRAW_FRAMEBUFFER = 0x8CA9
 GL_COLOR_AND_DEPTH = 0x4000 | 0x0100
@@ -20,14 +22,14 @@ class Buffers:
     def __getitem__(self, name: str) -> vtkOpenGLFramebufferObject:
         return self._buffers[name]
 
-    def save(self, name: str) -> None:
-        """Keep what the window shows."""
+    def save(self, name: str, spot: Spot | None = None) -> None:
+        """Keep what the window shows. spot : only there; elsewhere what was kept before stays"""
         buffer = self._buffers[name] = self._fitting(self._buffers.get(name))
-        self._copy(self._window.GetRenderFramebuffer(), buffer)
+        self._copy(self._window.GetRenderFramebuffer(), buffer, spot)
 
-    def restore(self, name: str) -> None:
-        """Show again what was kept."""
-        self._copy(self._buffers[name], self._window.GetRenderFramebuffer())
+    def restore(self, name: str, spot: Spot | None = None) -> None:
+        """Show again what was kept. spot : only there"""
+        self._copy(self._buffers[name], self._window.GetRenderFramebuffer(), spot)
 
     def release(self) -> None:
         for buffer in self._buffers.values():
@@ -51,10 +53,17 @@ class Buffers:
         state.PopFramebufferBindings()
         return buffer
 
-    def _copy(self, source: vtkOpenGLFramebufferObject, target: vtkOpenGLFramebufferObject) -> None:
+    def _copy(
+        self,
+        source: vtkOpenGLFramebufferObject,
+        target: vtkOpenGLFramebufferObject,
+        spot: Spot | None,
+    ) -> None:
         self._window.MakeCurrent()
         width, height = self._window.GetSize()
-        extent = [0, width - 1, 0, height - 1]
+        spot = spot or Spot(0, 0, width - 1, height - 1)
+        # First column and the one past the last, then the rows likewise.
+        extent = [spot.left, spot.right + 1, spot.bottom, spot.top + 1]
         state = self._window.GetState()
         state.PushFramebufferBindings()
         source.Bind(GL_READ_FRAMEBUFFER)

@@ -112,11 +112,15 @@ class StereonetPanel(QWidget):
         self._timer.setSingleShot(True)
         self._timer.setInterval(_SOON_MS)
         self._timer.timeout.connect(self.redraw)
+        self._emphasis = QTimer(self)
+        self._emphasis.setSingleShot(True)
+        self._emphasis.setInterval(_SOON_MS)
+        self._emphasis.timeout.connect(self._emphasise)
         studio.project_opened.connect(self._soon)
         studio.edited.connect(self._edited)
         studio.visibility_changed.connect(lambda _: self._soon())
         studio.settings_changed.connect(self._soon)
-        studio.selection_changed.connect(self._select)
+        studio.selection_changed.connect(lambda _: self._select())
         self._soon()
 
     def _toggle(self, icon: str, tip: str, on: bool) -> QToolButton:
@@ -152,6 +156,7 @@ class StereonetPanel(QWidget):
     def close_thread(self) -> None:
         """The program ends."""
         self._timer.stop()
+        self._emphasis.stop()
         self._thread.close()
 
     @property
@@ -162,7 +167,8 @@ class StereonetPanel(QWidget):
     @property
     def up_to_date(self) -> bool:
         """Whether no other net is wanted or being drawn."""
-        return not self._timer.isActive() and self._wanted is None
+        timed = self._timer.isActive() or self._emphasis.isActive()
+        return not timed and self._wanted is None
 
     def _painted(self) -> None:
         if self._stale:
@@ -253,7 +259,7 @@ class StereonetPanel(QWidget):
             (self.canvas.width(), self.canvas.height()),
             self.canvas.devicePixelRatioF(),
         )
-        if sum(map(len, wanted.contents.sets)) > _MANY:
+        if _many(wanted.contents):
             self._wanted = wanted
             self._thread.draw(wanted)
         else:
@@ -279,9 +285,16 @@ class StereonetPanel(QWidget):
         self.canvas.show_net(net)
         self._show_selected()
 
-    def _select(self, ids: tuple[str, ...]) -> None:
+    def _select(self) -> None:
+        if self._net is not None and _many(self._net.artists.contents):
+            # The table and the outcrop come first.
+            self._emphasis.start()
+        else:
+            self._emphasise()
+
+    def _emphasise(self) -> None:
         if self._net is not None and self.up_to_date:
-            self._net.artists.select(ids, self._ellipses())
+            self._net.artists.select(self._studio.selection.ids, self._ellipses())
             self.canvas.show_net(self._net)
         self._show_selected()
 
@@ -349,6 +362,10 @@ class StereonetPanel(QWidget):
         else:
             text = ""
         self._under.setText(text)
+
+
+def _many(net: NetContents) -> bool:
+    return sum(map(len, net.sets)) > _MANY
 
 
 def _alike(features: Sequence[Typed]) -> list[tuple[NetLook, Evidence, list[Typed]]]:

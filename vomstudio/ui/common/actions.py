@@ -10,6 +10,7 @@ from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.signals import once_told
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.words import tr
@@ -43,6 +44,16 @@ class Command:
     everywhere: bool = False
 
 
+@dataclass(frozen=True)
+class _State:
+    """What an action shows of its command now."""
+
+    text: str
+    why_not: str | None
+    what: str | None
+    checked: bool | None
+
+
 class Actions(QObject):
     """The commands of a window with the QAction of each, under its name.
 
@@ -55,6 +66,7 @@ class Actions(QObject):
         super().__init__(window)
         self._window = window
         self._commands: dict[str, Command] = {}
+        self._shown: dict[str, _State] = {}
         self.all: dict[str, QAction] = {}
 
     def add(self, command: Command) -> None:
@@ -122,28 +134,44 @@ class Actions(QObject):
         self.refresh()
 
     def refresh(self) -> None:
-        """Enable what can run now, check what is switched on, and renew all tooltips."""
+        """Enable what can run now, check what is switched on, and renew all tooltips: once for all
+        that is being told."""
+        once_told(self._refresh)
+
+    def _refresh(self) -> None:
         for name, command in self._commands.items():
-            action, why_not = self.all[name], command.why_not()
-            action.setEnabled(why_not is None)
-            keys = ", ".join(
-                key.toString(QKeySequence.SequenceFormat.NativeText) for key in action.shortcuts()
+            shown = command.text if command.text_now is None else command.text_now()
+            state = _State(
+                shown,
+                command.why_not(),
+                command.what(),
+                None if command.checked is None else command.checked(),
             )
-            shown = command.text
-            if command.text_now is not None:
-                shown = command.text_now()
-                action.setText(shown)
-            text = plain(shown).rstrip("…")
-            lines = [f"{text} ({keys})" if keys else text]
-            lines += [line for line in (command.tip, command.what()) if line]
-            if why_not is not None:
-                lines.append(tr("Not now: {reason}", reason=as_sentence(why_not)))
-            action.setToolTip("\n".join(lines))
-            if command.checked is not None:
-                action.setChecked(command.checked())
+            if state != self._shown.get(name):
+                self._shown[name] = state
+                _show(self.all[name], command, state)
+            elif state.checked is not None:
+                # Qt has checked it the other way round where it was chosen.
+                self.all[name].setChecked(state.checked)
 
     def commands(self) -> list[Command]:
         return list(self._commands.values())
+
+
+def _show(action: QAction, command: Command, state: _State) -> None:
+    action.setEnabled(state.why_not is None)
+    action.setText(state.text)
+    keys = ", ".join(
+        key.toString(QKeySequence.SequenceFormat.NativeText) for key in action.shortcuts()
+    )
+    text = plain(state.text).rstrip("…")
+    lines = [f"{text} ({keys})" if keys else text]
+    lines += [line for line in (command.tip, state.what) if line]
+    if state.why_not is not None:
+        lines.append(tr("Not now: {reason}", reason=as_sentence(state.why_not)))
+    action.setToolTip("\n".join(lines))
+    if state.checked is not None:
+        action.setChecked(state.checked)
 
 
 def plain(text: str) -> str:

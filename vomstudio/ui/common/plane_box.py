@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker, Signal
 
+from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import has_plane
 from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
@@ -90,7 +91,9 @@ class PlaneBox(ComboBox):
             self.chosen.emit(self._last)
         self.show_plane(self._shown)
 
-    def _edited(self, *_: object) -> None:
+    def _edited(self, edit: Edit) -> None:
+        if not {self._last, self._shown} & set(self._studio.affected(edit)):
+            return
         if self._last and not has_plane(self._studio.records.get(self._last)):
             self._last = ""
             if self._follows:

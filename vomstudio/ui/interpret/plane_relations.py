@@ -16,11 +16,10 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document import edits
-from vomstudio.document.kinds import has_plane, is_picked_plane
+from vomstudio.document.kinds import group_and_set, has_plane
 from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.measurement_cache import Measurement
-from vomstudio.document.record_map import RecordMap
-from vomstudio.document.records import FeatureType, Group, Typed
+from vomstudio.document.records import FeatureType, Group
 from vomstudio.geology.notation import format_line
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import degrees, natural
@@ -168,7 +167,12 @@ class IntersectionDialog(QDialog):
 
 def groups_of(studio: Studio) -> list[tuple[str, str, Group]]:
     """Text, colour and group of every feature type with planes, and of each of its sets."""
-    counts = studio.session.records.once(_planes_of_sets)
+    counts: Counter[tuple[str, str]] = Counter()
+    every = studio.session.records.counted(group_and_set)
+    for (type_id, set_name, is_plane), count in every.items():
+        # "" stands for all sets.
+        for name in {"", set_name} if is_plane else ():
+            counts[type_id, name] += count
     found = []
     for kind in studio.session.of(FeatureType):
         names = sorted((n for t, n in counts if t == kind.id), key=natural)
@@ -179,17 +183,3 @@ def groups_of(studio: Studio) -> list[tuple[str, str, Group]]:
             group = Group(type_id=kind.id, set_name=name)
             found.append((text, kind.color, group))
     return found
-
-
-def _planes_of_sets(records: RecordMap) -> dict[tuple[str, str], int]:
-    """How many picked planes a feature type and a set of it have; "" stands for all sets."""
-    typed = records.of(Typed)
-    # Whether it is a picked plane is a question of the class: asked of one feature of each.
-    planes = {type(f): is_picked_plane(f) for f in {type(f): f for f in typed}.values()}
-    own = Counter((type(f), f.type_id, f.set_name) for f in typed)
-    counts: Counter[tuple[str, str]] = Counter()
-    for (record, type_id, set_name), count in own.items():
-        if planes[record]:
-            for name in {"", set_name}:
-                counts[type_id, name] += count
-    return counts

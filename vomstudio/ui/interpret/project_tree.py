@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable
 
 from PySide6.QtCore import (
@@ -29,8 +30,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.kinds import GROUPS, KINDS, group_of, kind_of
-from vomstudio.document.record_map import RecordMap
+from vomstudio.document.kinds import GROUPS, KINDS, group_and_set, group_of, kind_of
 from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -233,7 +233,11 @@ class ProjectTree(QWidget):
         """Show counts, hide empty types, and apply the filter."""
         studio = self._studio
         features = studio.session.features()
-        total, sets = studio.session.records.once(_counts)
+        total: Counter[str] = Counter()
+        sets = False
+        for (group, set_name, _), count in studio.session.records.counted(group_and_set).items():
+            total[group] += count
+            sets = sets or bool(set_name)
         hidden, shown = self._failing(features, total)
         with QSignalBlocker(self.tree):
             for id_ in self._hidden ^ hidden:
@@ -470,14 +474,3 @@ def _take_out(item: QTreeWidgetItem) -> None:
 
 def _check(visible: bool) -> Qt.CheckState:
     return Qt.CheckState.Checked if visible else Qt.CheckState.Unchecked
-
-
-def _counts(records: RecordMap) -> tuple[dict[str, int], bool]:
-    """How many features each group has, and whether any is in a set."""
-    total: dict[str, int] = {}
-    sets = False
-    for feature in records.of(Feature):
-        group = group_of(feature)
-        total[group] = total.get(group, 0) + 1
-        sets = sets or bool(getattr(feature, "set_name", ""))
-    return total, sets

@@ -127,7 +127,8 @@ class SortedRows(QAbstractTableModel):
 
     def _removing(self, _: QModelIndex, first: int, last: int) -> None:
         self._passes[first : last + 1] = [False] * (last - first + 1)
-        self._become(self._arranged())
+        # The others stay in their order.
+        self._become([place for place in self._shown if not first <= place <= last])
 
     def _removed(self, _: QModelIndex, first: int, last: int) -> None:
         del self._keys[first : last + 1], self._passes[first : last + 1]

@@ -16,7 +16,7 @@ from PySide6.QtCore import (
 from vomstudio.document import catalogue as of
 from vomstudio.document import edits, slip_figures
 from vomstudio.document.figures import Figure
-from vomstudio.document.kinds import kind_of
+from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.records import Feature, get_feature
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import natural, orientation_text
@@ -81,6 +81,7 @@ COLUMNS: tuple[Column, ...] = (
 _TO_PICK = COLUMNS.index(TO_PICK)
 
 
+_READ = tuple(kind.record for kind in KINDS if kind.orientations and kind.evidence == "read")
 _LOOKED_AT = (
     Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemNeverHasChildren
 )
@@ -159,7 +160,7 @@ class OrientationModel(QAbstractTableModel):
 
     def update_comparisons(self) -> None:
         """Other rows have changed, with which readings are compared."""
-        if any(kind_of(row.feature).evidence == "read" for row in self._rows):
+        if self._rows and any(self._studio.session.of(record) for record in _READ):
             self.dataChanged.emit(
                 self.index(0, _TO_PICK), self.index(len(self._rows) - 1, _TO_PICK)
             )

@@ -20,9 +20,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import is_picked_plane
-from vomstudio.document.record_map import RecordMap
-from vomstudio.document.records import Matrix, Model, Typed, get_feature
+from vomstudio.document.records import Matrix, Model, Record, Typed, get_feature
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line, parse_line
@@ -31,6 +31,7 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.rendering.view.first_view import first_view
+from vomstudio.signals import once_told
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.studio import Studio
@@ -53,6 +54,8 @@ class ViewPanel(QWidget):
         self._look = look
         self._direction = Line(0.0, 0.0)
         self._axis_kept: FoldAxis | str | None = None
+        self._beds: tuple[str, ...] = ()
+        self._poor = 0
         self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
         self.now = QLabel("–")
         font = self.now.font()
@@ -103,9 +106,9 @@ class ViewPanel(QWidget):
         layout.addWidget(self.only_selected)
         layout.addWidget(self._verdict)
         layout.addStretch()
-        for signal in (studio.project_opened, studio.edited):
-            signal.connect(self._forget_axis)
-            signal.connect(self.refresh)
+        studio.project_opened.connect(self._forget_axis)
+        studio.project_opened.connect(self.refresh)
+        studio.edited.connect(self._edited)
         studio.selection_changed.connect(self._selected)
 
     def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
@@ -202,7 +205,7 @@ class ViewPanel(QWidget):
                 "verdict: {verdict}, valid: {valid}.",
                 "Along the fold axis (beta) {line} of {count} bedding planes, 95 %: {error}; "
                 "verdict: {verdict}, valid: {valid}.",
-                len(self.bedding()),
+                len(self._beds),
                 line=format_line(axis.beta, 0),
                 error=degrees(axis.max_confidence95_deg),
                 verdict=axis.verdict,
@@ -248,20 +251,23 @@ class ViewPanel(QWidget):
 
     def bedding(self) -> list[str]:
         """Ids of the bedding planes for the fold axis: feature types are never pooled silently."""
-        beds = self._studio.session.records.once(_beds)
+        beds = [t.id for t in self._studio.session.of(Typed) if _is_bed(t)]
         if not self.only_selected.isChecked():
-            return list(beds)
+            return beds
         chosen = set(self._studio.selection.ids)
         return [id_ for id_ in beds if id_ in chosen]
 
     def _axis(self) -> FoldAxis | str:
         """The fold axis of the bedding, or why there is none."""
         if self._axis_kept is None:
+            self._beds = tuple(self.bedding())
             self._axis_kept = self._find_axis()
         return self._axis_kept
 
     def _find_axis(self) -> FoldAxis | str:
-        fits = [m.fit for m in self._studio.measured(self.bedding()).values() if m.fit is not None]
+        measured = self._studio.measured(self._beds).values()
+        self._poor = sum(m.verdict is not None and m.verdict.quality == "poor" for m in measured)
+        fits = [m.fit for m in measured if m.fit is not None]
         if len(fits) < 2:
             if self.only_selected.isChecked():
                 return tr(
@@ -281,6 +287,15 @@ class ViewPanel(QWidget):
         """Every refresh of the commands asks for the axis: it is kept until something changes."""
         self._axis_kept = None
 
+    def _edited(self, edit: Edit) -> None:
+        # Thousands of planes are asked for it: most edits are of other features.
+        touched = set(self._studio.affected(edit))
+        if not touched.isdisjoint(self._beds) or any(
+            _is_bed(self._studio.records.get(id_)) for id_ in touched
+        ):
+            self._forget_axis()
+        self.refresh()
+
     def _selected(self, *_: object) -> None:
         if self.only_selected.isChecked():
             self._forget_axis()
@@ -288,9 +303,7 @@ class ViewPanel(QWidget):
 
     def _poor_planes(self) -> tuple[str, ...]:
         """A warning where planes are poor: the scatter of planes ignores the error of each."""
-        measured = self._studio.measured(self.bedding()).values()
-        poor = sum(m.verdict is not None and m.verdict.quality == "poor" for m in measured)
-        if not poor:
+        if not self._poor:
             return ()
         return (
             tr_n(
@@ -298,12 +311,15 @@ class ViewPanel(QWidget):
                 "scatter alone and is too small.",
                 "{count} of these planes are poor: the error of the fold axis is computed from "
                 "scatter alone and is too small.",
-                poor,
+                self._poor,
             ),
         )
 
     def refresh(self, *_: object) -> None:
         """Show the fold axis with its verdict, and which directions there are now."""
+        once_told(self._show)
+
+    def _show(self) -> None:
         axis, plane = self._axis(), self._plane()
         _enable(self._buttons["beta"], None if isinstance(axis, FoldAxis) else axis)
         why = None if plane is not None else tr("Select a plane first.")
@@ -316,7 +332,7 @@ class ViewPanel(QWidget):
                 "{smallest}<br>Verdict: {verdict} (valid: {valid})",
                 "<b>Fold axis (beta) {line}</b> of {count} bedding planes, 95 %: {largest} × "
                 "{smallest}<br>Verdict: {verdict} (valid: {valid})",
-                len(self.bedding()),
+                len(self._beds),
                 line=format_line(axis.beta, 0),
                 largest=degrees(axis.max_confidence95_deg),
                 smallest=degrees(axis.min_confidence95_deg),
@@ -334,6 +350,6 @@ def _enable(button: QPushButton, why_not: str | None) -> None:
     button.setToolTip("" if why_not is None else tr("Not now: {reason}", reason=why_not))
 
 
-def _beds(records: RecordMap) -> list[str]:
-    """Ids of the picked planes of the type bedding."""
-    return [t.id for t in records.of(Typed) if t.type_id == "bedding" and is_picked_plane(t)]
+def _is_bed(record: Record | None) -> bool:
+    """A picked plane of the type bedding."""
+    return isinstance(record, Typed) and record.type_id == "bedding" and is_picked_plane(record)
