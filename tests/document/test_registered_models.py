@@ -11,6 +11,7 @@ from scipy.stats import chi2
 
 from vomstudio.document import codec, edits
 from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import (
     Frame,
@@ -38,7 +39,7 @@ def trace_of(dip_deg: float) -> Trace:
     return Trace("t1", "t", "bedding", "m1", "hash", vertices, resolution=0.001, rule=1)
 
 
-def measured(placement: Registration | Frame, dip_deg: float = 30.0):  # noqa: ANN201
+def measured(placement: Registration | Frame, dip_deg: float = 30.0) -> Measurement:
     model = Model("m1", "m", "m.ply", "mesh", "hash", placement)
     (found,) = measure_all({"m1": model, "t1": trace_of(dip_deg)}, [trace_of(dip_deg)])
     return found

@@ -200,7 +200,13 @@ class ToWorld:
         """95 % half-angle by which the registration can tilt a normal or line (3,) in World."""
         if self.rotation is None or direction is None:
             return None
-        return float(errors_95_deg(self.rotation, np.asarray(direction, np.float64)[None])[0])
+        return self.tilts_deg(np.asarray(direction, np.float64)[None])[0]
+
+    def tilts_deg(self, directions: Floats) -> list[float]:
+        """The same of directions (n, 3); 0 where nothing is known of the rotation."""
+        if self.rotation is None:
+            return [0.0] * len(directions)
+        return [float(angle) for angle in errors_95_deg(self.rotation, directions)]
 
 
 def rows_of(model: Model | None) -> Floats:

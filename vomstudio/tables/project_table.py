@@ -9,7 +9,8 @@ from pathlib import Path
 
 from vomstudio.document.catalogue import IN_WORLD, NO_MODEL
 from vomstudio.document.figures import Subject
-from vomstudio.document.kinds import Kind, kind_of
+from vomstudio.document.kind import Kind
+from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.reading_comparison import nearest_picks
 from vomstudio.document.records import Feature, Model, OnAModel, Record, get, limits_of

@@ -79,11 +79,11 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
     planes = iter(Plane.from_normals([fit.normal for fit, _ in fits if fit is not None]))
     frames = [to_world[id(model)] for model in models]
     faces = _faces(traces, frames)
+    tilts = _tilts([fit for fit, _ in fits], frames)
     result = []
-    each = zip(traces, frames, faces, points, fits, strict=True)
-    for trace, frame, face, own, (fit, problem) in each:
+    each = zip(traces, frames, faces, points, fits, tilts, strict=True)
+    for trace, frame, face, own, (fit, problem), tilt in each:
         resolution = None if trace.resolution is None else trace.resolution * frame.scale
-        tilt = None if fit is None else frame.tilt_deg(fit.normal)
         verdict = (
             None
             if fit is None
@@ -130,6 +130,20 @@ def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[Floats | 
         for i, face in zip(rows, turned, strict=True):
             faces[i] = face
     return faces
+
+
+def _tilts(fits: Sequence[PlaneFit | None], frames: Sequence[ToWorld]) -> list[float | None]:
+    """By how much the registration can tilt each plane, 95 %, degrees."""
+    tilts: list[float | None] = [None] * len(fits)
+    own: dict[int, list[int]] = {}
+    for i, (fit, frame) in enumerate(zip(fits, frames, strict=True)):
+        if fit is not None and frame.rotation is not None:
+            own.setdefault(id(frame), []).append(i)
+    for rows in own.values():
+        normals = np.array([fit.normal for i in rows if (fit := fits[i]) is not None])
+        for i, tilt in zip(rows, frames[rows[0]].tilts_deg(normals), strict=True):
+            tilts[i] = tilt
+    return tilts
 
 
 def _fits(
