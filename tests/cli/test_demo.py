@@ -130,7 +130,6 @@ def test_a_model_of_some_photos_is_held_against_the_outcrop(
     assert len(planes) > 5
     assert np.median([check["error"] for check in planes]) < 3.0
     assert "of the sample's photos is" in made["notes"][0]
-    print({name: check["error"] for name, check in found.items()}, made["seconds"])
 
 
 def test_it_runs_again_in_its_own_folder_and_refuses_any_other(
