@@ -92,6 +92,8 @@ CASES = (
     Case("fit-regression", "fit {resources}/outcrop/picks.csv --by trace --method regression"),
     Case("fit-together", "fit {resources}/outcrop/picks.csv"),
     Case("fit-some-skipped", "fit {work}/short.csv --by part"),
+    Case("register", "register - --pairs {work}/pairs.csv"),
+    Case("register-refused", "register - --pairs {work}/three.csv", code=2),
     Case("fit-refused", "fit {work}/broken.csv", code=2),
     Case("stats-sets", "stats {work}/planes.csv --set kind", after=("fit-by",)),
     Case("stats-project", "stats {work}/project.csv --set set", after=("export-csv",)),
@@ -193,6 +195,10 @@ def prepare(folder: Path) -> dict[str, str]:
         "x,y,z,part\n" + "".join(f"{x},{y},{0.3 * x + 0.1 * y * y},a\n" for x in range(4)
                                  for y in range(3)) + "0,0,0,b\n1,1,1,b\n"
     )  # fmt: skip
+    (work / "pairs.csv").write_text(
+        "label,model_x,model_y,model_z,x,y,z,use\nA,0,0,0,100,200,50,\nB,9,0,0,100.01,218,50,\n"
+        "C,0,8,1,84,200.02,52,\nD,3,2,7,96,206,64.02,\nE,5,6,0.5,88,210,51.01,check\n"
+    )
     (work / "azimuths.csv").write_text("azimuth,dip\n10,20\n30,40\n50,60\n")
     (work / "lines.csv").write_text(
         "name,trend,plunge\nL1,10,20\nL2,15,-12\nL3,22,18\nL4,355,25\nL5,12,8\n"

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.cli.conftest import Run
+from tests.specimens import figures
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model
@@ -414,3 +415,42 @@ def wall(step: float) -> str:
             a = j * n + i + 1
             lines += [f"f {a} {a + 1} {a + n + 1}", f"f {a} {a + n + 1} {a + n}"]
     return "\n".join(lines) + "\n"
+
+
+def test_a_model_is_placed_by_points_and_what_was_measured_moves_with_it(
+    run: Run, tmp_path: Path
+) -> None:
+    """A quarter about the vertical turns every dip direction by 90 degrees; undoing it turns them
+    back."""
+    folder = figures.copy_of("schema4", tmp_path)
+    before = {r["id"]: r for r in run("project", folder, "fit", "--json").json["planes"]}
+    model = np.array([[0, 0, 0], [9, 0, 0], [0, 8, 1], [3, 2, 7], [5, 6, 0.5]], float)
+    # The model of the specimen was turned by a quarter already: this is another one.
+    there = model * [-1.0, -1.0, 1.0] + [700.0, 800.0, 90.0]
+    rows = [
+        ",".join(map(str, (f"P{i}", *a, *b)))
+        for i, (a, b) in enumerate(zip(model, there, strict=True))
+    ]
+    table = tmp_path / "pairs.csv"
+    table.write_text("\n".join(["label,model_x,model_y,model_z,x,y,z", *rows]))
+    ran = run(
+        "project", folder, "register", table, "--model", "face", "--crs", "EPSG:32633", "--json"
+    )
+    assert ran.code == 0, ran.err
+    assert ran.json["turned_deg"] == pytest.approx(90.0)
+    after = {r["id"]: r for r in run("project", folder, "fit", "--json").json["planes"]}
+    assert before.keys() == after.keys()
+    turned = 0
+    for id_, row in after.items():
+        was = before[id_]
+        if row["model"] != "face" or row["undefined"]:
+            continue
+        turned += 1
+        change = (row["dip_direction_deg"] - was["dip_direction_deg"]) % 360.0
+        assert change == pytest.approx(270.0, abs=1e-6)
+        assert row["dip_deg"] == pytest.approx(was["dip_deg"], abs=1e-6)
+        assert row["registration_error_deg"] == pytest.approx(0.0, abs=1e-9)
+    assert turned > 3
+    run("project", folder, "undo")
+    back = {r["id"]: r for r in run("project", folder, "fit", "--json").json["planes"]}
+    assert back == before

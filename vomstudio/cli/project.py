@@ -47,6 +47,18 @@ def add_parser(subparsers: Subparsers) -> None:
     model.add_argument(
         "--unit", choices=sorted(METRES), default=None, help=tr("the unit of FILE's coordinates")
     )
+    register = add("register", _register, tr("Place a model by points that were found on it"))
+    register.add_argument(
+        "pairs",
+        metavar="PAIRS",
+        help=tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]"),
+    )
+    register.add_argument(
+        "--model", default=None, help=tr("name or id of the model (default: the only one)")
+    )
+    register.add_argument(
+        "--crs", metavar="EPSG", default=None, help=tr("the projected CRS of x, y, z")
+    )
     picks = add("add-picks", _add_picks, tr("Add traces: points in World along beds or fractures"))
     picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
     picks.add_argument(
@@ -152,6 +164,22 @@ def _add_model(args: argparse.Namespace, out: Output) -> None:
     out.warn(added.warnings)
     what = {"model": added.model.id, "added": added.new, "warnings": list(added.warnings)}
     _report(args, out, what, f"{added.model.name}: {added.model.frame.name()}")
+
+
+def _register(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.cli.register import in_words
+    from vomstudio.io.control.observation_tables import read_pairs
+    from vomstudio.io.gis.crs import metric_crs
+
+    pairs = read_pairs(args.pairs)
+    crs = None if args.crs is None else metric_crs(args.crs, "--crs")
+    with _changing(args, out) as desk:
+        model = desk.find_model(args.model)
+        placed, turned = desk.register(model, pairs, crs)
+    out.warn(placed.warnings)
+    what = {"model": model.id, "turned_deg": turned, **placed.as_dict()}
+    said = tr("{model} was placed; it turned by {turn:.2f} degrees.", model=model.name, turn=turned)
+    _report(args, out, what, f"{in_words(placed)}\n{said}")
 
 
 def _add_picks(args: argparse.Namespace, out: Output) -> None:

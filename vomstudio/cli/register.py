@@ -76,16 +76,9 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.files.atomic import check_target
-    from vomstudio.io.gis.crs import parse_crs
+    from vomstudio.io.gis.crs import metric_crs
 
-    crs = None
-    if args.crs is not None:
-        crs, unit = parse_crs(args.crs)
-        if unit != 1.0:
-            raise UsageError(
-                tr("The coordinate reference system is not in metres. Choose one that is."),
-                field="--crs",
-            )
+    crs = None if args.crs is None else metric_crs(args.crs, "--crs")
     loaded = None
     if args.model != "-":
         from vomstudio.io.models.opening import read_model

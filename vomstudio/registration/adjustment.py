@@ -19,6 +19,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.registration.observations import Observed, Points, Rows
 from vomstudio.registration.similarity import Similarity, fit_similarity, nearly_on_a_line
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -89,7 +90,9 @@ def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
     Raises GeometryError where nothing at all is given.
     """
     if not any(len(kind.labels) for kind in kinds):
-        raise GeometryError("There is nothing to register the model by. Give points or directions.")
+        raise GeometryError(
+            tr("There is nothing to register the model by. Give points or directions.")
+        )
     offset = _offset(kinds)
     kinds = [
         replace(kind, world=kind.world - offset) if isinstance(kind, Points) else kind

@@ -19,6 +19,8 @@ from vomstudio.registration.observations import Observed, Points
 
 Array = npt.NDArray[np.float64]
 
+# Of the size of the model, or rad: closer than this is rounding.
+_ROUNDING = 1e-9
 # Of the whole set of a right registration one in a thousand is accused.
 _BY_CHANCE = 0.001
 
@@ -93,6 +95,8 @@ def _worst(kinds: Sequence[Observed], found: Adjusted) -> tuple[int, int, Blunde
                 # Nothing else says where it should be.
                 continue
             deleted = np.linalg.solve(left, misses[which])
+            if np.linalg.norm(deleted * sigma[which]) < _ROUNDING * max(found.size, 1.0):
+                continue
             statistic = float(misses[which] @ deleted)
             if stated[which].all():
                 chance = float(chi2.sf(statistic, width))

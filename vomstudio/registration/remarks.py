@@ -59,8 +59,8 @@ def said_of_points(
     if len(control) < 4:
         said.append(
             tr_n(
-                "{count} control point leaves nothing over to find a mistake with. Use 4 or more.",
-                "{count} control points leave nothing over to find a mistake with. Use 4 or more.",
+                "By {count} control point no mistake can be found. Use 4 or more.",
+                "By {count} control points no mistake can be found. Use 4 or more.",
                 len(control),
             )
         )

@@ -25,15 +25,19 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.places import why_not_at
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.geometry.surface import Surface
+from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.io.models import model_cache
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.project.folder import Project
 from vomstudio.io.settings import Settings
 from vomstudio.progress import Progress, Silent
+from vomstudio.registration.evidence import Evidence, register
+from vomstudio.registration.results import Placed
 from vomstudio.tools.local_surface import around, measured_anew, of_earlier_rules
 from vomstudio.words import tr
 from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 from vomstudio.workspace.models import name_of, new_model
+from vomstudio.workspace.registering import registration_of, turned_deg
 
 Array = npt.NDArray[np.float64]
 Named = TypeVar("Named", Model, FeatureType)
@@ -216,6 +220,18 @@ class HeadlessProject:
         off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
         # The farthest says it for all; what is no number counts as the farthest.
         return why_not_at(points[int(np.argmax(off))], bounds)
+
+    def register(self, model: Model, pairs: Pairs, crs: str | None) -> tuple[Placed, float]:
+        """Place a model by points on it; what was measured on it moves with it.
+
+        crs : of the pairs, "EPSG:n" in metres; None for a local frame
+        Returns the placement, and by how many degrees the model turned. Raises GeometryError.
+        """
+        placed = register(Evidence(pairs=pairs))
+        record = registration_of(placed, pairs, model, crs)
+        self.session.apply(edits.set_registration(self.session.records, record, [model.id]))
+        after = get(self.session.records, model.id, Model)
+        return placed, 0.0 if after is None else turned_deg(model, after)
 
     def judge_by(self, profile: str) -> None:
         """Judge all features by a profile that every project has, "error" or "textbook".

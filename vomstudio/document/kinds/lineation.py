@@ -198,8 +198,8 @@ KIND = Kind(
     icon="arrow-top-right",
     measure=measure,
     figures=(
-        *of.NAMED, *of.LINE, *SLIP, *of.PLACE, *of.SIZE, *of.CONFIDENCE, *of.VERDICT, of.METHOD,
-        *of.ON_A_MODEL, of.NOTES,
+        *of.NAMED, *of.LINE, *SLIP, *of.PLACE, *of.SIZE, *of.CONFIDENCE,
+        of.REGISTRATION_ERROR, *of.VERDICT, of.METHOD, *of.ON_A_MODEL, of.NOTES,
     ),
     attributes=(
         kind.NAME, kind.TYPE, kind.SET,

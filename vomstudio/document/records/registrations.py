@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Literal
 
 from vomstudio.document.records.basics import IDENTITY, Matrix, Point
 from vomstudio.document.records.frames import UNDECLARED, Frame
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,8 @@ class Registration:
 
     def rotation_covariance(self) -> npt.NDArray[np.float64] | None:
         """(3, 3) radians squared, of turns about east, north and up; None where not known."""
+        import numpy as np
+
         if self.covariance is not None:
             return np.array(self.covariance, np.float64)[:3, :3]
         if self.rotation_error_deg is None:

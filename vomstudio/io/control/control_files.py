@@ -57,16 +57,12 @@ def find_control(photos: Path) -> tuple[Path, Path] | None:
 def agreed_crs(control: Path, crs: str | None) -> str | None:
     """The CRS of a model placed by this file: the one asked for, which must be that of the file
     where it states one, or else the file's; None for a local frame. Raises UsageError."""
-    from vomstudio.io.gis.crs import parse_crs
+    from vomstudio.io.gis.crs import metric_crs
 
     stated = crs_of(control)
     if crs is None:
         return stated
-    code, unit = parse_crs(crs)
-    if unit != 1.0:
-        raise UsageError(
-            tr("The coordinate reference system is not in metres. Choose one that is."), field="CRS"
-        )
+    code = metric_crs(crs, "CRS")
     if stated not in (None, code):
         raise UsageError(
             tr(

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
 
-from vomstudio.errors import InputError
+from vomstudio.errors import InputError, UsageError
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.text.encodings import text_of
 from vomstudio.words import tr
@@ -110,6 +110,17 @@ def utm_zone(longitude_deg: float, latitude_deg: float) -> str:
     """ "EPSG:n" of the UTM zone (WGS 84) of a place."""
     zone = min(int((longitude_deg + 180) // 6) + 1, 60)
     return f"EPSG:{(32600 if latitude_deg >= 0 else 32700) + zone}"
+
+
+def metric_crs(text: str, field: str) -> str:
+    """ "EPSG:n" or WKT of a projected CRS in metres; field: what errors call it. Raises InputError
+    for one that is not known, UsageError for one in another unit."""
+    code, unit = parse_crs(text)
+    if unit != 1.0:
+        raise UsageError(
+            tr("The coordinate reference system is not in metres. Choose one that is."), field=field
+        )
+    return code
 
 
 def from_degrees(

@@ -245,10 +245,8 @@ def lines_in_words(lines: Sequence[int], limit: int = 8) -> str:
 
 
 def read_table(path: str | Path, *, named: bool = False) -> TextTable:
-    """Read a text table of any of the usual kinds.
+    """Read a text table of any of the usual kinds; named: rows have labels, as in `read_rows`.
 
-    named : rows have words among their numbers, such as labels, so that words in the first row do
-        not make it a header
     Raises `InputError` (file, line) for what is missing, empty, not text, or not a table.
     """
     path = Path(path)

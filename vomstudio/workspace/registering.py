@@ -1,0 +1,86 @@
+"""A model of the project placed by points that were found on it, as one edit that can be undone."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from vomstudio.document.edits import new_id
+from vomstudio.document.records import Frame, Model, Registration, RegistrationPoint
+from vomstudio.document.records.basics import Matrix, Point
+from vomstudio.geometry import transform
+from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.registration.results import Placed, PointResidual
+from vomstudio.words import tr
+
+
+def registration_of(placed: Placed, pairs: Pairs, model: Model, crs: str | None) -> Registration:
+    """The record of a placement by pairs, in `crs` or in a local frame with metres and north.
+
+    A model that was placed by points before keeps its registration, with other figures.
+    """
+    before = model.registration
+    id_ = before.id if before is not None and before.method == "points" else new_id("registration")
+    error = placed.rotation_error_deg
+    known = None
+    if (
+        error.about_up is not None
+        and error.about_east is not None
+        and error.about_north is not None
+    ):
+        known = (error.about_up, error.about_east, error.about_north)
+    return Registration(
+        id_,
+        tr("points on {model}", model=model.name),
+        "points",
+        Frame("crs", crs=crs) if crs is not None else Frame("local"),
+        _matrix(placed),
+        rotation_error_deg=known,
+        scale_error=float(np.sqrt(placed.covariance[3][3])),
+        rms_control_m=placed.rms_control_m,
+        rms_check_m=placed.rms_check_m,
+        control=_points(placed, pairs),
+        covariance=placed.covariance,
+        centre=placed.centre,
+    )
+
+
+def turned_deg(before: Model, after: Model) -> float:
+    """By how much a model, and all that was measured on it, turned between two placements."""
+    first, second = (transform.matrix(m.to_world) for m in (before, after))
+    between = (second[:3, :3] / transform.scale_of(second)) @ (
+        first[:3, :3] / transform.scale_of(first)
+    ).T
+    return float(np.degrees(Rotation.from_matrix(between).magnitude()))
+
+
+def _matrix(placed: Placed) -> Matrix:
+    rows = [(row[0], row[1], row[2], row[3]) for row in placed.matrix]
+    return (rows[0], rows[1], rows[2], rows[3])
+
+
+def _points(placed: Placed, pairs: Pairs) -> tuple[RegistrationPoint, ...]:
+    """In the order of the table."""
+    residuals: dict[str, PointResidual] = {
+        point.label: point for point in (*placed.control, *placed.check)
+    }
+    found = []
+    for row, label in enumerate(pairs.labels):
+        left = residuals[label]
+        sigma = pairs.sigma[row]
+        found.append(
+            RegistrationPoint(
+                label,
+                _point(pairs.model[row]),
+                _point(pairs.world[row]),
+                (left.dx, left.dy, left.dz),
+                _point(sigma) if np.isfinite(sigma).all() else None,
+                bool(pairs.check[row]),
+            )
+        )
+    return tuple(found)
+
+
+def _point(row: np.ndarray) -> Point:
+    x, y, z = (float(v) for v in row)
+    return (x, y, z)
