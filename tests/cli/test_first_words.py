@@ -57,7 +57,7 @@ def test_a_misspelt_command_is_answered_with_the_nearest(
     assert done.out == ""
 
 
-@pytest.mark.parametrize("words", [["register"], ["wxyz", "--json"], ["wxyz", "cliff.obj"]])
+@pytest.mark.parametrize("words", [["dance"], ["wxyz", "--json"], ["wxyz", "cliff.obj"]])
 def test_an_unknown_word_is_answered_with_the_list(here: Path, run: Any, words: list[str]) -> None:
     done = run(*words)
     assert done.code == 2

@@ -37,7 +37,8 @@ def register(
     ``control`` and ``check`` (``label``, ``dx``, ``dy``, ``dz``: fitted less given, ``error_m``),
     ``rms_control_m``, ``rms_check_m``, ``rotation_error_deg`` (one sigma ``about_up``,
     ``about_east``, ``about_north``), ``rotation_error_95_deg`` (the same three and the ``weakest``
-    axis), ``scale_error_95``, ``known`` and ``warnings``. Called with (n, 3)
+    axis), ``scale_error_95``, ``worth_adding`` (where one more point would help most), ``known``,
+    ``blunders`` (points too far off to be chance) and ``warnings``. Called with (n, 3)
     model points it gives them in World.
 
     Raises
@@ -45,7 +46,8 @@ def register(
     vs.errors.InputError for arrays of other shapes, or points that are no pairs;
     vs.errors.GeometryError for fewer than three control points, or control points on one line.
 
-    Source: Umeyama (1991), IEEE PAMI 13, 376; covariance of linear least squares.
+    Source: Umeyama (1991), IEEE PAMI 13, 376; covariance of linear least squares; variances of
+    groups by Rao's MINQUE; wrong points by deletion residuals (Cook & Weisberg 1982).
 
     Examples
     --------

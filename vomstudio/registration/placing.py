@@ -145,8 +145,8 @@ def _known(found: Adjusted) -> Known:
     north = held(2) or found.information[2, 2] > 1.0 / _UNKNOWN_RAD**2
     return Known(
         north=bool(north and sigma[2] < _UNKNOWN_RAD),
-        vertical=held(0, 1) and float(max(sigma[:2])) < _UNKNOWN_RAD,
-        scale=held(3) and float(sigma[3]) < _UNKNOWN_SCALE,
+        vertical=held(0, 1) and bool(max(sigma[:2]) < _UNKNOWN_RAD),
+        scale=held(3) and bool(sigma[3] < _UNKNOWN_SCALE),
         position=held(4, 5, 6),
     )
 

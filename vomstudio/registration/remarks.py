@@ -67,8 +67,8 @@ def said_of_points(
     if not check:
         said.append(
             tr(
-                "No check points judge the model independently of the points that placed it. Tick "
-                "some as check points."
+                "There are no check points that judge the model independently of the points that "
+                "placed it. Leave some out as check points."
             )
         )
     return said
