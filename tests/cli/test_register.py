@@ -379,6 +379,37 @@ def test_marks_in_photos_place_the_control_points(run, write: Write, stations) -
                write("\n".join(marks), "marks.csv"), "--json").json  # fmt: skip
     assert off_deg(told) < 1e-3
     assert told["scale"] == pytest.approx(SCALE, rel=1e-5)
+    assert [p["pixels"] for p in told["control"]] == pytest.approx([0.0] * 8, abs=0.01)
+
+
+def test_residuals_of_marks_are_told_in_pixels(run, write: Write, stations) -> None:
+    """A check point that is given 0.1 m too far along the image plane of a camera 35 m away is seen
+    0.1 / distance x focal length beside its marks."""
+    model, _, views = stations
+    there = world(CORNERS)
+    view = views[0]
+    across = view.rotation[0] @ TURN.T
+    there[7] += 0.1 * across
+    rows = [
+        f"P{i},{x},{y},{z},{'check' if i == 7 else 'control'}" for i, (x, y, z) in enumerate(there)
+    ]
+    control = write("\n".join(["label,x,y,z,use", *rows]), "control.csv")
+    marks = ["label,photo,x,y"]
+    for number, corner in enumerate(CORNERS):
+        for each in views[:2]:
+            x, y = each.project(corner)[0]
+            marks.append(f"P{number},{each.name},{x},{y}")
+    told = run("register", model, "--gcp", control, "--marks",
+               write("\n".join(marks), "marks.csv"), "--json").json  # fmt: skip
+    (point,) = told["check"]
+    depth = SCALE * float(view.depths(CORNERS[7:])[0])
+    other = views[1]
+    seen_by_other = 3200.0 * 0.1 * float(across @ (other.rotation[0] @ TURN.T))
+    wanted = np.sqrt(
+        ((3200.0 * 0.1 / depth) ** 2 + (seen_by_other / (SCALE * other.depths(CORNERS[7:])[0])) ** 2)
+        / 2
+    )
+    assert point["pixels"] == pytest.approx(wanted, rel=0.05)
 
 
 # --- bad input ------------------------------------------------------------------------------------

@@ -241,7 +241,8 @@ def _marked(
     points = read_control(control)
     crs = agreed_crs(control, crs)
     marks = read_marks(args.marks or marks_beside(control))
-    places = marked_places(evidence, [(m.label, m.photo, m.x, m.y) for m in marks])
+    evidence.marks = [(m.label, m.photo, m.x, m.y) for m in marks]
+    places = marked_places(evidence, evidence.marks)
     seen = [p for p in points if p.label in places]
     sigma = [[p.sigma_m or math.nan] * 3 for p in seen]
     found = Pairs(

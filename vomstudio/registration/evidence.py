@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.geometry import transform
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.places import why_no_coordinate
 from vomstudio.geometry.triangulation import triangulate
@@ -31,12 +32,13 @@ from vomstudio.registration.observations import (
     Points,
 )
 from vomstudio.registration.placing import place, with_warnings
-from vomstudio.registration.results import Placed
+from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Segment = tuple[tuple[float, float, float], tuple[float, float, float], float]
+Marked = tuple[str, str, float, float]
 
 _MAGNETIC_DEG = 10.0
 """One sigma of magnetic north until it has been checked: steel, rocks, declination of the day."""
@@ -61,6 +63,8 @@ class Evidence:
     """Two ends on the model, and the metres between them."""
     azimuths: Sequence[Segment] = ()
     """From one point on the model to another, and the azimuth of that line, degrees."""
+    marks: Sequence[Marked] = ()
+    """Of control points in photos: label, photo, x, y."""
     to_grid: Callable[[float, float], tuple[float, float] | None] | None = None
     """From longitude and latitude to the CRS of the model, where positions are in degrees."""
 
@@ -93,7 +97,31 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     placed = place(kinds, check, extent)
     if evidence.positions is not None and len(kinds) == 1:
         _refuse_unsure(placed)
-    return with_warnings(placed, said)
+    return with_warnings(_with_pixels(placed, evidence), said)
+
+
+def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
+    """With how far from its marks each control point is seen, in pixels (RMS)."""
+    if not evidence.marks or evidence.pairs is None:
+        return placed
+    places = transform.apply(transform.invert(placed.matrix), evidence.pairs.world)
+    known = dict(zip(evidence.pairs.labels, places, strict=True))
+    squares: dict[str, list[float]] = {}
+    for label, photo, x, y in evidence.marks:
+        view = _view(evidence, photo, "--marks")
+        if view is not None and label in known:
+            miss = view.project(known[label])[0] - [x, y]
+            squares.setdefault(label, []).append(float(miss @ miss))
+
+    def told(points: Sequence[PointResidual]) -> tuple[PointResidual, ...]:
+        return tuple(
+            replace(p, pixels=float(np.sqrt(np.mean(squares[p.label]))))
+            if p.label in squares and np.isfinite(squares[p.label]).all()
+            else p
+            for p in points
+        )
+
+    return replace(placed, control=told(placed.control), check=told(placed.check))
 
 
 # --- points and lengths -----------------------------------------------------------------------
@@ -306,9 +334,7 @@ def _refuse_unsure(placed: Placed) -> None:
         )
 
 
-def marked_places(
-    evidence: Evidence, marks: Sequence[tuple[str, str, float, float]]
-) -> dict[str, Array]:
+def marked_places(evidence: Evidence, marks: Sequence[Marked]) -> dict[str, Array]:
     """(3,) on the model of every label that is marked in two photos of it or more.
 
     marks : label, photo, x, y. Raises UsageError where no cameras are known.

@@ -16,8 +16,8 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PointResidual:
-    """dx, dy, dz, error_m : fitted less given, World, and its length; pixels : None, since no marks
-    in photos take part"""
+    """dx, dy, dz, error_m : fitted less given, World, and its length; pixels : how far from its
+    marks in photos it is seen (RMS), None without marks"""
 
     label: str
     dx: float
