@@ -406,7 +406,10 @@ def test_residuals_of_marks_are_told_in_pixels(run, write: Write, stations) -> N
     other = views[1]
     seen_by_other = 3200.0 * 0.1 * float(across @ (other.rotation[0] @ TURN.T))
     wanted = np.sqrt(
-        ((3200.0 * 0.1 / depth) ** 2 + (seen_by_other / (SCALE * other.depths(CORNERS[7:])[0])) ** 2)
+        (
+            (3200.0 * 0.1 / depth) ** 2
+            + (seen_by_other / (SCALE * other.depths(CORNERS[7:])[0])) ** 2
+        )
         / 2
     )
     assert point["pixels"] == pytest.approx(wanted, rel=0.05)
