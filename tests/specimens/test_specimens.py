@@ -97,6 +97,9 @@ def is_said_better(key: str, was: Any, now: Any) -> bool:
         told = ("# units:", "# profile:")
         same = [line for line in was if not line.startswith(told)]
         return same == [line for line in now if not line.startswith(told)]
+    if key == "registration_error_deg":
+        # The column was there and stood empty, whatever was known of the model's registration.
+        return was in (None, "") and (now == was or float(now) >= 0.0)
     return False
 
 
