@@ -307,6 +307,8 @@ def _written(
 
 def in_words(found: Placed) -> str:
     """Two tables and sentences."""
+    from vomstudio.registration.remarks import said_of_worst
+
     blocks = []
     for title, points in ((tr("control"), found.control), (tr("check"), found.check)):
         if points:
@@ -316,28 +318,4 @@ def in_words(found: Placed) -> str:
             ]
             heads = [tr("use"), tr("label"), "dx", "dy", "dz", tr("error")]
             blocks.append(text_tables.table(heads, ["", "", "m", "m", "m", "m"], rows))
-    worst = found.rotation_error_95_deg.weakest
-    if worst.error_deg is not None:
-        blocks.append(
-            tr(
-                "This model may be turned by {error:.2g} degrees (95 %) about the axis "
-                "{trend:03.0f}/{plunge:02.0f}: dips and dip directions by as much.",
-                error=worst.error_deg,
-                trend=worst.trend_deg,
-                plunge=worst.plunge_deg,
-            )
-        )
-    adding = found.worth_adding
-    if adding is not None:
-        blocks.append(
-            tr(
-                "One more control point near {x:.1f}, {y:.1f}, {z:.1f} would lessen this from "
-                "{before:.2g} to {after:.2g} degrees.",
-                x=adding.x,
-                y=adding.y,
-                z=adding.z,
-                before=adding.error_before_deg,
-                after=adding.error_after_deg,
-            )
-        )
-    return "\n".join(blocks)
+    return "\n".join([*blocks, *said_of_worst(found)])

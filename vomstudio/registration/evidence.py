@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +21,7 @@ from vomstudio.io.control.observation_tables import (
     Positions,
     ScaleBar,
 )
+from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.registration.observations import (
     Attitudes,
     Azimuths,
@@ -217,14 +217,9 @@ def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
             ),
             field=field_,
         )
-    if photo in views:
-        return views[photo]
-    name = Path(photo.replace("\\", "/")).name.casefold()
-    for known, view in views.items():
-        last = Path(known).name.casefold()
-        if name in (last, Path(last).stem):
-            return view
-    return None
+    names = list(views)
+    number = photo_finder(names)(photo.replace("\\", "/"))
+    return None if number is None else views[names[number]]
 
 
 def _found(

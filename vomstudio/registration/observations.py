@@ -16,12 +16,10 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.registration.scatter import FEWEST_FOR_HEIGHTS, FEWEST_PER_AXIS
 from vomstudio.registration.similarity import Similarity, jacobians
 
 Array = npt.NDArray[np.float64]
-
-FEWEST_FOR_HEIGHTS = 5
-FEWEST_PER_AXIS = 12
 
 
 @dataclass(frozen=True, eq=False)

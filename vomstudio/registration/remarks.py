@@ -11,7 +11,8 @@ from vomstudio.errors import GeometryError
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import Blunder, chosen
 from vomstudio.registration.observations import Observed, Points
-from vomstudio.registration.results import Known, PointResidual, RotationError
+from vomstudio.registration.results import Known, Placed, PointResidual, RotationError
+from vomstudio.registration.scatter import scale_warning
 from vomstudio.registration.similarity import Similarity, fit_similarity
 from vomstudio.words import tr, tr_n
 
@@ -19,7 +20,6 @@ Array = npt.NDArray[np.float64]
 
 _Z95 = 1.959963984540054
 _WARN_DEG = 1.0
-_WARN_SCALE = 0.01
 
 
 def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
@@ -74,6 +74,34 @@ def said_of_points(
     return said
 
 
+def said_of_worst(placed: Placed) -> list[str]:
+    """How far the model may be turned, and where one more point would help most."""
+    said = []
+    worst, adding = placed.rotation_error_95_deg.weakest, placed.worth_adding
+    if worst.error_deg is not None:
+        said.append(
+            tr(
+                "The model may be turned by {error:.2g}° (95 %) about the axis "
+                "{trend:03.0f}/{plunge:02.0f}: dips and dip directions by as much.",
+                error=worst.error_deg,
+                trend=worst.trend_deg,
+                plunge=worst.plunge_deg,
+            )
+        )
+    if adding is not None:
+        said.append(
+            tr(
+                "One more control point near {x:.1f}, {y:.1f}, {z:.1f} would lessen that to "
+                "{after:.2g}°.",
+                x=adding.x,
+                y=adding.y,
+                z=adding.z,
+                after=adding.error_after_deg,
+            )
+        )
+    return said
+
+
 def said_of_errors(error: RotationError, scale95: float | None, known: Known) -> list[str]:
     said = []
     lacking = [
@@ -107,15 +135,8 @@ def said_of_errors(error: RotationError, scale95: float | None, known: Known) ->
                 tilt=float(np.hypot(east, north)),
             )
         )
-    if scale95 is not None and scale95 > _Z95 * _WARN_SCALE:
-        said.append(
-            tr(
-                "The scale is known only to {error:.1f} % (95 %): lengths, thicknesses and areas "
-                "can be wrong by as much. Place control points farther apart, or measure a scale "
-                "bar.",
-                error=100 * scale95,
-            )
-        )
+    if scale95 is not None and (scale := scale_warning(scale95 / _Z95)):
+        said.append(scale)
     return said
 
 

@@ -217,7 +217,8 @@ class RegisterDialog(QDialog):
 
 def _in_words(placed: Placed) -> str:
     """What a geologist must know of it."""
-    worst = placed.rotation_error_95_deg.weakest
+    from vomstudio.registration.remarks import said_of_worst
+
     said = []
     if placed.rms_control_m is not None:
         said.append(
@@ -228,27 +229,6 @@ def _in_words(placed: Placed) -> str:
         )
     if placed.rms_check_m is not None:
         said.append(tr("Check points: {check:.3f} m (RMS).", check=placed.rms_check_m))
-    if worst.error_deg is not None:
-        said.append(
-            tr(
-                "The model may be turned by {error:.2g}° (95 %) about the axis "
-                "{trend:03.0f}/{plunge:02.0f}: dips and dip directions by as much.",
-                error=worst.error_deg,
-                trend=worst.trend_deg,
-                plunge=worst.plunge_deg,
-            )
-        )
-    if placed.worth_adding is not None:
-        there = placed.worth_adding
-        said.append(
-            tr(
-                "One more control point near {x:.1f}, {y:.1f}, {z:.1f} would make that "
-                "{after:.2g}°.",
-                x=there.x,
-                y=there.y,
-                z=there.z,
-                after=there.error_after_deg,
-            )
-        )
+    said += said_of_worst(placed)
     # What is wrong with a point is read first.
     return "\n".join([*reversed(placed.warnings), " ".join(said)])
