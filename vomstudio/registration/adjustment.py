@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.registration.observations import Observed, Points, Rows
+from vomstudio.registration.scatter import expected_squares, least_variance
 from vomstudio.registration.similarity import Similarity, fit_similarity, nearly_on_a_line
 from vomstudio.words import tr
 
@@ -29,9 +30,6 @@ _STEPS = 60
 _SMALL = 1e-11
 # Of the information with its diagonal made 1: less is rounding.
 _NOTHING = 1e-9
-# An estimate may be negative by chance: by few points no coordinate is believed to be better by
-# more than this share of the variance.
-_LEAST_SHARE = 0.1
 _SURE = 0.99
 # What rows without a stated error are taken to be as good as, where nothing is left over to judge
 # them by: metres as a share of the model's size, radians.
@@ -368,15 +366,13 @@ def _spread(rows: Rows, moves: Array, misses: Array, inverse: Array) -> tuple[Ar
     shaky = np.zeros(len(inverse))
     variances = np.ones(len(parts))
     if parts and (free > 0.1).all():
-        system = np.array([[np.trace(a @ b) for b in own] for a in own])
-        system += np.diag([len(g) - 2.0 * np.trace(o) for g, o in zip(parts, own, strict=True)])
+        system = expected_squares(own, [len(g) for g in parts])
         squares = np.array([float((misses[g] ** 2).sum()) for g in parts])
         squares -= [float(np.trace(o @ fixed)) for o in own]
         variances = np.linalg.lstsq(system, squares, rcond=None)[0]
         for which in _same_group(rows, parts).values():
             pooled = max(float(squares[which].sum() / free[which].sum()), 0.0)
-            low = _LEAST_SHARE * pooled / np.maximum(free[which] / 10.0, 1.0)
-            variances[which] = np.maximum(variances[which], low)
+            variances[which] = np.maximum(variances[which], least_variance(pooled, free[which]))
     for g, o, v, f in zip(parts, own, variances, free, strict=True):
         share[g] = np.sqrt(v)
         part = v * (o @ inverse)

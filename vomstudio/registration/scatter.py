@@ -109,13 +109,28 @@ def _groups(n: int) -> Sequence[tuple[int, ...]]:
     return ((0, 1), (2,)) if n >= FEWEST_FOR_HEIGHTS else ((0, 1, 2),)
 
 
+def expected_squares(parts: Sequence[Array], counts: Sequence[int]) -> Array:
+    """(k, k) of which the product with the variances of k parts is the expectation of the squares
+    of their residuals.
+
+    parts : of each the covariance of the unknowns times the part's information, both by the weights
+        of the fit; counts : of its residuals
+    """
+    system = np.array([[np.trace(a @ b) for b in parts] for a in parts])
+    alone = [n - 2.0 * np.trace(a) for n, a in zip(counts, parts, strict=True)]
+    return np.asarray(system + np.diag(alone), np.float64)
+
+
+def least_variance(pooled: float, free: Array) -> Array:
+    """(k,) no estimate of few free residuals is believed to be smaller."""
+    return np.asarray(_LEAST_SHARE * pooled / np.maximum(free / 10.0, 1.0), np.float64)
+
+
 def _expected(groups: Sequence[tuple[int, ...]], n: int, inverse: Array, own: Array) -> Array:
     """(groups, groups) of which the product with the variances is the expectation of the squares of
     the residuals."""
-    parts = [own[list(g)].sum(axis=0) for g in groups]
-    system = np.array([[np.trace(inverse @ a @ inverse @ b) for b in parts] for a in parts])
-    alone = [n * len(g) - 2.0 * np.trace(inverse @ a) for g, a in zip(groups, parts, strict=True)]
-    return np.asarray(system + np.diag(alone), np.float64)
+    parts = [inverse @ own[list(g)].sum(axis=0) for g in groups]
+    return expected_squares(parts, [n * len(g) for g in groups])
 
 
 def _variances(
@@ -127,7 +142,7 @@ def _variances(
     free = np.array([n * len(g) - np.trace(inverse @ own[list(g)].sum(axis=0)) for g in groups])
     pooled = float(squares.sum()) / (3 * n - 7)
     found = np.linalg.solve(system, sums) if len(groups) > 1 else np.array([pooled])
-    found = np.maximum(found, _LEAST_SHARE * pooled / np.maximum(free / 10.0, 1.0))
+    found = np.maximum(found, least_variance(pooled, free))
     variances = np.empty(3)
     for group, value in zip(groups, found, strict=True):
         variances[list(group)] = value
