@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import atexit
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache, partial
 
 from PySide6.QtCore import QEventLoop, QMetaObject, QObject, Qt, QTimer, Signal
@@ -114,3 +114,45 @@ class QtOwner(QObject):
 
     def later(self, seconds: float, call: Call) -> Timer:
         return QtTimer(self, seconds, call)
+
+
+class Portions:
+    """Long work of the window's own thread, a portion of it between one event and the next, so that
+    the window answers meanwhile. A portion is what an iterator does for one of its items."""
+
+    def __init__(self, parent: QObject) -> None:
+        self._timer = QTimer(parent)
+        self._timer.timeout.connect(self._step)
+        self._work: Iterator[object] = iter(())
+
+    @property
+    def working(self) -> bool:
+        """Whether some of the work is left."""
+        return self._timer.isActive()
+
+    def begin(self, work: Iterator[object]) -> None:
+        """Do the first portion at once and the others by and by, in place of what was left of
+        earlier work."""
+        self._work = work
+        self._timer.start(0)
+        self._step()
+
+    def drop(self) -> None:
+        """Leave what is left undone: nobody wants it any more."""
+        self._timer.stop()
+        self._work = iter(())
+
+    def finish(self) -> None:
+        """Do what is left at once: something is wanted that needs all of it."""
+        while self.working:
+            self._step()
+
+    def _step(self) -> None:
+        try:
+            next(self._work)
+        except StopIteration:
+            self._timer.stop()
+        except BaseException:
+            # Told like any failure, and not once more at every event.
+            self._timer.stop()
+            raise
