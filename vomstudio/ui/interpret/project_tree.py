@@ -376,9 +376,11 @@ class ProjectTree(QWidget):
             return
         with QSignalBlocker(self.tree):
             if len(ids) < MANY:
-                self.tree.clearSelection()
-                for id_ in ids:
-                    if item := self._items.get(id_):
+                wanted = [item for id_ in ids if (item := self._items.get(id_))]
+                # Qt goes through all rows to clear a selection; most edits leave it as it is.
+                if self.tree.selectedItems() != wanted:
+                    self.tree.clearSelection()
+                    for item in wanted:
                         item.setSelected(True)
             else:
                 self.tree.selectionModel().select(
