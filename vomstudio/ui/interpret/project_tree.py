@@ -56,7 +56,7 @@ from vomstudio.ui.interpret.tree_view import (
 from vomstudio.words import tr
 
 # So many features are put into the tree between one event and the next.
-_PORTION = 250
+_PORTION = 500
 _OVERTURNED = "\N{CLOCKWISE TOP SEMICIRCLE ARROW}"
 
 

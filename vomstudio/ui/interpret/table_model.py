@@ -114,6 +114,12 @@ class OrientationModel(QAbstractTableModel):
         self._rows: list[Row] = []
         self._places: dict[str, int] = {}
 
+    def clear(self) -> None:
+        """No rows."""
+        self.beginResetModel()
+        self._rows, self._places = [], {}
+        self.endResetModel()
+
     def reset(self) -> None:
         """Read all rows anew."""
         self.beginResetModel()

@@ -36,6 +36,8 @@ from vomstudio.words import tr, tr_n
 
 # Column widths are taken from so many rows: all of a thousand would hold the window up.
 _MEASURED_ROWS = 50
+# More features than this are listed and measured for the columns' widths one after the other.
+_AT_ONCE = 200
 
 
 class TablePanel(QWidget):
@@ -126,10 +128,14 @@ class TablePanel(QWidget):
         self._portions.begin(self._fill())
 
     def _fill(self) -> Iterator[None]:
+        many = len(self._studio.session.features()) > _AT_ONCE
+        if many:
+            self.model.clear()
+            yield
         self.model.reset()
         self._counted()
         self._show_selection(self._studio.selection.ids)
-        if self.model.rowCount() > _MEASURED_ROWS:
+        if many:
             yield
         self._fit_columns()
 
