@@ -8,6 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.geology.common_turns import Turns
+
 Floats = NDArray[np.float64]
 
 
@@ -18,6 +20,7 @@ class OrientationRows(Protocol):
     ids, kinds, sets : (n,) words; kinds and sets are None where there is no such column
     convention : how the columns were understood, for people
     dropped : lines of the table without angles; warnings : sentences
+    turns : how the rows turn with the registrations of their models, None where nothing is said
     """
 
     @property
@@ -42,6 +45,8 @@ class OrientationRows(Protocol):
     def dropped(self) -> tuple[int, ...]: ...
     @property
     def warnings(self) -> tuple[str, ...]: ...
+    @property
+    def turns(self) -> Turns | None: ...
 
     def __len__(self) -> int: ...
 
