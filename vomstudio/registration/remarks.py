@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.geometry.bowing import Bowing
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import Blunder, chosen
 from vomstudio.registration.observations import Observed, Points
@@ -167,6 +168,26 @@ def said_of_blunders(
             turn=float(np.degrees(turned)),
         )
     ]  # fmt: skip
+
+
+def said_of_bowing(found: Bowing | None) -> list[str]:
+    """Whether the model is bent like a dome, in degrees of dip."""
+    if found is None or not found.significant:
+        return []
+    return [
+        tr(
+            "The model is bowed: by the residuals of {count} points its edges are {rise:.2g} m off "
+            "the plane through its middle, so that dips at an edge differ by {side:.1f}° ± "
+            "{error:.1f}° (95 %) from those in the middle, and by {across:.1f}° from those at the "
+            "opposite edge. A fold whose limbs differ by less may be the bowing. Calibrate the "
+            "lens, add oblique photos or control, and reconstruct again.",
+            count=found.n,
+            rise=found.rise_m,
+            side=found.side_deg,
+            error=found.side_error95_deg,
+            across=found.across_deg,
+        )
+    ]
 
 
 def said_of_mirrors(points: Points | None, fit: Similarity) -> list[str]:
