@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from vomstudio.geology.common_turns import Turns, together
 from vomstudio.geology.folds import fold_axis
-from vomstudio.geology.orientation import Line
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.products.net.contents import NetContents, NetLineEllipse, make_sets, means_of
 from vomstudio.products.net.figure import draw_stereonet

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from vomstudio.document.measurement import Floats, Measurement, Records
-from vomstudio.document.records import Feature, Model, OnAModel, get
+from vomstudio.document.records import Feature, Model, OnAModel, Registration, get
 from vomstudio.geology import orientation
 from vomstudio.geology.common_turns import Region, Turns, region, together
+from vomstudio.geometry.bowing import Bowing, bowing_of
 from vomstudio.geometry.tilts import direction_covariance
+
+_WRONG = 6.0
+"""A point is wrong that is so many times further off than half of the points are."""
 
 
 def model_of(records: Records, feature: Feature | None) -> Model | None:
@@ -44,3 +50,27 @@ def pole_region(measured: Measurement, model: Model | None) -> Region | None:
     own = (fit.max_confidence95_deg, fit.min_confidence95_deg or 0.0, toward)
     normal = measured.plane.normal()
     return region(normal, direction_covariance(rotation, normal)[0], own)
+
+
+def bowing_of_registration(registration: Registration | None) -> Bowing | None:
+    """The bowing that the residuals of its points show, wrong ones left out; None where there are
+    too few, or they tell nothing of it."""
+    if registration is None or not registration.control:
+        return None
+    world, left = (
+        np.array([getattr(p, name) for p in registration.control], np.float64)
+        for name in ("world", "residual")
+    )
+    sigma = np.array([p.sigma_m or (np.nan,) * 3 for p in registration.control], np.float64)
+    length = np.linalg.norm(left, axis=1)
+    right = length <= _WRONG * float(np.median(length))
+    return bowing_of(world[right], left[right], sigma[right])
+
+
+def bowed_deg(models: Iterable[Model | None]) -> float | None:
+    """By how much dips differ from edge to edge of the worst bowed of these models; None where none
+    shows bowing."""
+    registrations = {m.registration.id: m.registration for m in models if m and m.registration}
+    found = [bowing_of_registration(each) for each in registrations.values()]
+    bent = [each.across_deg for each in found if each is not None and each.significant]
+    return max(bent) if bent else None

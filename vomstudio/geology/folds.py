@@ -185,11 +185,17 @@ def _line_figures(line: Line | None) -> LineFigures | None:
 
 
 def fold_axis(
-    dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike, turns: Turns | None = None
+    dip_direction_deg: npt.ArrayLike,
+    dip_deg: npt.ArrayLike,
+    turns: Turns | None = None,
+    bowed_deg: float | None = None,
 ) -> FoldAxis:
-    """Pi-plane and beta of n >= 2 planes of one kind (arrays (n,), degrees). turns : what is known
-    of their registrations, (n,). Raises GeometryError for fewer than two planes or planes that are
-    all parallel."""
+    """Pi-plane and beta of n >= 2 planes of one kind (arrays (n,), degrees).
+
+    turns : what is known of their registrations, (n,)
+    bowed_deg : by how much dips differ from edge to edge of a model of theirs that is bowed
+    Raises GeometryError for fewer than two planes or planes that are all parallel.
+    """
     poles = planes_to_poles(dip_direction_deg, dip_deg).reshape(-1, 3)
     n = len(poles)
     if n < 2:
@@ -211,7 +217,7 @@ def fold_axis(
         semi_axes = float(second), float(first)
     given = None if turns is None or not turns.known else moved(poles, turns)
     turned = None if given is None else principal_axis(given, values, axes, 2)
-    reasons = _fold_reasons(poles, axes, n, semi_axes)
+    reasons = [*_bowed(bowed_deg, _arc_deg(poles, axes)), *_fold_reasons(poles, axes, n, semi_axes)]
     return _axis(poles, values, axes, semi_axes, axes[1], reasons, turned)
 
 
@@ -341,6 +347,20 @@ def _axis(
         registration_error_deg=registration,
         total=total,
     )
+
+
+def _bowed(bowed_deg: float | None, arc_deg: float) -> list[str]:
+    """A dome looks like an open fold: limbs that differ by no more prove none."""
+    if bowed_deg is None or arc_deg >= bowed_deg:
+        return []
+    return [
+        tr(
+            "the model is bowed: dips differ by {bowed:.1f} degrees from edge to edge of it, and "
+            "these poles by {arc:.1f} degrees only: the fold may be the bowing",
+            bowed=bowed_deg,
+            arc=arc_deg,
+        )
+    ]
 
 
 def _registered(registration: float, total: Region | None) -> str:

@@ -21,6 +21,7 @@ class OrientationRows(Protocol):
     convention : how the columns were understood, for people
     dropped : lines of the table without angles; warnings : sentences
     turns : how the rows turn with the registrations of their models, None where nothing is said
+    bowed_deg : by how much dips differ from edge to edge of a model of theirs that is bowed
     """
 
     @property
@@ -47,6 +48,8 @@ class OrientationRows(Protocol):
     def warnings(self) -> tuple[str, ...]: ...
     @property
     def turns(self) -> Turns | None: ...
+    @property
+    def bowed_deg(self) -> float | None: ...
 
     def __len__(self) -> int: ...
 

@@ -149,7 +149,10 @@ class _Choice:
     def axis(self) -> FoldAxis:
         turns = None if self.table.turns is None else self.table.turns.of(self.use)
         return fold_axis(
-            self.table.dip_direction_deg[self.use], self.table.dip_deg[self.use], turns
+            self.table.dip_direction_deg[self.use],
+            self.table.dip_deg[self.use],
+            turns,
+            self.table.bowed_deg,
         )
 
     def common_axis(self, names: Sequence[str]) -> FoldAxis:

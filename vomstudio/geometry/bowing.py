@@ -6,8 +6,8 @@ c r^2 at a distance r from the middle (James & Robson 2014, Earth Surface Proces
 
 The residuals along the model's normal are regressed on 1, u, v and u^2 + v^2, u and v being places
 in its mean plane. The first three are what a registration absorbs (shift and tilt), so that points
-that placed the model and points that only judge it can be taken together: both differ from the truth
-by the same shift and tilt. Whether c differs from nothing is told by Student's t.
+that placed the model and points that only judge it can be taken together: both differ from the
+truth by the same shift and tilt. Whether c differs from nothing is told by Student's t.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ _THIN = 0.05
 
 @dataclass(frozen=True)
 class Bowing:
-    """n : points; curvature_per_m : c, along the normal that points up: negative of a dome, positive
-    of a dish; error95_per_m : of that; reach_m : from the middle to the edge of the model;
+    """n : points; curvature_per_m : c, along the normal that points up: negative of a dome,
+    positive of a dish; error95_per_m : of that; reach_m : from the middle to the edge of the model;
     significant : c differs from nothing, wrongly so said of one model in twenty that is not bowed
     """
 

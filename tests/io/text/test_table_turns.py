@@ -111,3 +111,14 @@ def test_a_frame_read_from_a_file_keeps_what_its_head_says(tmp_path: Path) -> No
     assert of_frame is not None
     assert of_file is not None
     assert of_frame.registration_error_deg == pytest.approx(of_file.registration_error_deg)
+
+
+def test_a_fold_of_a_bowed_model_is_warned_of(tmp_path: Path) -> None:
+    path = tmp_path / "beds.csv"
+    told = {"models": ["a"], "rotation_covariance_deg2": COVARIANCE, "bowed_deg": 8.0}
+    rows = [f"{azimuth},{dip},a,2" for azimuth, dip in ((90, 3), (270, 3), (90, 1), (272, 2))]
+    path.write_text("\n".join([f"# {registration_lines([told])[0]}", HEAD, *rows]))
+    assert any("the fold may be the bowing" in reason for reason in vs.fold(path).reasons)
+    steep = [f"{azimuth},{dip},a,2" for azimuth, dip in ((90, 30), (270, 30), (90, 1), (272, 2))]
+    path.write_text("\n".join([f"# {registration_lines([told])[0]}", HEAD, *steep]))
+    assert not any("bowing" in reason for reason in vs.fold(path).reasons)

@@ -24,7 +24,7 @@ from vomstudio.geology.orientation import Plane, lines_to_vectors, planes_to_pol
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.orientation_columns import Columns
 from vomstudio.io.text.rows import shortened
-from vomstudio.io.text.table_turns import turns_of_table
+from vomstudio.io.text.table_turns import bowed_in, turns_of_table
 from vomstudio.io.text.tables import TextTable, lines_in_words, plain, read_table
 from vomstudio.words import tr, tr_n
 
@@ -64,8 +64,11 @@ class OrientationTable:
 
     @cached_property
     def turns(self) -> Turns | None:
-        """How the rows turn with registrations; None where nothing is said."""
         return turns_of_table(self.table, self.kept)
+
+    @property
+    def bowed_deg(self) -> float | None:
+        return bowed_in(self.table.comments)
 
     @property
     def path(self) -> Path:

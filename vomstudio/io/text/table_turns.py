@@ -49,6 +49,14 @@ def turns_of_table(table: TextTable, kept: npt.NDArray[np.int64]) -> Turns | Non
     return turns if turns.known else None
 
 
+def bowed_in(comments: Iterable[str]) -> float | None:
+    """By how much dips differ from edge to edge of the worst bowed model, degrees; None where none
+    is said to be bowed."""
+    told = [each.get("bowed_deg") for each in registrations_in(comments)]
+    found = [float(v) for v in told if isinstance(v, int | float) and 0.0 < v <= 180.0]
+    return max(found) if found else None
+
+
 def _stated(
     comments: Iterable[str],
 ) -> dict[str, tuple[object, npt.NDArray[np.float64]]]:

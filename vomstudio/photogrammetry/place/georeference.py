@@ -11,11 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geometry.bowing import Bowing, bowing_of
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.gps_priors import HEIGHTS_WORSE, adjust_to_positions
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
+from vomstudio.registration.remarks import said_of_bowing
 from vomstudio.registration.scatter import scale_warning, scatter_of
 from vomstudio.registration.similarity import (
     fit_robustly,
@@ -53,6 +55,7 @@ class GpsReport:
     heights : "above sea level" or "above the ellipsoid", as the photos state
     adjusted : whether the positions entered the adjustment; decisions : why or why not, and what
         became of the lenses, in words; lenses : the latter in numbers
+    covariance : (7, 7) as in `Scatter`, about `centre` (World); positions : (n, 3) World, as stated
     """
 
     names: tuple[str, ...]
@@ -71,6 +74,14 @@ class GpsReport:
     decisions: tuple[str, ...]
     lenses: tuple[LensVerdict, ...]
     warnings: tuple[str, ...]
+    covariance: Array
+    centre: tuple[float, float, float]
+    positions: Array
+
+    @property
+    def bowing(self) -> Bowing | None:
+        """By the residuals of the positions that count."""
+        return bowing_of(self.positions[self.used], self.residuals_m[self.used])
 
 
 def place_by_gps(
@@ -121,7 +132,7 @@ def place_by_gps(
     if entered.adjusted:
         _, used = fit_robustly(better.centres[rows], local, floor=floor)
         quality = _quality(better.centres[rows], local, used, stated)
-    turn = quality.turn_deg
+    turn, middle = quality.turn_deg, world[used].mean(axis=0)
     report = GpsReport(
         tuple(photo.name for photo in placed),
         quality.residuals,
@@ -139,6 +150,9 @@ def place_by_gps(
         (entered.reason, *(lens.reason for lens in entered.lenses)),
         entered.lenses,
         (),
+        quality.covariance,
+        (float(middle[0]), float(middle[1]), float(middle[2])),
+        world,
     )
     report = replace(report, warnings=tuple(_warnings(report, scene, placed)))
     return better, report
@@ -177,6 +191,7 @@ class _Quality:
     sigma_height: float
     scale_error: float
     turn_deg: Array
+    covariance: Array
 
 
 def _quality(
@@ -211,7 +226,14 @@ def _quality(
             )
         )
     turn = np.degrees(np.sqrt(np.diag(scatter.rotation)))
-    return _Quality(residuals, sigma, float(scatter.sigma[2]), scatter.scale_error, turn)
+    return _Quality(
+        residuals,
+        sigma,
+        float(scatter.sigma[2]),
+        scatter.scale_error,
+        turn,
+        scatter.covariance,
+    )
 
 
 def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
@@ -293,6 +315,7 @@ def _warnings(report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]
         )
     if warning := scale_warning(report.scale_error):
         yield warning
+    yield from said_of_bowing(report.bowing)
     left = [n for n, u in zip(report.names, report.used, strict=True) if not u]
     if left:
         yield tr_n(

@@ -24,7 +24,7 @@ from vomstudio.document.catalogue import TOTAL
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import is_picked_plane
 from vomstudio.document.records import Matrix, Model, Record, Typed, get_feature
-from vomstudio.document.registration_errors import model_of, turns_of
+from vomstudio.document.registration_errors import bowed_deg, model_of, turns_of
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line, parse_line
@@ -288,7 +288,7 @@ class ViewPanel(QWidget):
             azimuths, dips, _ = normals_to_planes(np.array([fit.normal for fit in fits]))
             records = self._studio.records
             models = [model_of(records, get_feature(records, id_)) for id_ in fitted]
-            return fold_axis(azimuths, dips, turns_of(models))
+            return fold_axis(azimuths, dips, turns_of(models), bowed_deg(models))
         except VomError as error:
             return str(error)
 
