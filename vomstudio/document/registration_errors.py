@@ -9,8 +9,8 @@ import numpy as np
 from vomstudio.document.measurement import Floats, Measurement, Records
 from vomstudio.document.records import Feature, Model, OnAModel, Registration, get
 from vomstudio.geology import orientation
+from vomstudio.geology.bowing import Bowing, bowing_of
 from vomstudio.geology.common_turns import Region, Turns, region, together
-from vomstudio.geometry.bowing import Bowing, bowing_of
 from vomstudio.geometry.tilts import direction_covariance
 
 _WRONG = 6.0

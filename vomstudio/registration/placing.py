@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.geology.bowing import Bowing, bowing_of
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.bowing import Bowing, bowing_of
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import find_blunders
 from vomstudio.registration.observations import Observed, Points

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.geometry.bowing import Bowing
+from vomstudio.geology.bowing import Bowing
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import Blunder, chosen
 from vomstudio.registration.observations import Observed, Points

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.geometry.bowing import FEWEST, Bowing, bowing_of
+from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of
 from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.base.scene import SparseScene

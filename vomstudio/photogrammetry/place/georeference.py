@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.geometry.bowing import Bowing, bowing_of
+from vomstudio.geology.bowing import Bowing, bowing_of
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.gps_priors import HEIGHTS_WORSE, adjust_to_positions

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from vomstudio.geometry.bowing import bowing_of
+from vomstudio.geology.bowing import bowing_of
 from vomstudio.registration.placing import register_points
 
 CLIFF = Rotation.from_euler("xz", [90.0, 35.0], degrees=True).as_matrix()
