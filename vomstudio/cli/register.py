@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from vomstudio.io.models.reader import LoadedModel
+    from vomstudio.io.photos.own_cameras.result import OwnCameras
     from vomstudio.registration.evidence import Evidence, Segment
     from vomstudio.registration.results import Placed
 
@@ -47,6 +48,12 @@ def add_parser(subparsers: Subparsers) -> None:
         ("--marks", tr("where the control points are marked in the photos")),
     ):
         parser.add_argument(option, metavar="FILE", help=said)
+    parser.add_argument(
+        "--model-cameras",
+        metavar="FILE",
+        help=tr("where the model's own cameras are: cameras.json, a sparse model of COLMAP, "
+                "Metashape XML, reconstruction.json, shots.geojson (default: beside the model)"),
+    )  # fmt: skip
     parser.add_argument(
         "--cameras",
         metavar="FILE",
@@ -91,10 +98,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         loaded = read_model(Path(args.model), progress_of(args))
     elif args.output is not None:
         check_target(args.output, force=args.force, inputs=[])
-    evidence, crs = _evidence(args, crs)
+    said: list[str] = []
+    evidence, crs = _evidence(args, crs, loaded, said)
     found = _solved(evidence, loaded)
     result: dict[str, Any] = found.as_dict()
-    warnings = [*found.warnings]
+    warnings = [*said, *found.warnings]
     from vomstudio.registration.evidence import bars_as_checks
 
     for name, error in bars_as_checks(evidence, found):
@@ -127,7 +135,9 @@ def _extent(loaded: LoadedModel) -> npt.NDArray[np.float64]:
     return np.asarray(points[:: max(1, len(points) // _FEW)], np.float64)
 
 
-def _evidence(args: argparse.Namespace, crs: str | None) -> tuple[Evidence, str | None]:
+def _evidence(
+    args: argparse.Namespace, crs: str | None, loaded: LoadedModel | None, said: list[str]
+) -> tuple[Evidence, str | None]:
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.io.gis.crs import from_degrees
     from vomstudio.registration.evidence import Evidence
@@ -136,7 +146,9 @@ def _evidence(args: argparse.Namespace, crs: str | None) -> tuple[Evidence, str 
     if args.marks is not None and args.gcp is None:
         raise UsageError(tr("Marks need their points: give --gcp too."), field="--marks")
     if args.cameras or args.attitudes or args.horizon or args.gcp:
-        evidence.views = _views(args)
+        own = _own_cameras(args, loaded)
+        evidence.views, evidence.centres = own.views, own.centres
+        said += own.warnings
     if args.pairs is not None:
         evidence.pairs = tables.read_pairs(args.pairs)
     if args.gcp is not None:
@@ -150,7 +162,7 @@ def _evidence(args: argparse.Namespace, crs: str | None) -> tuple[Evidence, str 
     if args.orientations is not None:
         evidence.compass = tables.read_compass(args.orientations)
     if args.cameras == _BESIDE:
-        evidence.positions = _gps(args)
+        evidence.positions = _gps(args, own)
     elif args.cameras is not None:
         evidence.positions = tables.read_positions(args.cameras)
     evidence.lengths = [_segment(text, "--scale") for text in args.scale]
@@ -171,47 +183,43 @@ def _evidence(args: argparse.Namespace, crs: str | None) -> tuple[Evidence, str 
     return evidence, crs
 
 
-def _cameras_file(args: argparse.Namespace) -> Path:
-    from vomstudio.io.photos.cameras_file import FILE_NAME
-
-    if args.model == "-":
-        raise UsageError(
-            tr("Photos can place a model that is there. Name it in place of -."), field="MODEL"
-        )
-    return Path(args.model).with_name(FILE_NAME)
-
-
-def _views(args: argparse.Namespace) -> dict[str, Any]:
+def _own_cameras(args: argparse.Namespace, loaded: LoadedModel | None) -> OwnCameras:
     """The cameras in the model's own frame."""
-    import numpy as np
+    from vomstudio.io.photos.cameras_file import FILE_NAME
+    from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
 
-    from vomstudio.io.photos.cameras_file import read_cameras
+    path = args.model_cameras
+    if path is None:
+        if args.model == "-":
+            raise UsageError(
+                tr(
+                    "Photos can place a model that is there. Name it in place of -, or its cameras "
+                    "with --model-cameras."
+                ),
+                field="MODEL",
+            )
+        path = find_own_cameras(args.model) or Path(args.model).with_name(FILE_NAME)
+    return read_own_cameras(path, None if loaded is None else loaded.data.bounds)
 
-    cameras = read_cameras(_cameras_file(args))
-    origin = np.array(cameras.origin, np.float64)
-    return {view.name: view.moved(1.0, np.eye(3), origin) for view in cameras.views}
 
-
-def _gps(args: argparse.Namespace) -> Any:
+def _gps(args: argparse.Namespace, own: OwnCameras) -> Any:
     import numpy as np
 
     from vomstudio.io.control.observation_tables import Positions
-    from vomstudio.io.photos.cameras_file import find_photos, read_cameras
+    from vomstudio.io.photos.own_cameras.photos import find_photos_of
     from vomstudio.io.photos.reading import read_photo
 
-    path = _cameras_file(args)
-    cameras = read_cameras(path)
-    folder = find_photos(cameras, path)
-    if folder is None:
+    photos = find_photos_of(own)
+    if not photos:
         raise UsageError(
             tr("The photos of the model were not found. Give a table of camera positions."),
             field="--cameras",
         )
     names, places = [], []
-    for view in cameras.views:
-        photo = read_photo(folder / view.name)
+    for name, path in photos.items():
+        photo = read_photo(path)
         if photo.longitude_deg is not None and photo.latitude_deg is not None:
-            names.append(view.name)
+            names.append(name)
             height = 0.0 if photo.altitude_m is None else photo.altitude_m
             places.append((photo.longitude_deg, photo.latitude_deg, height))
     if not names:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -50,9 +51,11 @@ _UNSURE_DEG = 60.0
 
 @dataclass
 class Evidence:
-    """Everything that is given; `views` are of the model's cameras, in its own frame."""
+    """Everything that is given; `views` are of the model's cameras, in its own frame, and `centres`
+    where these stand, also those of which no more is known."""
 
     views: Mapping[str, View] = field(default_factory=dict)
+    centres: Mapping[str, Array] = field(default_factory=dict)
     pairs: Pairs | None = None
     bars: Sequence[ScaleBar] = ()
     positions: Positions | None = None
@@ -206,41 +209,65 @@ def bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float]
 
 
 # --- cameras ----------------------------------------------------------------------------------
-def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
-    """By its name in the folder, or the last part of it, with or without ending."""
-    views = evidence.views
-    if not views:
+def _own(evidence: Evidence, known: Mapping[str, Any], field_: str) -> Callable[[str], str | None]:
+    """What finds the name of a camera of the model by that of a photo. Raises UsageError where
+    nothing is known of them."""
+    if not known:
         raise UsageError(
             tr(
+                "The file of the model's cameras holds their centres alone, without how they were "
+                "turned. Give a file with poses, such as cameras.json, Metashape XML or COLMAP."
+            )
+            if evidence.centres
+            else tr(
                 "The cameras of the model are not known. Put its cameras.json beside the model, "
-                "as a reconstruction here writes it."
+                "as a reconstruction here writes it, or name the file of another program with "
+                "--model-cameras."
             ),
             field=field_,
         )
-    names = list(views)
-    number = photo_finder(names)(photo.replace("\\", "/"))
-    return None if number is None else views[names[number]]
+    names = list(known)
+    find = photo_finder(names)
+
+    def found(photo: str) -> str | None:
+        number = find(photo.replace("\\", "/"))
+        return None if number is None else names[number]
+
+    return found
+
+
+def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
+    """By its name in the folder, or the last part of it, with or without ending."""
+    name = _own(evidence, evidence.views, field_)(photo)
+    return None if name is None else evidence.views[name]
 
 
 def _found(
-    evidence: Evidence, photos: Sequence[str], field_: str, said: list[str]
-) -> tuple[list[int], list[View]]:
-    rows, views = [], []
+    evidence: Evidence,
+    known: Mapping[str, Any],
+    photos: Sequence[str],
+    field_: str,
+    said: list[str],
+) -> tuple[list[int], list[str]]:
+    """Rows of photos that are cameras of the model, and their names there."""
+    rows, names = [], []
     unknown = []
+    find = _own(evidence, known, field_)
     for row, photo in enumerate(photos):
-        view = _view(evidence, photo, field_)
-        if view is None:
+        name = find(photo)
+        if name is None:
             unknown.append(photo)
         else:
             rows.append(row)
-            views.append(view)
+            names.append(name)
     if not rows:
         raise UsageError(
             tr(
                 "None of the {count} photos of the table is among the cameras of the model "
-                "({first}, …). Check their names.",
+                "({first}, …). They are called {known}, …. Check the names.",
                 count=len(photos),
                 first=photos[0],
+                known=next(iter(known)),
             ),
             field=field_,
         )
@@ -253,13 +280,14 @@ def _found(
                 names=", ".join(unknown[:8]),
             )
         )
-    return rows, views
+    return rows, names
 
 
 def _cameras(evidence: Evidence, said: list[str]) -> Points:
     positions = evidence.positions
     assert positions is not None
-    rows, views = _found(evidence, positions.photos, "--cameras", said)
+    own = {name: view.centre for name, view in evidence.views.items()} | dict(evidence.centres)
+    rows, names = _found(evidence, own, positions.photos, "--cameras", said)
     world = positions.places[rows].copy()
     if positions.degrees:
         if evidence.to_grid is None:
@@ -291,7 +319,7 @@ def _cameras(evidence: Evidence, said: list[str]) -> Points:
         if (why := why_no_coordinate((there[0], there[1], there[2]))) is not None:
             raise InputError(f"{positions.photos[rows[row]]}: {why}")
     labels = [positions.photos[row] for row in rows]
-    model = np.array([view.centre for view in views])
+    model = np.array([own[name] for name in names])
     sigma = positions.sigma[rows]
     alone = evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
     if alone and len(labels) >= 3 and (nearly_on_a_line(model) or nearly_on_a_line(world)):
@@ -346,9 +374,9 @@ def marked_places(evidence: Evidence, marks: Sequence[Marked]) -> dict[str, Arra
 
 
 def _attitudes(evidence: Evidence, table: AttitudeTable, said: list[str]) -> Attitudes:
-    rows, views = _found(evidence, table.photos, "--attitudes", said)
+    rows, names = _found(evidence, evidence.views, table.photos, "--attitudes", said)
     world, axes = camera_rotations(table.angles[rows])
-    model = np.array([np.asarray(view.rotation).T for view in views])
+    model = np.array([np.asarray(evidence.views[name].rotation).T for name in names])
     return Attitudes(
         [table.photos[row] for row in rows],
         model,
@@ -379,9 +407,10 @@ def camera_rotations(angles: Array) -> tuple[Array, Array]:
 
 
 def _level(evidence: Evidence, table: LevelTable) -> LevelLines:
-    rows, views = _found(evidence, table.photos, "--horizon", [])
+    rows, names = _found(evidence, evidence.views, table.photos, "--horizon", [])
     directions = []
-    for row, view in zip(rows, views, strict=True):
+    for row, name in zip(rows, names, strict=True):
+        view = evidence.views[name]
         flat = view.intrinsics.rays(table.ends[row])
         directions.append((flat[1] - flat[0]) @ view.rotation)
     model = np.array(directions)
