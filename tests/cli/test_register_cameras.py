@@ -11,6 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.io.photos import camera_files as files
+from tests.io.photos.photo_maker import at, text, write_photo
 
 Array = npt.NDArray[np.float64]
 Write = Callable[..., Path]
@@ -96,3 +97,120 @@ def test_photos_of_other_names_are_said(run, write: Write, model: Path) -> None:
     assert ran.code == 2
     assert "DSC1.jpg" in ran.said
     assert "IMG_00.jpg" in ran.said
+
+
+# --- given positions ------------------------------------------------------------------------------
+THERE = world(np.array([view.centre for view in VIEWS]))
+
+
+def degrees(places: Array) -> Array:
+    from pyproj import Transformer
+
+    back = Transformer.from_crs("EPSG:32633", "EPSG:4326", always_xy=True)
+    return np.column_stack([*back.transform(places[:, 0], places[:, 1]), places[:, 2]])
+
+
+def table_of(places: Array, head: str, places_figures: int = 4, join: str = ",") -> str:
+    rows = [
+        join.join([v.name, *(f"{c:.{places_figures}f}" for c in there)])
+        for v, there in zip(VIEWS, places, strict=True)
+    ]
+    return "\n".join([head, *rows]) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("head", "more"),
+    [
+        ("EPSG:32633", ""),
+        ("WGS84 UTM 33N", " 10 0 0"),
+        ("+proj=utm +zone=33 +datum=WGS84 +units=m +no_defs", " 10 0 0 0.05 0.1 and more"),
+    ],
+)
+def test_geo_txt_names_its_crs(run, write: Write, model: Path, head: str, more: str) -> None:
+    colmap(model.parent)
+    text_ = table_of(THERE, "", join=" ").splitlines()
+    table = write("\n".join([head, *(row + more for row in text_[1:])]), "geo.txt")
+    told = run("register", model, "--cameras", table, "--json").json
+    assert off_deg(told) < 0.01
+    np.testing.assert_allclose(np.array(told["matrix"])[:3, 3], SHIFT, atol=0.01)
+
+
+def test_geo_txt_in_another_crs_is_converted(run, write: Write, model: Path) -> None:
+    colmap(model.parent)
+    table = write(table_of(degrees(THERE), "EPSG:4326", 9, " "), "geo.txt")
+    ran = run("register", model, "--cameras", table)
+    assert ran.code == 2
+    # The zone of the photos is proposed.
+    assert "EPSG:32633" in ran.said
+    told = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json").json
+    assert off_deg(told) < 0.01
+    assert any("no geoid model is installed" in said for said in told["warnings"])
+    stated = write("# EPSG:4326\n" + table_of(degrees(THERE), "photo,x,y,z", 9), "in.csv")
+    again = run("register", model, "--cameras", stated, "--crs", "EPSG:32633", "--json").json
+    np.testing.assert_allclose(again["matrix"], told["matrix"], rtol=1e-6)
+
+
+def test_gps_of_a_folder_of_photos_with_heights_of_two_kinds(run, model: Path) -> None:
+    colmap(model.parent)
+    folder = model.parent / "taken here"
+    for number, (view, (longitude, latitude, z)) in enumerate(
+        zip(VIEWS, degrees(THERE), strict=True)
+    ):
+        # One receiver wrote heights above the ellipsoid, the geoid is 45 m above that.
+        other = number == 4
+        gps = at(latitude, longitude, z + 45.0 * other, 2 if other else 0)
+        if number == 5:
+            gps = {tag: value for tag, value in gps.items() if tag not in (5, 6)}
+        write_photo(folder / view.name, seed=number, main={0x0110: text("A")}, gps=gps)
+    told = run("register", model, "--cameras", folder, "--crs", "EPSG:32633", "--json").json
+    assert off_deg(told) < 0.1
+    said = told["warnings"]
+    assert any("IMG_05" in s and "without a height" in s for s in said)
+    assert any("IMG_04" in s and "something else" in s for s in said)
+    assert any("above the sea, as the photos say" in s for s in said)
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (THERE[:, [1, 0, 2]], "x and y of the camera positions look exchanged"),
+        (THERE / [1, 1, 0.3048], "heights of the camera positions look like feet"),
+        (THERE / [0.3048, 0.3048, 1], "x and y of the camera positions look like feet"),
+    ],
+)
+def test_positions_that_mean_something_else_are_named(
+    run, write: Write, model: Path, changed: Array, said: str
+) -> None:
+    colmap(model.parent)
+    told = run("register", model, "--cameras", write(table_of(changed, "photo,x,y,z")), "--json")
+    assert any(said in each for each in told.json["warnings"])
+
+
+def test_longitude_and_latitude_exchanged_are_refused(run, write: Write, model: Path) -> None:
+    colmap(model.parent)
+    table = write(table_of(degrees(THERE)[:, [1, 0, 2]], "photo,longitude,latitude,altitude", 9))
+    ran = run("register", model, "--cameras", table, "--crs", "EPSG:32633")
+    assert ran.code == 2
+    assert "exchanged" in ran.said
+
+
+@pytest.mark.parametrize(
+    ("text_", "line", "said"),
+    [
+        ("EPSG:32633\nIMG_00.jpg 1,5 2,5 3,5\n", 2, "decimal comma"),
+        ("EPSG:32633\nIMG_00.jpg 1\n", 2, "x and y behind it"),
+        ("EPSG:32633\nIMG_00.jpg 1 2 3 0 0 0 -1 1\n", 2, "must be positive"),
+        ("EPSG:32633\nA 1 2 3\nA 1 2 3\n", 3, "also in line 2"),
+        ("WGS84 UTM 99N\nA 1 2 3\n", 1, "not a UTM zone"),
+        ("EPSG:99999\nA 1 2 3\n", 1, "unknown"),
+        ("EPSG:32633\nA 1 2\n", None, "has a height"),
+    ],
+)
+def test_what_is_wrong_with_geo_txt_is_said(
+    run, write: Write, model: Path, text_: str, line: int | None, said: str
+) -> None:
+    colmap(model.parent)
+    ran = run("register", model, "--cameras", write(text_, "geo.txt"))
+    assert ran.code == 2
+    assert said in ran.said
+    assert line is None or f"line {line}" in ran.said

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from vomstudio.io.control.observation_tables import Positions
     from vomstudio.io.models.reader import LoadedModel
     from vomstudio.io.photos.own_cameras.result import OwnCameras
     from vomstudio.registration.evidence import Evidence, Segment
@@ -59,8 +60,8 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="FILE",
         nargs="?",
         const=_BESIDE,
-        help=tr("table: photo, x, y, z (or longitude, latitude, altitude); without FILE the GPS "
-                "positions of the photos"),
+        help=tr("table: photo, x, y, z (or longitude, latitude, altitude), geo.txt, or a folder of "
+                "photos with GPS; without FILE the photos where they are found"),
     )  # fmt: skip
     parser.add_argument(
         "--scale",
@@ -139,10 +140,10 @@ def _evidence(
     args: argparse.Namespace, crs: str | None, loaded: LoadedModel | None, said: list[str]
 ) -> tuple[Evidence, str | None]:
     from vomstudio.io.control import observation_tables as tables
-    from vomstudio.io.gis.crs import from_degrees
+    from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.evidence import Evidence
 
-    evidence = Evidence(to_grid=None if crs is None else from_degrees(crs))
+    evidence = Evidence()
     if args.marks is not None and args.gcp is None:
         raise UsageError(tr("Marks need their points: give --gcp too."), field="--marks")
     if args.cameras or args.attitudes or args.horizon or args.gcp:
@@ -161,10 +162,8 @@ def _evidence(
         evidence.level = tables.read_level_lines(args.horizon)
     if args.orientations is not None:
         evidence.compass = tables.read_compass(args.orientations)
-    if args.cameras == _BESIDE:
-        evidence.positions = _gps(args, own)
-    elif args.cameras is not None:
-        evidence.positions = tables.read_positions(args.cameras)
+    if args.cameras is not None:
+        evidence.positions, crs, _ = in_metres(_positions(args, own), crs, said)
     evidence.lengths = [_segment(text, "--scale") for text in args.scale]
     evidence.azimuths = [_segment(text, "--azimuth") for text in args.azimuth]
     for _, _, metres in evidence.lengths:
@@ -202,32 +201,31 @@ def _own_cameras(args: argparse.Namespace, loaded: LoadedModel | None) -> OwnCam
     return read_own_cameras(path, None if loaded is None else loaded.data.bounds)
 
 
-def _gps(args: argparse.Namespace, own: OwnCameras) -> Any:
-    import numpy as np
+def _positions(args: argparse.Namespace, own: OwnCameras) -> Positions:
+    """Where the photos were taken: by a table, or by themselves."""
+    from vomstudio.io.control.observation_tables import read_positions
+    from vomstudio.registration.photo_evidence import positions_in
 
-    from vomstudio.io.control.observation_tables import Positions
+    if args.cameras == _BESIDE or Path(args.cameras).is_dir():
+        return positions_in(_photos(args.cameras, own, "--cameras"))
+    return read_positions(args.cameras)
+
+
+def _photos(given: str, own: OwnCameras, option: str) -> dict[str, Path]:
+    """The photos of the model's cameras, in the folder that is given or where they are found."""
     from vomstudio.io.photos.own_cameras.photos import find_photos_of
-    from vomstudio.io.photos.reading import read_photo
 
-    photos = find_photos_of(own)
+    photos = find_photos_of(own, None if given == _BESIDE else Path(given))
     if not photos:
         raise UsageError(
-            tr("The photos of the model were not found. Give a table of camera positions."),
-            field="--cameras",
+            tr(
+                "No photo of the model's cameras ({name}, …) was found. Name the folder of the "
+                "photos, or a table.",
+                name=next(iter(own.centres)),
+            ),
+            field=option,
         )
-    names, places = [], []
-    for name, path in photos.items():
-        photo = read_photo(path)
-        if photo.longitude_deg is not None and photo.latitude_deg is not None:
-            names.append(name)
-            height = 0.0 if photo.altitude_m is None else photo.altitude_m
-            places.append((photo.longitude_deg, photo.latitude_deg, height))
-    if not names:
-        raise UsageError(
-            tr("The photos have no GPS positions. Give a table of camera positions."),
-            field="--cameras",
-        )
-    return Positions(tuple(names), np.array(places), True, np.full((len(names), 3), np.nan))
+    return photos
 
 
 def _marked(

@@ -23,6 +23,7 @@ from vomstudio.io.control.observation_tables import (
     ScaleBar,
 )
 from vomstudio.io.photos.photo_names import photo_finder
+from vomstudio.registration.camera_positions import doubts_about
 from vomstudio.registration.observations import (
     Attitudes,
     Azimuths,
@@ -59,6 +60,7 @@ class Evidence:
     pairs: Pairs | None = None
     bars: Sequence[ScaleBar] = ()
     positions: Positions | None = None
+    """In metres."""
     attitudes: AttitudeTable | None = None
     level: LevelTable | None = None
     compass: CompassTable | None = None
@@ -68,8 +70,6 @@ class Evidence:
     """From one point on the model to another, and the azimuth of that line, degrees."""
     marks: Sequence[Marked] = ()
     """Of control points in photos: label, photo, x, y."""
-    to_grid: Callable[[float, float], tuple[float, float] | None] | None = None
-    """From longitude and latitude to the CRS of the model, where positions are in degrees."""
 
 
 def register(evidence: Evidence, extent: Array | None = None) -> Placed:
@@ -289,32 +289,6 @@ def _cameras(evidence: Evidence, said: list[str]) -> Points:
     own = {name: view.centre for name, view in evidence.views.items()} | dict(evidence.centres)
     rows, names = _found(evidence, own, positions.photos, "--cameras", said)
     world = positions.places[rows].copy()
-    if positions.degrees:
-        if evidence.to_grid is None:
-            raise UsageError(
-                tr(
-                    "The positions are in degrees. Say with --crs into which projected coordinate "
-                    "reference system the model is placed, such as EPSG:32633."
-                ),
-                field="--crs",
-            )
-        for row, (longitude, latitude) in enumerate(world[:, :2].tolist()):
-            place_ = evidence.to_grid(longitude, latitude)
-            if place_ is None:
-                raise InputError(
-                    tr(
-                        "{photo} is outside of what the coordinate reference system covers.",
-                        photo=positions.photos[rows[row]],
-                    )
-                )
-            world[row, :2] = place_
-        said.append(
-            tr(
-                "The heights of the cameras were taken as they are written. Receivers give heights "
-                "above the ellipsoid, which differ from those above the sea by up to 100 m: check "
-                "one against a map."
-            )
-        )
     for row, there in enumerate(world.tolist()):
         if (why := why_no_coordinate((there[0], there[1], there[2]))) is not None:
             raise InputError(f"{positions.photos[rows[row]]}: {why}")
@@ -329,6 +303,7 @@ def _cameras(evidence: Evidence, said: list[str]) -> Points:
                 "points, or photos from beside the line."
             )
         )
+    said += doubts_about(model, world)
     known = sigma[np.isfinite(sigma)]
     _, used = fit_robustly(model, world, floor=3 * float(known.max()) if len(known) else 0.0)
     if not used.all():

@@ -7,6 +7,8 @@ writes it. Without a header the columns stand in the order in which they are nam
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
+from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
 from vomstudio.io.text.rows import shortened
@@ -22,6 +25,7 @@ from vomstudio.words import tr
 Array = npt.NDArray[np.float64]
 
 _LABEL = ("label", "name", "point", "point id", "id", "marker", "#label", "# label")
+_EPSG = re.compile(r"EPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
 _MODEL = (
     ("model x", "local x", "xm", "mx"),
     ("model y", "local y", "ym", "my"),
@@ -70,13 +74,21 @@ class ScaleBar:
 
 @dataclass(frozen=True, eq=False)
 class Positions:
-    """Where photos were taken. places : (n, 3) as written; degrees : they are longitude and
-    latitude; sigma : (n, 3) metres, NaN where not stated"""
+    """Where photos were taken. places : (n, 3) as written, NaN where a height is missing
+    degrees : they are longitude and latitude; sigma : (n, 3) metres, NaN where not stated
+    crs : of x and y as the file states it, in `line`, None where it does not
+    heights : what each is above: "ellipsoid", "sea level", "below sea level", or "" where that is
+        not stated; () where it is for none
+    """
 
     photos: tuple[str, ...]
     places: Array
     degrees: bool
     sigma: Array
+    crs: str | None = None
+    heights: tuple[str, ...] = ()
+    file: Path | None = None
+    line: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,15 +156,32 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
 
 def read_positions(path: str | Path) -> Positions:
     """`photo, x, y, z[, sigma_x, sigma_y, sigma_z]`, or longitude, latitude and altitude as the
-    header says. Raises InputError."""
+    header says; or the `geo.txt` of OpenDroneMap. Raises InputError."""
+    path = Path(path)
+    if is_geo(path):
+        geo = read_geo(path)
+        sigma = geo.sigma[:, [0, 0, 1]]
+        return Positions(geo.photos, geo.places, False, sigma, geo.crs, file=path, line=geo.line)
     table = NamedTable(path, ("photo", "x", "y", "z"))
     photos = table.words(PHOTO, "photo")
     table.require_once(photos)
     places = table.columns(WORLD, ("x", "y", "z"))
-    degrees = table.has(("lon", "longitude")) and table.has(("lat", "latitude"))
+    degrees = table.has(("lon", "longitude", "x longitude"))
     if not degrees:
         table.require_places(places)
-    return Positions(photos, places, degrees, table.sigma())
+    crs = _crs_in(table.table.comments)
+    return Positions(photos, places, degrees, table.sigma(), crs, file=path)
+
+
+def _crs_in(comments: Sequence[str]) -> str | None:
+    """What a comment names: `EPSG:32633`, or `CoordinateSystem: WKT` as Metashape writes it."""
+    for comment in comments:
+        if (found := _EPSG.search(comment)) is not None:
+            return f"EPSG:{found[1]}"
+        name, _, wkt = comment.partition(":")
+        if name.replace(" ", "").casefold() == "coordinatesystem" and "CS[" in wkt:
+            return None if wkt.strip().upper().startswith("LOCAL") else wkt.strip()
+    return None
 
 
 def read_attitudes(path: str | Path) -> AttitudeTable:
