@@ -21,8 +21,8 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from vomstudio.geology.orientation import Line
+from vomstudio.geometry.attitudes import camera_rotations
 from vomstudio.geometry.tilts import errors_95_deg
-from vomstudio.registration.evidence import camera_rotations
 from vomstudio.registration.observations import Attitudes, Directions, Observed, Points
 from vomstudio.registration.placing import place
 from vomstudio.registration.similarity import rotation_covariance

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geometry import transform
+from vomstudio.geometry.attitudes import camera_rotations
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.places import why_no_coordinate
 from vomstudio.geometry.triangulation import triangulate
@@ -360,25 +361,6 @@ def _attitudes(evidence: Evidence, table: AttitudeTable, said: list[str]) -> Att
         np.radians(table.sigma[rows]),
         np.radians(_MAGNETIC_DEG) if table.magnetic else 0.0,
     )
-
-
-def camera_rotations(angles: Array) -> tuple[Array, Array]:
-    """(n, 3, 3) rotations from cameras (x right, y down, z forward) to World, and (n, 3, 3) the
-    axes, as columns, about which yaw, pitch and roll turn them.
-
-    angles : (n, 3) degrees: azimuth of the view, clockwise; its elevation; roll clockwise
-    """
-    yaw, pitch, roll = np.radians(angles).T
-    zero = np.zeros_like(yaw)
-    forward = np.column_stack(
-        [np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)]
-    )
-    level = np.column_stack([np.cos(yaw), -np.sin(yaw), zero])
-    below = np.cross(forward, level)
-    right = level * np.cos(roll)[:, None] + below * np.sin(roll)[:, None]
-    down = below * np.cos(roll)[:, None] - level * np.sin(roll)[:, None]
-    vertical = np.column_stack([zero, zero, zero - 1.0])
-    return np.stack([right, down, forward], axis=2), np.stack([vertical, level, forward], axis=2)
 
 
 def _level(evidence: Evidence, table: LevelTable) -> LevelLines:
