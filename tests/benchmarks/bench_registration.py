@@ -21,7 +21,7 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.attitudes import camera_rotations
+from vomstudio.geology.view_attitudes import camera_rotations
 from vomstudio.geometry.tilts import errors_95_deg
 from vomstudio.registration.observations import Attitudes, Directions, Observed, Points
 from vomstudio.registration.placing import place

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.geology.view_attitudes import camera_rotations
 from vomstudio.geometry import transform
-from vomstudio.geometry.attitudes import camera_rotations
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.places import why_no_coordinate
 from vomstudio.geometry.triangulation import triangulate

@@ -1,9 +1,9 @@
 """Where gravity pulled when an Apple phone took a photo.
 
 Its maker note is a TIFF directory behind `Apple iOS`, whose tag 8 holds three signed ratios: the
-acceleration in units of g, by Apple's axes of the phone as seen from its front: x to the right, y to
-the top, z out of the face (Apple, `CMAcceleration`; ExifTool's tag names, "Apple": there with all
-signs reversed). A phone at rest shows the direction in which things fall.
+acceleration in units of g, by Apple's axes of the phone as seen from its front: x to the right, y
+to the top, z out of the face (Apple, `CMAcceleration`; ExifTool's tag names, "Apple": there with
+all signs reversed). A phone at rest shows the direction in which things fall.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from vomstudio.errors import InputError
-from vomstudio.geometry.attitudes import of_nadir_body
+from vomstudio.geology.view_attitudes import of_nadir_body
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.xml_tree import Element, parse_xml
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from vomstudio.geometry.attitudes import (
+from vomstudio.geology.view_attitudes import (
     camera_rotations,
     from_down_and_azimuth,
     of_nadir_body,
