@@ -17,10 +17,12 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from vomstudio.io.control.attitude_tables import AttitudeTable
     from vomstudio.io.control.observation_tables import Positions
     from vomstudio.io.models.reader import LoadedModel
     from vomstudio.io.photos.own_cameras.result import OwnCameras
     from vomstudio.registration.evidence import Evidence, Segment
+    from vomstudio.registration.north import North
     from vomstudio.registration.results import Placed
 
 _BESIDE = "beside the model"
@@ -42,7 +44,6 @@ def add_parser(subparsers: Subparsers) -> None:
     for option, said in (
         ("--pairs", tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]")),
         ("--scale-bars", tr("table: from, to, length_m[, sigma_m, use]; labels of the pairs")),
-        ("--attitudes", tr("table: photo, yaw, pitch, roll[, sigma_yaw, …, north]")),
         ("--horizon", tr("table: photo, x1, y1, x2, y2: pixels of a level line")),
         ("--orientations", tr("orientation table with model_x, model_y, model_z (normals, lines)")),
         ("--gcp", tr("control points with coordinates; their marks are in it, or beside it")),
@@ -63,6 +64,29 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("table: photo, x, y, z (or longitude, latitude, altitude), geo.txt, or a folder of "
                 "photos with GPS; without FILE the photos where they are found"),
     )  # fmt: skip
+    parser.add_argument(
+        "--attitudes",
+        metavar="FILE",
+        nargs="?",
+        const=_BESIDE,
+        help=tr("table: photo, yaw, pitch, roll[, sigma_yaw, …, north], or a folder of photos that "
+                "say how they were held; without FILE the photos where they are found"),
+    )  # fmt: skip
+    parser.add_argument(
+        "--north",
+        choices=("grid", "true", "magnetic"),
+        default="grid",
+        help=tr("what azimuths are counted from where a table does not say (default: grid)"),
+    )
+    parser.add_argument("--date", metavar="DAY", help=tr("of compass readings, for declination"))
+    parser.add_argument(
+        "--declination", metavar="DEG", help=tr("of magnetic north, east positive (default: IGRF)")
+    )
+    parser.add_argument(
+        "--north-sigma",
+        metavar="DEG",
+        help=tr("how far a compass may be off for all photos alike, one sigma (default: 10)"),
+    )
     parser.add_argument(
         "--scale",
         metavar="X1,Y1,Z1,X2,Y2,Z2,METRES",
@@ -142,8 +166,11 @@ def _evidence(
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.evidence import Evidence
+    from vomstudio.registration.north import on_grid
 
     evidence = Evidence()
+    if args.north_sigma is not None:
+        evidence.north_doubt_deg = _angle(args.north_sigma, "--north-sigma")
     if args.marks is not None and args.gcp is None:
         raise UsageError(tr("Marks need their points: give --gcp too."), field="--marks")
     if args.cameras or args.attitudes or args.horizon or args.gcp:
@@ -156,16 +183,21 @@ def _evidence(
         evidence.pairs, crs = _marked(args, evidence, crs)
     if args.scale_bars is not None:
         evidence.bars = tables.read_scale_bars(args.scale_bars)
-    if args.attitudes is not None:
-        evidence.attitudes = tables.read_attitudes(args.attitudes)
     if args.horizon is not None:
         evidence.level = tables.read_level_lines(args.horizon)
     if args.orientations is not None:
         evidence.compass = tables.read_compass(args.orientations)
+    place = None
     if args.cameras is not None:
-        evidence.positions, crs, _ = in_metres(_positions(args, own), crs, said)
+        evidence.positions, crs, place = in_metres(_positions(args, own), crs, said)
+    north = _north(args, evidence, crs, place)
+    if args.attitudes is not None:
+        table = _held(args, own)
+        said += table.notes
+        evidence.attitudes = on_grid(table, north, said)
     evidence.lengths = [_segment(text, "--scale") for text in args.scale]
     evidence.azimuths = [_segment(text, "--azimuth") for text in args.azimuth]
+    _turn_to_grid(args, evidence, north, said)
     for _, _, metres in evidence.lengths:
         if not metres > 0:
             raise UsageError(tr("A length must be positive. Correct it."), field="--scale")
@@ -209,6 +241,65 @@ def _positions(args: argparse.Namespace, own: OwnCameras) -> Positions:
     if args.cameras == _BESIDE or Path(args.cameras).is_dir():
         return positions_in(_photos(args.cameras, own, "--cameras"))
     return read_positions(args.cameras)
+
+
+def _held(args: argparse.Namespace, own: OwnCameras) -> AttitudeTable:
+    """How the photos were held: by a table, or by themselves."""
+    from vomstudio.io.control.attitude_tables import read_attitudes
+    from vomstudio.registration.photo_evidence import attitudes_in
+
+    if args.attitudes == _BESIDE or Path(args.attitudes).is_dir():
+        return attitudes_in(_photos(args.attitudes, own, "--attitudes"), own.views)
+    return read_attitudes(args.attitudes, args.north)
+
+
+def _north(
+    args: argparse.Namespace,
+    evidence: Evidence,
+    crs: str | None,
+    place: tuple[float, float] | None,
+) -> North:
+    """What is known of north, and of where and when the readings were made."""
+    import numpy as np
+
+    from vomstudio.registration.north import North, parse_day, place_of
+
+    known = [] if evidence.pairs is None else [evidence.pairs.world]
+    known += [] if evidence.positions is None else [evidence.positions.places]
+    if place is None and crs is not None and known:
+        place = place_of(crs, np.concatenate(known))
+    declination = None
+    if args.declination is not None:
+        declination = _angle(args.declination, "--declination", signed=True)
+    day = None if args.date is None else parse_day(args.date)
+    return North(crs, place, day, declination)
+
+
+def _turn_to_grid(
+    args: argparse.Namespace, evidence: Evidence, north: North, said: list[str]
+) -> None:
+    """Azimuths and compass readings from the north of the map."""
+    from vomstudio.registration.north import turn_of
+
+    if args.north == "grid" or not (evidence.azimuths or evidence.compass):
+        return
+    turn, sentence = turn_of(args.north, north, "--north")
+    said.append(sentence)
+    evidence.azimuths = [(a, b, (deg + turn) % 360.0) for a, b, deg in evidence.azimuths]
+    evidence.compass_turn_deg = turn
+
+
+def _angle(text: str, option: str, *, signed: bool = False) -> float:
+    try:
+        value = float(text.strip().rstrip("°").replace(",", "."))
+    except ValueError:
+        value = math.nan
+    if not (abs(value) <= 180.0 and (signed or value > 0)):
+        raise UsageError(
+            tr("'{text}' is no angle in degrees that is possible here.", text=text[:40]),
+            field=option,
+        )
+    return value
 
 
 def _photos(given: str, own: OwnCameras, option: str) -> dict[str, Path]:

@@ -51,7 +51,8 @@ def view_angles(rotations: npt.ArrayLike) -> Array:
     level = np.column_stack([np.cos(yaw), -np.sin(yaw), np.zeros_like(yaw)])
     below = np.cross(forward, level)
     roll = np.arctan2((right * below).sum(axis=1), (right * level).sum(axis=1))
-    return np.degrees(np.column_stack([yaw % (2 * np.pi), pitch, np.where(steep, 0.0, roll)]))
+    angles = np.column_stack([yaw % (2 * np.pi), pitch, np.where(steep, 0.0, roll)])
+    return np.asarray(np.degrees(angles), np.float64)
 
 
 def of_nadir_body(angles: npt.ArrayLike) -> Array:

@@ -35,6 +35,9 @@ _SURE = 0.99
 # them by: metres as a share of the model's size, radians.
 _USUAL_SHARE = 0.01
 _USUAL_RAD = np.radians(3.0)
+# Angles that nobody measures better: beside the doubt about a compass, errors that are much smaller
+# would leave that to rounding.
+_FINEST_RAD = 3e-4
 # Starts that end with this much more than the least sum of squares fit as well by chance.
 _AS_GOOD = 9.0
 # Rotations that differ by more than this (rad) are not the same one.
@@ -340,7 +343,9 @@ def _estimated(
         if free >= 0.5:
             squares = float((misses[: len(sigma)][which] ** 2).sum())
             variance = float(sigma[which][0] ** 2) * squares / free
-            found[which] = np.sqrt(max(variance, (1e-12 * size) ** 2))
+            doubted = rows.shared.shape[1] and name not in _METRES
+            least = _FINEST_RAD if doubted else 1e-12 * size
+            found[which] = np.sqrt(max(variance, least**2))
     return found, free_of
 
 

@@ -10,13 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError, UsageError
-from vomstudio.geology.view_attitudes import camera_rotations
 from vomstudio.geometry import transform
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.places import why_no_coordinate
 from vomstudio.geometry.triangulation import triangulate
+from vomstudio.io.control.attitude_tables import AttitudeTable
 from vomstudio.io.control.observation_tables import (
-    AttitudeTable,
     CompassTable,
     LevelTable,
     Pairs,
@@ -24,9 +23,10 @@ from vomstudio.io.control.observation_tables import (
     ScaleBar,
 )
 from vomstudio.io.photos.photo_names import photo_finder
+from vomstudio.registration.attitude_checks import said_of_north
+from vomstudio.registration.attitude_evidence import NORTH_DOUBT_DEG, Held, held
 from vomstudio.registration.camera_positions import doubts_about
 from vomstudio.registration.observations import (
-    Attitudes,
     Azimuths,
     Directions,
     Lengths,
@@ -43,8 +43,6 @@ Array = npt.NDArray[np.float64]
 Segment = tuple[tuple[float, float, float], tuple[float, float, float], float]
 Marked = tuple[str, str, float, float]
 
-_MAGNETIC_DEG = 10.0
-"""One sigma of magnetic north until it has been checked: steel, rocks, declination of the day."""
 _READING_DEG = 3.0
 _TAPE = 0.005
 """One sigma of a length by tape whose ends are picked on a model, as a share of it."""
@@ -63,8 +61,13 @@ class Evidence:
     positions: Positions | None = None
     """In metres."""
     attitudes: AttitudeTable | None = None
+    """Yaws from the north of the map."""
+    north_doubt_deg: float = NORTH_DOUBT_DEG
+    """One sigma of what a compass is off for all photos alike."""
     level: LevelTable | None = None
     compass: CompassTable | None = None
+    compass_turn_deg: float = 0.0
+    """Added to all azimuths of `compass`."""
     lengths: Sequence[Segment] = ()
     """Two ends on the model, and the metres between them."""
     azimuths: Sequence[Segment] = ()
@@ -90,17 +93,22 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     kinds += _lengths(evidence, said)
     if evidence.positions is not None:
         kinds.append(_cameras(evidence, said))
+    attitudes = None
     if evidence.attitudes is not None:
-        kinds.append(_attitudes(evidence, evidence.attitudes, said))
+        attitudes = _attitudes(evidence, evidence.attitudes, said)
+        kinds += attitudes.kinds
     if evidence.level is not None:
         kinds.append(_level(evidence, evidence.level))
     if evidence.compass is not None:
-        kinds += _compass(evidence.compass)
+        kinds += _compass(evidence.compass, evidence.compass_turn_deg)
     if evidence.azimuths:
         kinds.append(_azimuths(evidence.azimuths))
     placed = place(kinds, check, extent)
     if evidence.positions is not None and len(kinds) == 1:
         _refuse_unsure(placed)
+    if attitudes is not None:
+        rotation = np.array(placed.matrix)[:3, :3] / placed.scale
+        said += said_of_north(attitudes.angles, attitudes.model, rotation)
     return with_warnings(_with_pixels(placed, evidence), said)
 
 
@@ -349,18 +357,10 @@ def marked_places(evidence: Evidence, marks: Sequence[Marked]) -> dict[str, Arra
     return {label: place_ for label, place_ in found.items() if np.isfinite(place_).all()}
 
 
-def _attitudes(evidence: Evidence, table: AttitudeTable, said: list[str]) -> Attitudes:
+def _attitudes(evidence: Evidence, table: AttitudeTable, said: list[str]) -> Held:
     rows, names = _found(evidence, evidence.views, table.photos, "--attitudes", said)
-    world, axes = camera_rotations(table.angles[rows])
-    model = np.array([np.asarray(evidence.views[name].rotation).T for name in names])
-    return Attitudes(
-        [table.photos[row] for row in rows],
-        model,
-        world,
-        axes,
-        np.radians(table.sigma[rows]),
-        np.radians(_MAGNETIC_DEG) if table.magnetic else 0.0,
-    )
+    views = [evidence.views[name] for name in names]
+    return held(table, rows, views, evidence.north_doubt_deg, said)
 
 
 def _level(evidence: Evidence, table: LevelTable) -> LevelLines:
@@ -376,8 +376,10 @@ def _level(evidence: Evidence, table: LevelTable) -> LevelLines:
 
 
 # --- compass ----------------------------------------------------------------------------------
-def _compass(table: CompassTable) -> list[Observed]:
-    world = table.read.vectors()
+def _compass(table: CompassTable, turn_deg: float) -> list[Observed]:
+    c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
+    # Azimuths run clockwise.
+    world = table.read.vectors() @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     kinds: list[Observed] = []
     for planes in (True, False):
         rows = np.flatnonzero(table.read.is_plane == planes)

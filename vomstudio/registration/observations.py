@@ -136,6 +136,33 @@ class Directions:
 
 
 @dataclass(frozen=True, eq=False)
+class Verticals:
+    """Directions of the model that point straight down, such as by the accelerometer of a phone.
+
+    model : (n, 3) unit vectors; sigma : (n, 2) rad, NaN where not stated
+    """
+
+    labels: Sequence[str]
+    model: Array
+    sigma: Array
+
+    def rows(self, fit: Similarity, centre: Array) -> Rows:
+        placed = self.model @ fit.rotation.T
+        aside = np.hypot(placed[:, 0], placed[:, 1])
+        # The whole angle, also where it is more than a right one; upwards it is of no side.
+        angle = np.arctan2(aside, -placed[:, 2])
+        factor = np.where(aside > 1e-12, angle / np.maximum(aside, 1e-12), 1.0)
+        misses = placed[:, :2] * factor[:, None]
+        misses[(aside <= 1e-12) & (placed[:, 2] > 0), 0] = np.pi
+        moves = np.zeros((len(placed), 2, 7))
+        # Turns about east and north move it north and west, or the other way; those about itself
+        # do not, however much it trembles.
+        moves[:, 0, 1] = -1.0
+        moves[:, 1, 0] = 1.0
+        return _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("verticals",))
+
+
+@dataclass(frozen=True, eq=False)
 class LevelLines:
     """Directions of the model that are horizontal, such as horizons in photos.
 
@@ -160,12 +187,14 @@ class Azimuths:
 
     model : (n, 3) unit vectors, not vertical; azimuth : (n,) rad from north to east
     sigma : (n,) rad, NaN where not stated
+    north_sigma : rad, how far north may be off for all alike (a compass)
     """
 
     labels: Sequence[str]
     model: Array
     azimuth: Array
     sigma: Array
+    north_sigma: float = 0.0
 
     def rows(self, fit: Similarity, centre: Array) -> Rows:
         placed = self.model @ fit.rotation.T
@@ -176,7 +205,9 @@ class Azimuths:
         slope = np.column_stack([north / flat, -east / flat, np.zeros(len(flat))])
         moves = np.zeros((len(flat), 7))
         moves[:, :3] = np.cross(placed, slope)
-        return _rows(misses, moves, self.sigma, ("azimuths",))
+        rows = _rows(misses, moves, self.sigma, ("azimuths",))
+        # A wrong north turns all about the vertical.
+        return _sharing(rows, moves[:, 2:3], self.north_sigma)
 
 
 @dataclass(frozen=True, eq=False)

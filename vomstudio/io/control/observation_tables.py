@@ -1,5 +1,5 @@
-"""Tables of what is known of a model's place: pairs of points, scale bars, camera positions,
-attitudes of cameras, level lines in photos, and compass readings of what the model shows.
+"""Tables of what is known of a model's place: pairs of points, scale bars, camera positions, level
+lines in photos, and compass readings of what the model shows.
 
 Headers are found by what they say, in any order; one that begins with `#` counts too, as Metashape
 writes it. Without a header the columns stand in the order in which they are named here.
@@ -19,7 +19,6 @@ from vomstudio.errors import InputError, UsageError
 from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
-from vomstudio.io.text.rows import shortened
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -89,20 +88,6 @@ class Positions:
     heights: tuple[str, ...] = ()
     file: Path | None = None
     line: int | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class AttitudeTable:
-    """How cameras were held. angles, sigma : (n, 3) degrees of yaw, pitch and roll; NaN where not
-    given; yaw : azimuth of the view, clockwise; pitch : 0 level, -90 straight down; roll : 0 with
-    the image's long side level, clockwise as the photographer tilts the camera
-    magnetic : yaw was read from a compass
-    """
-
-    photos: tuple[str, ...]
-    angles: Array
-    sigma: Array
-    magnetic: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,35 +167,6 @@ def _crs_in(comments: Sequence[str]) -> str | None:
         if name.replace(" ", "").casefold() == "coordinatesystem" and "CS[" in wkt:
             return None if wkt.strip().upper().startswith("LOCAL") else wkt.strip()
     return None
-
-
-def read_attitudes(path: str | Path) -> AttitudeTable:
-    """`photo, yaw, pitch, roll[, sigma_yaw, sigma_pitch, sigma_roll][, north]`. Raises
-    InputError."""
-    table = NamedTable(path, ("photo", "yaw", "pitch", "roll"))
-    photos = table.words(PHOTO, "photo")
-    table.require_once(photos)
-    names = ("yaw", "pitch", "roll")
-    angles = table.columns((("yaw", "heading"), ("pitch",), ("roll",)), names)
-    for column, limit in ((1, 90.0), (2, 180.0)):
-        for row in np.flatnonzero(np.abs(angles[:, column]) > limit):
-            said = tr("{name} is between -{limit:g} and {limit:g} degrees. Correct it.",
-                      name=names[column], limit=limit)  # fmt: skip
-            raise table.at(int(row), said, names[column])
-    sigma = np.column_stack(
-        [table.positive((f"sigma {n}", f"accuracy {n}", f"error {n}"), f"sigma_{n}") for n in names]
-    )
-    magnetic = False
-    if table.has(("north",)):
-        for number, word in enumerate(table.words(("north",), "north", empty=True)):
-            if word.casefold() not in ("", "true", "grid", "magnetic"):
-                raise table.at(
-                    number,
-                    tr("'{word}' is no north. Write true or magnetic.", word=shortened(word)),
-                    "north",
-                )
-            magnetic |= word.casefold() == "magnetic"
-    return AttitudeTable(photos, angles, sigma, magnetic)
 
 
 def read_level_lines(path: str | Path) -> LevelTable:

@@ -22,17 +22,9 @@ from vomstudio.words import tr
 Array = npt.NDArray[np.float64]
 
 PHOTO = (
-    "photo",
-    "image",
-    "image name",
-    "photo id",
-    "file",
-    "filename",
-    "file name",
-    "name",
-    "label",
-    "camera",
-)
+    "photo", "image", "image name", "photo id", "source file", "picture", "photo name", "file",
+    "filename", "file name", "name", "label", "camera",
+)  # fmt: skip
 WORLD = (
     ("x", "east", "easting", "e", "world x", "lon", "longitude", "x east", "x longitude"),
     ("y", "north", "northing", "n", "world y", "lat", "latitude", "y north", "y latitude"),

@@ -1,0 +1,132 @@
+"""How cameras were held, as observations: whole attitudes, or the vertical and north apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geology.view_attitudes import (
+    camera_rotations,
+    from_down_and_azimuth,
+    view_angles,
+)
+from vomstudio.geometry.cameras import View
+from vomstudio.io.control.attitude_tables import AttitudeTable, down_of
+from vomstudio.registration.attitude_checks import left_out
+from vomstudio.registration.observations import Attitudes, Azimuths, Observed, Verticals
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+NORTH_DOUBT_DEG = 10.0
+"""One sigma of a compass's north until it has been checked: steel, rocks, the phone itself."""
+# The azimuth of a view that is steeper says nothing that the phone's compass could have meant.
+_STEEPEST_DEG = 60.0
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """kinds : observations; angles, model : (n, 3), (n, 3, 3) of the photos whose attitude is
+    wholly known, in World and in the model"""
+
+    kinds: tuple[Observed, ...]
+    angles: Array
+    model: Array
+
+
+def held(
+    table: AttitudeTable,
+    rows: Sequence[int],
+    views: Sequence[View],
+    north_doubt_deg: float,
+    said: list[str],
+) -> Held:
+    """The rows of a table, whose yaws are from the north of the map, with the cameras they are of.
+
+    said : gets what was left out, and why
+    """
+    which = np.asarray(rows, int)
+    labels = [table.photos[row] for row in rows]
+    model = np.array([np.asarray(view.rotation).T for view in views]).reshape(-1, 3, 3)
+    angles, sigma = table.angles[which], np.radians(table.sigma[which])
+    down = down_of(table)[which]
+    whole = np.isfinite(angles).all(axis=1)
+    yaw, tilt = np.isfinite(angles[:, 0]), np.isfinite(down[:, 0])
+    phone = yaw & tilt & ~whole
+    phone &= _not_steep(labels, phone, down, said)
+    both = whole | phone
+    known = np.full_like(angles, np.nan)
+    known[whole] = angles[whole]
+    if phone.any():
+        known[phone] = view_angles(from_down_and_azimuth(down[phone], angles[phone, 0]))
+    bad = np.zeros(len(labels), bool)
+    bad[both] = left_out(_chosen(labels, both), known[both], model[both], said)
+    shared = float(np.radians(north_doubt_deg)) if table.doubted else 0.0
+    kinds: list[Observed] = [
+        _attitudes(labels, whole & ~bad, angles, model, sigma, shared),
+        _verticals(labels, tilt & ~whole & ~bad, down, model, sigma),
+        _norths(labels, yaw & ~whole & ~bad & (phone | ~tilt), angles, model, sigma, shared),
+    ]
+    good = both & ~bad
+    return Held(tuple(k for k in kinds if len(k.labels)), known[good], model[good])
+
+
+def _attitudes(
+    labels: Sequence[str],
+    which: npt.NDArray[np.bool_],
+    angles: Array,
+    model: Array,
+    sigma: Array,
+    shared: float,
+) -> Attitudes:
+    world, axes = camera_rotations(angles[which])
+    names = _chosen(labels, which)
+    return Attitudes(names, model[which], world, axes, sigma[which], shared)
+
+
+def _verticals(
+    labels: Sequence[str],
+    which: npt.NDArray[np.bool_],
+    down: Array,
+    model: Array,
+    sigma: Array,
+) -> Verticals:
+    there = np.einsum("nij,nj->ni", model[which], down[which])
+    names = _chosen(labels, which)
+    return Verticals(names, there, sigma[which, 1:])
+
+
+def _norths(
+    labels: Sequence[str],
+    which: npt.NDArray[np.bool_],
+    angles: Array,
+    model: Array,
+    sigma: Array,
+    shared: float,
+) -> Azimuths:
+    names = _chosen(labels, which)
+    azimuths = np.radians(angles[which, 0])
+    return Azimuths(names, model[which][:, :, 2], azimuths, sigma[which, 0], shared)
+
+
+def _not_steep(
+    labels: Sequence[str], phone: npt.NDArray[np.bool_], down: Array, said: list[str]
+) -> npt.NDArray[np.bool_]:
+    steep = phone & (np.abs(down[:, 2]) > np.sin(np.radians(_STEEPEST_DEG)))
+    if steep.any():
+        said.append(
+            tr(
+                "{count} photos look up or down too steeply for their compass to say where, and "
+                "tell the vertical alone: {names}.",
+                count=int(steep.sum()),
+                names=", ".join(_chosen(labels, steep)[:8]),
+            )
+        )
+    return np.asarray(~steep)
+
+
+def _chosen(labels: Sequence[str], which: npt.NDArray[np.bool_]) -> list[str]:
+    return [labels[int(i)] for i in np.flatnonzero(which)]
