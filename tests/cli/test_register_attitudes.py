@@ -334,3 +334,44 @@ def test_azimuths_by_compass_need_a_declination(run) -> None:
     np.testing.assert_allclose(turn @ [0, 1, 0], [np.sin(a), np.cos(a), 0], atol=1e-9)
     for bad in (("--declination", "east"), ("--date", "May"), ("--north-sigma", "-1")):
         assert run("register", "-", *line, *bad).code == 2
+
+
+def test_the_day_and_the_place_give_the_declination(run, write: Write) -> None:
+    """Places come from the points, the azimuth adds nothing but its own sentence."""
+    from datetime import date
+
+    from vomstudio.io.gis.magnetic_north import declination_deg
+
+    corners = np.array([[0, 0, 0], [9, 0, 0], [0, 4, 1], [3, 2, 5], [5, 1, 0.5]], float)
+    rows = ["label,model_x,model_y,model_z,x,y,z"]
+    for number, corner in enumerate(corners):
+        rows.append(f"P{number}," + ",".join(f"{v:.6f}" for v in (*corner, *world(corner))))
+    east, north, _ = TURN[:, 0]
+    longitude, latitude, _ = degrees(world(np.zeros((1, 3))))[0]
+    convergence = (longitude - 15.0) * np.sin(np.radians(latitude))
+    grid = np.degrees(np.arctan2(east, north))
+    declination = declination_deg(longitude, latitude, date(2024, 5, 12))
+    read = (grid - declination + convergence) % 360.0
+    words = ("register", "-", "--pairs", write("\n".join(rows)), "--north", "magnetic",
+             "--date", "2024-05-12", "--azimuth", f"0,0,0,1,0,0,{read}")  # fmt: skip
+    told = run(*words, "--crs", "EPSG:32633", "--json").json
+    # It agrees with the points to some thousandths of a degree.
+    assert off_deg(told) < 0.01
+    assert any(f"{declination - convergence:+.1f}°" in said for said in told["warnings"])
+    assert not told["blunders"]
+    # Without a CRS nobody knows where that is.
+    assert "--crs" in run(*words).said
+
+
+def test_a_magnetic_table_without_a_day_is_taken_as_it_is_and_said(
+    run, write: Write, model: Path
+) -> None:
+    rows = ["photo,yaw,pitch,roll,north"]
+    for view in VIEWS:
+        rows.append(f"{view.name},{','.join(f'{a:.6f}' for a in gimbal(view))},magnetic")
+    table = write("\n".join(rows))
+    told = run("register", model, "--attitudes", table, "--json").json
+    assert off_deg(told) < 1e-4
+    assert any("place or day is not known" in said for said in told["warnings"])
+    corrected = run("register", model, "--attitudes", table, "--declination", "5", "--json").json
+    assert off_deg(corrected) == pytest.approx(5.0, abs=1e-3)
