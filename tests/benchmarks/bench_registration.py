@@ -21,11 +21,11 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from vomstudio.geology.orientation import Line
-from vomstudio.geology.view_attitudes import camera_rotations
+from vomstudio.geology.view_attitudes import camera_rotations, error_axes
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.tilts import errors_95_deg
 from vomstudio.io.control.attitude_tables import attitude_table
-from vomstudio.registration.attitude_evidence import held
+from vomstudio.registration.attitude_evidence import MOUNT_DOUBT_DEG, held
 from vomstudio.registration.observations import Attitudes, Directions, Observed, Points
 from vomstudio.registration.placing import place
 from vomstudio.registration.similarity import rotation_covariance
@@ -89,11 +89,11 @@ def _gimbal(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], 
         angles = np.column_stack(
             [fixed.uniform(0, 360, n), fixed.uniform(-50, 10, n), fixed.uniform(-3, 3, n)]
         )
-        true, _ = camera_rotations(angles)
+        true = camera_rotations(angles)
         sigma = np.array([2.0, 0.5, 0.5])
         read = angles + rng.normal(size=angles.shape) * sigma
         read[:, 0] += rng.normal() * north_deg
-        world, axes = camera_rotations(read)
+        world, axes = camera_rotations(read), error_axes(read)
         model = turn.T @ true
         labels = [str(i) for i in range(n)]
         told = np.radians(np.tile(sigma, (n, 1)))
@@ -103,17 +103,19 @@ def _gimbal(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], 
 
 
 def _phones(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], list[Observed]]:
-    """The vertical by accelerometers, off by 0.7 deg, the azimuth by compasses, off by 5 deg each
-    and by what they have in common; no accuracy stated."""
+    """The vertical by accelerometers, off by 0.7 deg in each photo and by 1 deg against the camera
+    in all, the azimuth by compasses, off by 5 deg each and by what they have in common; no accuracy
+    stated."""
 
     def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
         fixed = np.random.default_rng(n)
         angles = np.column_stack(
             [fixed.uniform(0, 360, n), fixed.uniform(-30, 10, n), fixed.uniform(-5, 5, n)]
         )
-        true, _ = camera_rotations(angles)
+        true = camera_rotations(angles)
         trembling = Rotation.from_rotvec(np.radians(0.7) * rng.normal(size=(n, 3))).as_matrix()
-        down = -(trembling @ true)[:, 2, :]
+        mount = Rotation.from_rotvec(np.radians(MOUNT_DOUBT_DEG) * rng.normal(size=3)).as_matrix()
+        down = -(trembling @ true @ mount)[:, 2, :]
         read = angles[:, 0] + 5.0 * rng.normal(size=n) + north_deg * rng.normal()
         names = tuple(str(i) for i in range(n))
         told = np.column_stack([read, np.full((n, 2), np.nan)])

@@ -17,23 +17,33 @@ Array = npt.NDArray[np.float64]
 _STEEP = 1e-9
 
 
-def camera_rotations(angles: npt.ArrayLike) -> tuple[Array, Array]:
-    """(n, 3, 3) rotations from cameras to World, and (n, 3, 3) the axes, as columns, about which
-    yaw, pitch and roll turn them.
-
-    angles : (n, 3) yaw, pitch, roll
-    """
+def camera_rotations(angles: npt.ArrayLike) -> Array:
+    """(n, 3, 3) rotations from cameras to World; angles : (n, 3) yaw, pitch, roll."""
     yaw, pitch, roll = np.radians(np.asarray(angles, np.float64).reshape(-1, 3)).T
-    zero = np.zeros_like(yaw)
     forward = np.column_stack(
         [np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)]
     )
-    level = np.column_stack([np.cos(yaw), -np.sin(yaw), zero])
+    level = np.column_stack([np.cos(yaw), -np.sin(yaw), np.zeros_like(yaw)])
     below = np.cross(forward, level)
     right = level * np.cos(roll)[:, None] + below * np.sin(roll)[:, None]
     down = below * np.cos(roll)[:, None] - level * np.sin(roll)[:, None]
-    vertical = np.column_stack([zero, zero, zero - 1.0])
-    return np.stack([right, down, forward], axis=2), np.stack([vertical, level, forward], axis=2)
+    return np.stack([right, down, forward], axis=2)
+
+
+def error_axes(angles: npt.ArrayLike) -> Array:
+    """(n, 3, 3) the axes, as columns, about which errors of yaw, pitch and roll turn a camera:
+    down, its level side, and what is level ahead of it.
+
+    An instrument finds north and the vertical. The vertical is as good to the side as it is ahead,
+    also where a camera looks down, and roll about the view would be yaw.
+    angles : (n, 3) yaw, pitch, roll
+    """
+    yaw = np.radians(np.asarray(angles, np.float64).reshape(-1, 3)[:, 0])
+    zero = np.zeros_like(yaw)
+    down = np.column_stack([zero, zero, zero - 1.0])
+    level = np.column_stack([np.cos(yaw), -np.sin(yaw), zero])
+    ahead = np.column_stack([np.sin(yaw), np.cos(yaw), zero])
+    return np.stack([down, level, ahead], axis=2)
 
 
 def view_angles(rotations: npt.ArrayLike) -> Array:
@@ -78,4 +88,4 @@ def from_down_and_azimuth(down: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> Ar
     pitch = np.degrees(np.arcsin(np.clip(-vertical[:, 2], -1.0, 1.0)))
     roll = np.degrees(np.arctan2(vertical[:, 0], vertical[:, 1]))
     yaw = np.broadcast_to(np.asarray(azimuth_deg, np.float64), pitch.shape)
-    return camera_rotations(np.column_stack([yaw, pitch, roll]))[0]
+    return camera_rotations(np.column_stack([yaw, pitch, roll]))

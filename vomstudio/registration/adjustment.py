@@ -309,6 +309,8 @@ def _judged(kinds: Sequence[Observed], fit: Similarity, centre: Array, size: flo
     moves, misses, units = _system(rows, sigma, length)
     information = moves.T @ moves
     inverse, null = _inverse(information)
+    misses = _left_over(moves, misses, inverse, len(rows.misses))
+    rows = replace(rows, misses=misses[: len(rows.misses)] * sigma)
     redundancy = float(len(rows.misses) - (7 - null.shape[1]))
     share, spread, factor = _spread(rows, moves, misses, inverse)
     overdrawn = 1.0
@@ -332,6 +334,7 @@ def _estimated(
     each of these rests on."""
     moves, misses, _ = _system(rows, sigma, size)
     inverse, _ = _inverse(moves.T @ moves)
+    misses = _left_over(moves, misses, inverse, len(sigma))
     hat = np.einsum("ij,jk,ik->i", moves, inverse, moves)[: len(sigma)]
     groups = np.array(rows.groups)
     unknown = ~np.isfinite(rows.sigma)
@@ -347,6 +350,16 @@ def _estimated(
             least = _FINEST_RAD if doubted else 1e-12 * size
             found[which] = np.sqrt(max(variance, least**2))
     return found, free_of
+
+
+def _left_over(moves: Array, misses: Array, inverse: Array, m: int) -> Array:
+    """The misses without what the errors that rows have in common explain of them."""
+    k = len(misses) - m
+    if not k:
+        return misses
+    shared = (inverse @ (moves.T @ misses))[-k:]
+    left = misses - moves[:, -k:] @ shared
+    return np.asarray(left, np.float64)
 
 
 def _spread(rows: Rows, moves: Array, misses: Array, inverse: Array) -> tuple[Array, Array, Array]:

@@ -41,11 +41,11 @@ def left_out(labels: Sequence[str], angles: Array, model: Array, said: list[str]
     n = len(labels)
     if n < _FEWEST:
         return np.zeros(n, bool)
-    turns = camera_rotations(angles)[0] @ np.swapaxes(model, 1, 2)
+    turns = camera_rotations(angles) @ np.swapaxes(model, 1, 2)
     usual, scatter = _agreed(turns)
     if scatter > _AGREE_DEG:
         better = [
-            (_agreed(camera_rotations(change(angles))[0] @ np.swapaxes(model, 1, 2))[1], sentence)
+            (_agreed(camera_rotations(change(angles)) @ np.swapaxes(model, 1, 2))[1], sentence)
             for change, sentence in _conventions()
         ]
         least, sentence = min(better)
@@ -77,7 +77,7 @@ def said_of_north(angles: Array, model: Array, rotation: Array) -> list[str]:
 
     if not len(angles):
         return []
-    turns = camera_rotations(angles)[0] @ np.swapaxes(rotation @ model, 1, 2)
+    turns = camera_rotations(angles) @ np.swapaxes(rotation @ model, 1, 2)
     # A turn about up lessens azimuths.
     off = -float(np.degrees(np.median(Rotation.from_matrix(turns).as_rotvec()[:, 2])))
     if abs(off) < _OFF_DEG:
@@ -141,11 +141,11 @@ def _described(
     for row in map(int, rest):
         one = angles[row : row + 1]
         fits = [
-            (float(_apart(camera_rotations(change(one))[0] @ back[row], usual)[0]), sentence)
+            (float(_apart(camera_rotations(change(one)) @ back[row], usual)[0]), sentence)
             for change, sentence in _quarters()
         ]
         least, sentence = min(fits)
-        between = camera_rotations(one)[0][0] @ back[row] @ usual.T
+        between = camera_rotations(one)[0] @ back[row] @ usual.T
         turn = np.degrees(Rotation.from_matrix(between).as_rotvec())
         if least < limit / 2:
             why = tr("they would fit if {what}", what=sentence)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from vomstudio.geology.view_attitudes import (
     camera_rotations,
+    error_axes,
     from_down_and_azimuth,
     view_angles,
 )
@@ -23,6 +24,10 @@ Array = npt.NDArray[np.float64]
 
 NORTH_DOUBT_DEG = 10.0
 """One sigma of a compass's north until it has been checked: steel, rocks, the phone itself."""
+MOUNT_DOUBT_DEG = 1.0
+"""One sigma of what a gimbal or an accelerometer is out of line with its camera, about each axis,
+where no accuracy is stated. It is the same in all photos, which do not show it unless they look to
+several sides. (A drone that writes -89.9 degrees looked 1.5 degrees beside the vertical.)"""
 # The azimuth of a view that is steeper says nothing that the phone's compass could have meant.
 _STEEPEST_DEG = 60.0
 
@@ -65,9 +70,11 @@ def held(
     bad = np.zeros(len(labels), bool)
     bad[both] = left_out(_chosen(labels, both), known[both], model[both], said)
     shared = float(np.radians(north_doubt_deg)) if table.doubted else 0.0
+    unstated = np.isnan(sigma[:, 1:]).any()
+    mount = float(np.radians(MOUNT_DOUBT_DEG)) if unstated else 0.0
     kinds: list[Observed] = [
-        _attitudes(labels, whole & ~bad, angles, model, sigma, shared),
-        _verticals(labels, tilt & ~whole & ~bad, down, model, sigma),
+        _attitudes(labels, whole & ~bad, angles, model, sigma, shared, mount),
+        _verticals(labels, tilt & ~whole & ~bad, down, model, sigma, mount),
         _norths(labels, yaw & ~whole & ~bad & (phone | ~tilt), angles, model, sigma, shared),
     ]
     good = both & ~bad
@@ -81,10 +88,10 @@ def _attitudes(
     model: Array,
     sigma: Array,
     shared: float,
+    mount: float,
 ) -> Attitudes:
-    world, axes = camera_rotations(angles[which])
-    names = _chosen(labels, which)
-    return Attitudes(names, model[which], world, axes, sigma[which], shared)
+    world, axes = camera_rotations(angles[which]), error_axes(angles[which])
+    return Attitudes(_chosen(labels, which), model[which], world, axes, sigma[which], shared, mount)
 
 
 def _verticals(
@@ -93,10 +100,11 @@ def _verticals(
     down: Array,
     model: Array,
     sigma: Array,
+    mount: float,
 ) -> Verticals:
     there = np.einsum("nij,nj->ni", model[which], down[which])
     names = _chosen(labels, which)
-    return Verticals(names, there, sigma[which, 1:])
+    return Verticals(names, there, sigma[which, 1:], model[which], mount)
 
 
 def _norths(

@@ -126,7 +126,7 @@ def down_of(table: AttitudeTable) -> Array:
     down = table.down.copy()
     told = np.isnan(down[:, 0]) & np.isfinite(table.angles[:, 1:]).all(axis=1)
     tilts = np.column_stack([np.zeros(int(told.sum())), table.angles[told, 1:]])
-    down[told] = -camera_rotations(tilts)[0][:, 2, :]
+    down[told] = -camera_rotations(tilts)[:, 2, :]
     return down
 
 
