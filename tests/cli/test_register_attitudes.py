@@ -156,6 +156,8 @@ def test_phones_without_a_compass_give_the_vertical_alone(run, model: Path, upri
     told = run("register", model, "--attitudes", folder, "--json").json
     assert told["known"] == {**ALL, "north": False}
     np.testing.assert_allclose(up_of(told), TURN[2], atol=1e-5)
+    assert [p["photo"] for p in told["attitudes"]] == [v.name for v in VIEWS]
+    assert all(p["yaw_deg"] is None and abs(p["roll_deg"]) < 0.01 for p in told["attitudes"])
 
 
 def test_phones_whose_photos_a_program_turned_upright(run, model: Path) -> None:
@@ -214,6 +216,9 @@ def test_a_compass_that_is_off_is_told_by_what_else_is_known(
     phones(folder, VIEWS, 90.0, "T")
     told = run("register", model, "--attitudes", folder, "--cameras", write("\n".join(rows)),
                "--json").json  # fmt: skip
+    assert [p["yaw_deg"] for p in told["attitudes"]] == pytest.approx([-90.0] * 9, abs=0.1)
+    for photo in told["attitudes"]:
+        assert (photo["pitch_deg"], photo["roll_deg"]) == pytest.approx((0, 0), abs=0.1)
     assert any("quarter" in said and "Add -90°" in said for said in told["warnings"])
 
 

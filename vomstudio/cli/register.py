@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from vomstudio.io.control.observation_tables import Positions
     from vomstudio.io.models.reader import LoadedModel
     from vomstudio.io.photos.own_cameras.result import OwnCameras
+    from vomstudio.registration.attitude_evidence import AttitudeMiss
     from vomstudio.registration.evidence import Evidence, Segment
     from vomstudio.registration.north import North
     from vomstudio.registration.results import Placed
@@ -128,7 +131,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     found = _solved(evidence, loaded)
     result: dict[str, Any] = found.as_dict()
     warnings = [*said, *found.warnings]
-    from vomstudio.registration.evidence import bars_as_checks
+    from vomstudio.registration.evidence import attitude_misses, bars_as_checks
+
+    photos = attitude_misses(evidence, found)
+    if photos:
+        result["attitudes"] = [asdict(photo) for photo in photos]
 
     for name, error in bars_as_checks(evidence, found):
         warnings.append(
@@ -141,6 +148,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.result(result)
     out.warn(warnings)
     out.text(in_words(found))
+    if photos:
+        out.text(_of_photos(photos))
+
+
+def _of_photos(photos: Sequence[AttitudeMiss]) -> str:
+    rows = [
+        [p.photo, *(text_tables.figures(v) for v in (p.yaw_deg, p.pitch_deg, p.roll_deg))]
+        for p in photos
+    ]
+    heads = [tr("photo"), tr("yaw"), tr("pitch"), tr("roll")]
+    return "\n" + text_tables.table(heads, ["", "°", "°", "°"], rows)
 
 
 def _solved(evidence: Evidence, loaded: LoadedModel | None) -> Placed:

@@ -81,6 +81,48 @@ def held(
     return Held(tuple(k for k in kinds if len(k.labels)), known[good], model[good])
 
 
+@dataclass(frozen=True)
+class AttitudeMiss:
+    """How far a photo's attitude is from that in the placed model: placed less given, degrees about
+    the axes of `error_axes`; None for what the photo does not say."""
+
+    photo: str
+    yaw_deg: float | None
+    pitch_deg: float | None
+    roll_deg: float | None
+
+
+def misses(
+    table: AttitudeTable, rows: Sequence[int], views: Sequence[View], rotation: Array
+) -> list[AttitudeMiss]:
+    """Of the rows of a table, also those that took no part; rotation : (3, 3) of the placed
+    model."""
+    from scipy.spatial.transform import Rotation
+
+    if not rows:
+        return []
+    which = np.asarray(rows, int)
+    given, down = table.angles[which], down_of(table)[which]
+    placed = rotation @ np.array([np.asarray(view.rotation).T for view in views])
+    seen = view_angles(placed)
+    tilt = np.isfinite(down[:, 0])
+    yaw = np.where(np.isfinite(given[:, 0]), given[:, 0], seen[:, 0])
+    there = camera_rotations(np.column_stack([yaw, seen[:, 1:]]))
+    there[tilt] = from_down_and_azimuth(down[tilt], yaw[tilt])
+    whole = np.isfinite(given).all(axis=1)
+    there[whole] = camera_rotations(given[whole])
+    turns = Rotation.from_matrix(placed @ np.swapaxes(there, 1, 2)).as_rotvec()
+    off = np.degrees(np.einsum("nji,nj->ni", error_axes(np.column_stack([yaw, yaw, yaw])), turns))
+    known = np.column_stack([np.isfinite(given[:, 0]), tilt, tilt])
+    return [
+        AttitudeMiss(
+            table.photos[row],
+            *(float(v) if k else None for v, k in zip(off[i], known[i], strict=True)),
+        )
+        for i, row in enumerate(rows)
+    ]
+
+
 def _attitudes(
     labels: Sequence[str],
     which: npt.NDArray[np.bool_],

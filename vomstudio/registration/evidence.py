@@ -24,7 +24,13 @@ from vomstudio.io.control.observation_tables import (
 )
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.registration.attitude_checks import said_of_north
-from vomstudio.registration.attitude_evidence import NORTH_DOUBT_DEG, Held, held
+from vomstudio.registration.attitude_evidence import (
+    NORTH_DOUBT_DEG,
+    AttitudeMiss,
+    Held,
+    held,
+    misses,
+)
 from vomstudio.registration.camera_positions import doubts_about
 from vomstudio.registration.observations import (
     Azimuths,
@@ -361,6 +367,16 @@ def _attitudes(evidence: Evidence, table: AttitudeTable, said: list[str]) -> Hel
     rows, names = _found(evidence, evidence.views, table.photos, "--attitudes", said)
     views = [evidence.views[name] for name in names]
     return held(table, rows, views, evidence.north_doubt_deg, said)
+
+
+def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
+    """How far each photo's attitude is from that in the placed model."""
+    table = evidence.attitudes
+    if table is None:
+        return []
+    rows, names = _found(evidence, evidence.views, table.photos, "--attitudes", [])
+    rotation = np.array(placed.matrix)[:3, :3] / placed.scale
+    return misses(table, rows, [evidence.views[name] for name in names], rotation)
 
 
 def _level(evidence: Evidence, table: LevelTable) -> LevelLines:
