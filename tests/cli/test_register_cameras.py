@@ -150,6 +150,30 @@ def test_geo_txt_in_another_crs_is_converted(run, write: Write, model: Path) -> 
     np.testing.assert_allclose(again["matrix"], told["matrix"], rtol=1e-6)
 
 
+def test_positions_in_feet_by_their_crs_are_converted(run, write: Write, model: Path) -> None:
+    colmap(model.parent)
+    foot = 1200 / 3937
+    head = "+proj=utm +zone=33 +datum=WGS84 +units=us-ft +no_defs"
+    table = write(table_of(THERE / [foot, foot, 1], head, join=" "), "geo.txt")
+    ran = run("register", model, "--cameras", table)
+    assert ran.code == 2
+    assert "not in metres" in ran.said
+    told = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json").json
+    assert off_deg(told) < 0.01
+    assert told["scale"] == pytest.approx(SCALE, rel=1e-5)
+
+
+def test_the_reference_of_metashape_gives_positions(run, write: Write, model: Path) -> None:
+    colmap(model.parent)
+    rows = ["# CoordinateSystem: WGS 84 (EPSG::4326)",
+            "#Label,X/Longitude,Y/Latitude,Z/Altitude,X_est,Y_est,Z_est"]  # fmt: skip
+    for view, (longitude, latitude, z) in zip(VIEWS, degrees(THERE), strict=True):
+        rows.append(f"{view.name},{longitude:.10f},{latitude:.10f},{z:.4f},1,2,3")
+    table = write("\n".join(rows), "reference.txt")
+    told = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json").json
+    assert off_deg(told) < 0.01
+
+
 def test_gps_of_a_folder_of_photos_with_heights_of_two_kinds(run, model: Path) -> None:
     colmap(model.parent)
     folder = model.parent / "taken here"
