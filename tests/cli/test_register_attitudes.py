@@ -234,6 +234,20 @@ def test_one_compass_that_was_wrong_is_left_out(run, model: Path) -> None:
     assert off_deg(told) < 3.0
 
 
+def test_one_photo_that_was_turned_is_told_by_its_vertical(run, model: Path) -> None:
+    """A program turned it upright, and nothing in the photo says so."""
+    odd = [portrait(v) if number == 4 else v for number, v in enumerate(VIEWS)]
+    folder = phones(model.parent / "photos", odd)
+    told = run("register", model, "--attitudes", folder, "--json").json
+    (said,) = [s for s in told["warnings"] if "left out" in s]
+    assert "IMG_04.jpg" in said
+    assert any("would agree if the photos were turned by 90°" in s for s in told["warnings"])
+    np.testing.assert_allclose(up_of(told), TURN[2], atol=1e-5)
+    phones(folder, [portrait(v) for v in VIEWS])
+    told = run("register", model, "--attitudes", folder, "--json").json
+    assert any("turned by 90°. Check" in said for said in told["warnings"])
+
+
 # --- tables ---------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("head", "form"),

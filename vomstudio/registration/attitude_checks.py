@@ -8,6 +8,7 @@ makes them agree.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -28,19 +29,24 @@ _FAR_DEG = 15.0
 _TIMES = 5.0
 # More photos than this are judged by some of them.
 _MOST = 600
+# A turn of which so much is about the vertical leaves that as it is.
+_LEVEL = 0.95
+_NAMED = 8
 # A yaw that is off for all photos alike by more is told.
 _OFF_DEG = 5.0
 
 
-def left_out(labels: Sequence[str], angles: Array, model: Array, said: list[str]) -> Flags:
-    """(n,) which photos do not agree with most others.
+def left_out(
+    labels: Sequence[str], angles: Array, model: Array, said: list[str]
+) -> tuple[Flags, Flags]:
+    """(n,) which photos do not agree with most others, and of which not even the vertical does.
 
     angles : (n, 3) yaw, pitch, roll in World; model : (n, 3, 3) from the cameras to the model
     said : gets what the angles look like
     """
-    n = len(labels)
-    if n < _FEWEST:
-        return np.zeros(n, bool)
+    none = np.zeros(len(labels), bool)
+    if len(labels) < _FEWEST:
+        return none, none
     turns = camera_rotations(angles) @ np.swapaxes(model, 1, 2)
     usual, scatter = _agreed(turns)
     if scatter > _AGREE_DEG:
@@ -59,12 +65,69 @@ def left_out(labels: Sequence[str], angles: Array, model: Array, said: list[str]
                     what=sentence,
                 )
             )
-            return np.zeros(n, bool)
+            return none, none
     off = _apart(turns, usual)
-    limit = max(_FAR_DEG, _TIMES * 1.4826 * float(np.median(off)))
+    limit = _limit(off)
     out = np.asarray(off > limit)
+    tilted = none.copy()
     if out.any():
-        said += _described(labels, angles, model, usual, out, limit)
+        tilted[out] = _described(labels, angles, model, usual, out, limit, said)
+    return out, tilted
+
+
+def verticals_left_out(
+    labels: Sequence[str], down: Array, model: Array, told: Flags, said: list[str]
+) -> Flags:
+    """(n,) which photos' verticals do not agree with most others.
+
+    down : (n, 3) the direction in which things fall, in the frame of each camera; model : as above
+    told : (n,) of which it is asked
+    """
+    if len(labels) < _FEWEST or not told.any():
+        return np.zeros(len(labels), bool)
+    turned = [down]
+    for _ in range(3):
+        # By a quarter turn of the photo, clockwise.
+        right, below, ahead = turned[-1].T
+        turned.append(np.column_stack([-below, right, ahead]))
+    each = [np.einsum("nij,nj->ni", model, one) for one in turned]
+    usual, scatter = _agreed_down(each[0])
+    if scatter > _AGREE_DEG:
+        least, quarter = min((_agreed_down(one)[1], k) for k, one in enumerate(each))
+        if quarter and least < min(_BETTER * scatter, _CLOSE_DEG):
+            said.append(
+                tr(
+                    "The verticals of the photos disagree by {scatter:.0f}° and would agree within "
+                    "{least:.1f}° if the photos were turned by {turn}°. Check whether a program "
+                    "turned them upright.",
+                    scatter=scatter,
+                    least=least,
+                    turn=90 * quarter,
+                )
+            )
+            return np.zeros(len(labels), bool)
+    off = _from(each[0], usual)
+    out = np.asarray(told & (off > _limit(off)))
+    if out.any():
+        near = [
+            min((_from(one, usual)[i], k) for k, one in enumerate(each)) for i in range(len(out))
+        ]
+        quarters = sorted({90 * near[i][1] for i in np.flatnonzero(out) if near[i][0] < _CLOSE_DEG})
+        said.append(
+            tr(
+                "The verticals of {count} photos do not agree with the others and were left out: "
+                "{names}.",
+                count=int(out.sum()),
+                names=_some([labels[int(i)] for i in np.flatnonzero(out)]),
+            )
+        )
+        if quarters:
+            said.append(
+                tr(
+                    "These verticals would agree if the photos were turned by {turns}°.",
+                    turns=", ".join(map(str, quarters)),
+                )
+            )
     return out
 
 
@@ -130,15 +193,22 @@ def _conventions() -> list[tuple[Callable[[Array], Array], str]]:
 
 
 def _described(
-    labels: Sequence[str], angles: Array, model: Array, usual: Array, out: Flags, limit: float
-) -> list[str]:
-    """Sentences on the photos that are left out, those alike together."""
+    labels: Sequence[str],
+    angles: Array,
+    model: Array,
+    usual: Array,
+    out: Flags,
+    limit: float,
+    said: list[str],
+) -> list[bool]:
+    """Of each photo that is left out, whether its vertical is too; said gets sentences on those
+    alike together."""
     from scipy.spatial.transform import Rotation
 
-    rest = np.flatnonzero(out)
     back = np.swapaxes(model, 1, 2)
-    named: dict[str, list[str]] = {}
-    for row in map(int, rest):
+    named: dict[tuple[str, Any], list[str]] = {}
+    tilted = []
+    for row in map(int, np.flatnonzero(out)):
         one = angles[row : row + 1]
         fits = [
             (float(_apart(camera_rotations(change(one)) @ back[row], usual)[0]), sentence)
@@ -147,23 +217,67 @@ def _described(
         least, sentence = min(fits)
         between = camera_rotations(one)[0] @ back[row] @ usual.T
         turn = np.degrees(Rotation.from_matrix(between).as_rotvec())
-        if least < limit / 2:
-            why = tr("they would fit if {what}", what=sentence)
-        elif abs(turn[2]) > 0.9 * np.linalg.norm(turn):
-            why = tr("their yaw is off by {off:+.0f}°", off=round(-float(turn[2]) / 5) * 5)
+        flat = abs(turn[2]) > _LEVEL * np.linalg.norm(turn)
+        tilted.append(not flat)
+        if flat:
+            named.setdefault(("yaw", round(-float(turn[2]) / 5) * 5), []).append(labels[row])
+        elif least < limit / 2:
+            named.setdefault(("quarter", sentence), []).append(labels[row])
         else:
-            why = tr("they are turned by more than {limit:.0f}° against the others", limit=limit)
-        named.setdefault(why, []).append(labels[row])
-    return [
-        tr(
-            "The attitudes of {count} photos do not agree with the others and were left out: "
-            "{names}; {why}.",
-            count=len(names),
-            names=", ".join(names[:8]),
-            why=why,
+            named.setdefault(("far", limit), []).append(labels[row])
+    said += [_said_of(why, what, _some(names)) for (why, what), names in named.items()]
+    return tilted
+
+
+def _said_of(why: str, what: Any, names: str) -> str:
+    if why == "yaw":
+        return tr(
+            "The yaws of these photos are off by about {off:+d}° against the others and were left "
+            "out: {names}.",
+            off=what,
+            names=names,
         )
-        for why, names in named.items()
-    ]
+    if why == "quarter":
+        return tr(
+            "The attitudes of these photos would agree with the others if {what}, and were left "
+            "out: {names}.",
+            what=what,
+            names=names,
+        )
+    return tr(
+        "The attitudes of these photos are turned by more than {limit:.0f}° against the others and "
+        "were left out: {names}.",
+        limit=what,
+        names=names,
+    )
+
+
+def _some(names: Sequence[str]) -> str:
+    if len(names) <= _NAMED:
+        return ", ".join(names)
+    return tr(
+        "{names} and {count} more", names=", ".join(names[:_NAMED]), count=len(names) - _NAMED
+    )
+
+
+def _limit(off: Array) -> float:
+    return max(_FAR_DEG, _TIMES * 1.4826 * float(np.median(off)))
+
+
+def _agreed_down(there: Array) -> tuple[Array, float]:
+    """The direction that most of (n, 3) are near to, and their median angle from it, degrees."""
+    some = there[:: max(1, -(-len(there) // _MOST))]
+    angles = np.degrees(np.arccos(np.clip(some @ some.T, -1.0, 1.0)))
+    middle = some[int(np.argmin(np.median(angles, axis=1)))]
+    near = _from(some, middle)
+    mean = some[near <= np.median(near)].sum(axis=0)
+    better = mean / np.linalg.norm(mean)
+    return better, float(np.median(_from(there, better)))
+
+
+def _from(there: Array, usual: Array) -> Array:
+    """(n,) degrees."""
+    return np.asarray(np.degrees(np.arccos(np.clip(there @ usual, -1.0, 1.0))), np.float64)
 
 
 def _agreed(turns: Array) -> tuple[Array, float]:

@@ -16,7 +16,7 @@ from vomstudio.geology.view_attitudes import (
 )
 from vomstudio.geometry.cameras import View
 from vomstudio.io.control.attitude_tables import AttitudeTable, down_of
-from vomstudio.registration.attitude_checks import left_out
+from vomstudio.registration.attitude_checks import left_out, verticals_left_out
 from vomstudio.registration.observations import Attitudes, Azimuths, Observed, Verticals
 from vomstudio.words import tr
 
@@ -67,14 +67,18 @@ def held(
     known[whole] = angles[whole]
     if phone.any():
         known[phone] = view_angles(from_down_and_azimuth(down[phone], angles[phone, 0]))
-    bad = np.zeros(len(labels), bool)
-    bad[both] = left_out(_chosen(labels, both), known[both], model[both], said)
+    bad, tilted = np.zeros((2, len(labels)), bool)
+    bad[both], tilted[both] = left_out(_chosen(labels, both), known[both], model[both], said)
+    tilted[tilt] |= verticals_left_out(
+        _chosen(labels, tilt), down[tilt], model[tilt], ~both[tilt], said
+    )
     shared = float(np.radians(north_doubt_deg)) if table.doubted else 0.0
     unstated = np.isnan(sigma[:, 1:]).any()
     mount = float(np.radians(MOUNT_DOUBT_DEG)) if unstated else 0.0
     kinds: list[Observed] = [
         _attitudes(labels, whole & ~bad, angles, model, sigma, shared, mount),
-        _verticals(labels, tilt & ~whole & ~bad, down, model, sigma, mount),
+        # Of a photo whose compass was wrong the vertical is still right.
+        _verticals(labels, tilt & (~whole | bad) & ~tilted, down, model, sigma, mount),
         _norths(labels, yaw & ~whole & ~bad & (phone | ~tilt), angles, model, sigma, shared),
     ]
     good = both & ~bad
