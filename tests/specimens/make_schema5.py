@@ -15,7 +15,9 @@ from tests.specimens import figures
 from tests.specimens.make_schema4 import QUARTER
 
 COVARIANCE = tuple(
-    tuple((4.0e-6, 9.0e-6, 1.0e-6, 2.0e-8, 1e-4, 1e-4, 4e-4)[i] if i == j else 0.0 for j in range(7))
+    tuple(
+        (4.0e-6, 9.0e-6, 1.0e-6, 2.0e-8, 1e-4, 1e-4, 4e-4)[i] if i == j else 0.0 for j in range(7)
+    )
     for i in range(7)
 )
 

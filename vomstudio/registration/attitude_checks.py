@@ -109,10 +109,9 @@ def verticals_left_out(
     off = _from(each[0], usual)
     out = np.asarray(told & (off > _limit(off)))
     if out.any():
-        near = [
-            min((_from(one, usual)[i], k) for k, one in enumerate(each)) for i in range(len(out))
-        ]
-        quarters = sorted({90 * near[i][1] for i in np.flatnonzero(out) if near[i][0] < _CLOSE_DEG})
+        away = np.array([_from(one, usual) for one in each])[:, out]
+        close = away.min(axis=0) < _CLOSE_DEG
+        quarters = np.unique(90 * away.argmin(axis=0)[close]).tolist()
         said.append(
             tr(
                 "The verticals of {count} photos do not agree with the others and were left out: "

@@ -2,16 +2,76 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
 import numpy as np
+import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from vomstudio.document.edit import Edit, change
 from vomstudio.document.edits import new_id
-from vomstudio.document.records import Frame, Model, Registration, RegistrationPoint
+from vomstudio.document.kinds.control_point import ControlPoint
+from vomstudio.document.records import Frame, Model, Record, Registration, RegistrationPoint
 from vomstudio.document.records.basics import Matrix, Point
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.results import Placed, PointResidual
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
+
+
+def take_in(
+    records: Mapping[str, Record], model: Model, pairs: Pairs, known: Sequence[ControlPoint]
+) -> Edit:
+    """Points of a file as control points of a model; those of `known`, which the model has already,
+    that have one of the labels are given these coordinates."""
+    there = {point.name: point for point in known}
+    after: dict[str, Record | None] = {}
+    for row, label in enumerate(pairs.labels):
+        before = there.get(label)
+        if before is None:
+            before = ControlPoint(new_id("control"), label, model.id, model.content_hash)
+        found = np.isfinite(pairs.model[row]).all()
+        sigma = pairs.sigma[row]
+        point = replace(
+            before,
+            position=_point(pairs.world[row]),
+            sigma_m=_point(sigma) if np.isfinite(sigma).all() else None,
+            check=bool(pairs.check[row]),
+            vertices=(_point(pairs.model[row]),) if found else before.vertices,
+        )
+        after[point.id] = point
+    return change(
+        records,
+        tr_n("Add {count} control point", "Add {count} control points", len(after)),
+        after,
+    )
+
+
+def pairs_of(points: Sequence[ControlPoint]) -> Pairs:
+    """Those that are found on the model and have coordinates."""
+    known = [p for p in points if p.vertices and p.position is not None]
+    nothing = (np.nan, np.nan, np.nan)
+    return Pairs(
+        tuple(p.name for p in known),
+        np.array([p.vertices[0] for p in known], np.float64).reshape(-1, 3),
+        np.array([p.position for p in known], np.float64).reshape(-1, 3),
+        np.array([p.sigma_m or nothing for p in known], np.float64).reshape(-1, 3),
+        np.array([p.check for p in known], bool),
+    )
+
+
+def expected(
+    points: Sequence[ControlPoint], placed: Placed, model: Model
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Where points that have not been found should be, by a placement: (3,) in World as the model
+    stands at present, by id."""
+    left = [p for p in points if not p.vertices and p.position is not None]
+    if not left:
+        return {}
+    world = np.array([p.position for p in left], np.float64)
+    there = transform.apply(model.to_world, transform.apply(transform.invert(placed.matrix), world))
+    return {p.id: place for p, place in zip(left, there, strict=True)}
 
 
 def registration_of(placed: Placed, pairs: Pairs, model: Model, crs: str | None) -> Registration:

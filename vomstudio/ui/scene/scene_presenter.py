@@ -336,6 +336,9 @@ class ScenePresenter:
                 text = "–"
         elif studio.settings.planes_as == "discs" and area is None:
             ring, symbol = disc_of(measured)
+        if len(sketch.line) == 1 and measured.plane is None and measured.line is None:
+            # A place without a direction is a dot.
+            symbol = small_disc(sketch.anchor, 0.0)
         return FeatureDrawing(
             id=feature.id,
             line=sketch.line if area is None else np.zeros((0, 3)),
