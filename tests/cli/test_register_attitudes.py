@@ -234,6 +234,26 @@ def test_one_compass_that_was_wrong_is_left_out(run, model: Path) -> None:
     assert off_deg(told) < 3.0
 
 
+def test_one_vertical_that_is_off_is_named_with_its_size(run, model: Path) -> None:
+    """By less than is left out; what all photos share takes nothing from it."""
+    rng = np.random.default_rng(1)
+    shaken = []
+    for number, view in enumerate(VIEWS):
+        turn = Rotation.from_rotvec(np.radians(0.2) * rng.normal(size=3)).as_matrix()
+        if number == 6:
+            turn = Rotation.from_euler("z", 9.0, degrees=True).as_matrix()
+        shaken.append(View(view.name, view.intrinsics, turn @ view.rotation, view.translation))
+    folder = phones(model.parent / "photos", shaken)
+    told = run("register", model, "--attitudes", folder, "--json").json
+    (blunder,) = told["blunders"]
+    assert blunder["label"] == "IMG_06.jpg"
+    # The phone was rolled about its view, which looks down.
+    fell, falls = -there(shaken[6])[2], -there(VIEWS[6])[2]
+    off = np.degrees(np.arccos(fell @ falls))
+    assert 5.0 < off < 9.0
+    assert blunder["error_deg"] == pytest.approx(off, abs=0.3)
+
+
 def test_one_photo_that_was_turned_is_told_by_its_vertical(run, model: Path) -> None:
     """A program turned it upright, and nothing in the photo says so."""
     odd = [portrait(v) if number == 4 else v for number, v in enumerate(VIEWS)]

@@ -410,12 +410,13 @@ def _same_group(rows: Rows, parts: Sequence[npt.NDArray[np.int64]]) -> dict[str,
     return {name: np.array(numbers) for name, numbers in found.items()}
 
 
-def plain_covariance(found: Adjusted) -> Array:
-    """(7, 7) by the errors as they are, without the widening for few of them; of what nothing
+def weighed_rows(found: Adjusted) -> tuple[Array, Array]:
+    """(m, 7 + k) the rows divided by their errors, with what they share, and (7 + k, 7 + k) the
+    covariance by these errors as they are, without the widening for few of them; of what nothing
     determines zero."""
-    moves, _, units = _system(found.rows, found.sigma, found.size)
+    moves, _, _ = _system(found.rows, found.sigma, found.size)
     inverse, _ = _inverse(moves.T @ moves)
-    return np.asarray((inverse * np.outer(units, units))[:7, :7], np.float64)
+    return moves[: len(found.sigma)], inverse
 
 
 def _tilt_of(rotation: Array) -> float:

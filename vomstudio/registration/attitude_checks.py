@@ -216,12 +216,14 @@ def _described(
         least, sentence = min(fits)
         between = camera_rotations(one)[0] @ back[row] @ usual.T
         turn = np.degrees(Rotation.from_matrix(between).as_rotvec())
-        flat = abs(turn[2]) > _LEVEL * np.linalg.norm(turn)
+        # Where a camera looks down, a photo that was turned seems to have another yaw.
+        quarter = least < limit / 2
+        flat = not quarter and abs(turn[2]) > _LEVEL * np.linalg.norm(turn)
         tilted.append(not flat)
-        if flat:
-            named.setdefault(("yaw", round(-float(turn[2]) / 5) * 5), []).append(labels[row])
-        elif least < limit / 2:
+        if quarter:
             named.setdefault(("quarter", sentence), []).append(labels[row])
+        elif flat:
+            named.setdefault(("yaw", round(-float(turn[2]) / 5) * 5), []).append(labels[row])
         else:
             named.setdefault(("far", limit), []).append(labels[row])
     said += [_said_of(why, what, _some(names)) for (why, what), names in named.items()]
