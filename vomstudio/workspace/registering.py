@@ -12,12 +12,25 @@ from scipy.spatial.transform import Rotation
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.edits import new_id
 from vomstudio.document.kinds.control_point import ControlPoint
-from vomstudio.document.records import Frame, Model, Record, Registration, RegistrationPoint
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import (
+    FeatureType,
+    Frame,
+    Model,
+    Record,
+    Registration,
+    RegistrationPoint,
+    Typed,
+    get,
+)
 from vomstudio.document.records.basics import Matrix, Point
+from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.words import tr, tr_n
+
+_SETS_TOLD = 5
 
 
 def take_in(
@@ -107,11 +120,61 @@ def registration_of(placed: Placed, pairs: Pairs, model: Model, crs: str | None)
 
 def turned_deg(before: Model, after: Model) -> float:
     """By how much a model, and all that was measured on it, turned between two placements."""
+    return float(np.degrees(Rotation.from_matrix(_turn(before, after)).magnitude()))
+
+
+def sets_turned_deg(
+    records: Mapping[str, Record],
+    before: Model,
+    after: Model,
+    measured: Mapping[str, Measurement],
+) -> dict[str, float]:
+    """By how much the mean pole of each set of planes on a model turned between two placements: a
+    turn about its own pole changes nothing of a plane.
+
+    measured : the features of `records` as they lie after it. The name of a set is that of its
+    feature type, with its own.
+    """
+    poles: dict[str, list[npt.NDArray[np.float64]]] = {}
+    for id_, figures in measured.items():
+        feature = records.get(id_)
+        if (
+            figures.plane is None
+            or not isinstance(feature, Typed)
+            or getattr(feature, "model_id", "") != after.id
+        ):
+            continue
+        kind = get(records, feature.type_id, FeatureType)
+        name = feature.type_id if kind is None else kind.name
+        name = f"{name}: {feature.set_name}" if feature.set_name else name
+        poles.setdefault(name, []).append(figures.plane.normal())
+    back = _turn(before, after).T
+    found = {}
+    for name, own in poles.items():
+        mean = orientation_tensor(np.array(own))[1][0]
+        found[name] = float(np.degrees(np.arccos(min(1.0, abs(float(mean @ back @ mean))))))
+    return found
+
+
+def set_words(turned: Mapping[str, float]) -> str:
+    """How far sets turned, the farthest first; empty without sets."""
+    ordered = sorted(turned.items(), key=lambda each: -each[1])
+    said = [
+        tr("{set_name} by {turn:.1f}°", set_name=name, turn=turn)
+        for name, turn in ordered[:_SETS_TOLD]
+    ]
+    if len(ordered) > _SETS_TOLD:
+        said.append(tr("others by less"))
+    return tr("Mean planes turned: {sets}.", sets="; ".join(said)) if said else ""
+
+
+def _turn(before: Model, after: Model) -> npt.NDArray[np.float64]:
+    """(3, 3) the rotation between two placements."""
     first, second = (transform.matrix(m.to_world) for m in (before, after))
-    between = (second[:3, :3] / transform.scale_of(second)) @ (
-        first[:3, :3] / transform.scale_of(first)
-    ).T
-    return float(np.degrees(Rotation.from_matrix(between).magnitude()))
+    return np.asarray(
+        (second[:3, :3] / transform.scale_of(second))
+        @ (first[:3, :3] / transform.scale_of(first)).T
+    )
 
 
 def _matrix(placed: Placed) -> Matrix:

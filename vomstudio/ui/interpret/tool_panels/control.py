@@ -255,7 +255,13 @@ class ControlPanel(QWidget):
 
     def apply(self) -> None:
         """Register the model by the points."""
-        from vomstudio.workspace.registering import pairs_of, registration_of, turned_deg
+        from vomstudio.workspace.registering import (
+            pairs_of,
+            registration_of,
+            set_words,
+            sets_turned_deg,
+            turned_deg,
+        )
 
         before, placed = self.model, self.placed
         if before is None or placed is None:
@@ -265,16 +271,17 @@ class ControlPanel(QWidget):
             return
         after = self._studio.records[before.id]
         assert isinstance(after, Model)
-        self._studio.warn(
-            tr(
-                "{model} was placed by {count} points; it turned by {turn:.1f} degrees, and what "
-                "was measured on it with it.",
-                model=before.name,
-                count=len(placed.control),
-                turn=turned_deg(before, after),
-            ),
-            "info",
+        studio = self._studio
+        measured = studio.measured(f.id for f in studio.session.features())
+        sets = set_words(sets_turned_deg(studio.records, before, after, measured))
+        said = tr(
+            "{model} was placed by {count} points; it turned by {turn:.1f} degrees, and what was "
+            "measured on it with it.",
+            model=before.name,
+            count=len(placed.control),
+            turn=turned_deg(before, after),
         )
+        studio.warn(f"{said} {sets}".strip(), "info")
 
 
 def _in_words(placed: Placed) -> str:
