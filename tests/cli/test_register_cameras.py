@@ -197,9 +197,9 @@ def test_gps_of_a_folder_of_photos_with_heights_of_two_kinds(run, model: Path) -
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        (THERE[:, [1, 0, 2]], "x and y of the camera positions look exchanged"),
-        (THERE / [1, 1, 0.3048], "heights of the camera positions look like feet"),
-        (THERE / [0.3048, 0.3048, 1], "x and y of the camera positions look like feet"),
+        (THERE[:, [1, 0, 2]], "x and y look exchanged"),
+        (THERE / [1, 1, 0.3048], "heights look like feet"),
+        (THERE / [0.3048, 0.3048, 1], "x and y look like feet"),
     ],
 )
 def test_positions_that_mean_something_else_are_named(

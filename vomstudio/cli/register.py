@@ -130,7 +130,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     evidence, crs = _evidence(args, crs, loaded, said)
     found = _solved(evidence, loaded)
     result: dict[str, Any] = found.as_dict()
-    warnings = [*said, *found.warnings]
+    warnings = [*said, *_said_of_move(found, loaded, crs), *found.warnings]
     from vomstudio.registration.evidence import attitude_misses, bars_as_checks
 
     photos = attitude_misses(evidence, found)
@@ -178,11 +178,24 @@ def _extent(loaded: LoadedModel) -> npt.NDArray[np.float64]:
     return np.asarray(points[:: max(1, len(points) // _FEW)], np.float64)
 
 
+def _said_of_move(found: Placed, loaded: LoadedModel | None, crs: str | None) -> list[str]:
+    """How far a model is put from where its own file says that it is."""
+    from vomstudio.registration.coordinate_checks import said_of_move
+
+    if loaded is None or loaded.crs is None or not found.known.position:
+        return []
+    if crs is not None and crs != loaded.crs:
+        return []
+    extent = _extent(loaded)
+    return said_of_move(extent, found(extent), loaded.crs)
+
+
 def _evidence(
     args: argparse.Namespace, crs: str | None, loaded: LoadedModel | None, said: list[str]
 ) -> tuple[Evidence, str | None]:
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
+    from vomstudio.registration.coordinate_checks import said_of_area
     from vomstudio.registration.evidence import Evidence
     from vomstudio.registration.north import on_grid
 
@@ -198,7 +211,7 @@ def _evidence(
     if args.pairs is not None:
         evidence.pairs = tables.read_pairs(args.pairs)
     if args.gcp is not None:
-        evidence.pairs, crs = _marked(args, evidence, crs)
+        evidence.pairs, crs = _marked(args, evidence, crs, said)
     if args.scale_bars is not None:
         evidence.bars = tables.read_scale_bars(args.scale_bars)
     if args.horizon is not None:
@@ -206,8 +219,11 @@ def _evidence(
     if args.orientations is not None:
         evidence.compass = tables.read_compass(args.orientations)
     place = None
+    if evidence.pairs is not None:
+        said += said_of_area(evidence.pairs.world, crs)
     if args.cameras is not None:
         evidence.positions, crs, place = in_metres(_positions(args, own), crs, said)
+        said += said_of_area(evidence.positions.places, crs, converted=place is not None)
     north = _north(args, evidence, crs, place)
     if args.attitudes is not None:
         table = _held(args, own)
@@ -338,7 +354,7 @@ def _photos(given: str, own: OwnCameras, option: str) -> dict[str, Path]:
 
 
 def _marked(
-    args: argparse.Namespace, evidence: Evidence, crs: str | None
+    args: argparse.Namespace, evidence: Evidence, crs: str | None, said: list[str]
 ) -> tuple[Any, str | None]:
     """Control points with the places on the model that their marks in the photos show."""
     import numpy as np
@@ -357,8 +373,13 @@ def _marked(
     crs = agreed_crs(control, crs)
     marks = read_marks(args.marks or marks_beside(control))
     evidence.marks = [(m.label, m.photo, m.x, m.y) for m in marks]
-    places = marked_places(evidence, evidence.marks)
+    places = marked_places(evidence, evidence.marks, said)
     seen = [p for p in points if p.label in places]
+    if unseen := [p.label for p in points if p.label not in places]:
+        said.append(
+            tr("Points with fewer than two right marks in photos of the model were not used: "
+               "{names}.", names=", ".join(unseen[:12]))
+        )  # fmt: skip
     sigma = [[p.sigma_m or math.nan] * 3 for p in seen]
     found = Pairs(
         tuple(p.label for p in seen),

@@ -37,25 +37,89 @@ class Blunder:
     error_deg: float | None = None
 
 
+Single = tuple[int, int]
+"""Number of its kind, and its row there."""
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """chance : of a miss as large; strength : its square over what is expected; of : so many are
+    judged together"""
+
+    single: Single
+    chance: float
+    strength: float
+    of: int
+    blunder: Blunder
+
+
 def find_blunders(
     kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float
 ) -> list[Blunder]:
-    """The worst first; at most a third of all, since of more nobody can say which are right."""
-    kinds = list(kinds)
+    """The worst first; at most a third of all, since of more nobody can say which are right.
+
+    One mistake makes others look wrong: what was named before the worst were out is held against
+    the rest again, and cleared where it fits that.
+    """
     total = sum(len(kind.labels) for kind in kinds)
-    named: list[Blunder] = []
+    out: list[Single] = []
+    named: dict[Single, Blunder] = {}
     while len(named) < total // 3:
-        worst = _worst(kinds, found)
+        worst = _worst(_judged(kinds, out, found))
         if worst is None:
-            return named
-        at, row, blunder = worst
-        named.append(blunder)
-        keep = [i != row for i in range(len(kinds[at].labels))]
-        kinds[at] = chosen(kinds[at], keep)
-        kinds = [kind for kind in kinds if len(kind.labels)]
-        found = adjust(kinds, centre, size)
-    # As many as can be named at all: then it is not these that are wrong.
-    return [] if _worst(kinds, found) is not None else named
+            break
+        out.append(worst.single)
+        named[worst.single] = worst.blunder
+        found = _adjusted(kinds, out, centre, size)
+    else:
+        # As many as can be named at all: then it is not these that are wrong.
+        if total // 3 and _worst(_judged(kinds, out, found)) is not None:
+            return []
+    if len(out) > 1:
+        _cleared(kinds, out, named, centre, size)
+    return list(named.values())
+
+
+def _cleared(
+    kinds: Sequence[Observed],
+    out: list[Single],
+    named: dict[Single, Blunder],
+    centre: Array,
+    size: float,
+) -> None:
+    """Takes out of both what fits the rest; the others are described by their miss from it."""
+    total = sum(len(kind.labels) for kind in kinds)
+    for single in [*out]:
+        tried = [other for other in out if other != single]
+        again = _judged(kinds, tried, _adjusted(kinds, tried, centre, size))
+        judged = next((one for one in again if one.single == single), None)
+        if judged is None:
+            continue
+        if judged.chance < _BY_CHANCE / total:
+            named[single] = judged.blunder
+        else:
+            out.remove(single)
+            del named[single]
+
+
+def _adjusted(
+    kinds: Sequence[Observed], out: Sequence[Single], centre: Array, size: float
+) -> Adjusted:
+    return adjust([kind for _, kind, _ in _left(kinds, out)], centre, size)
+
+
+def _left(
+    kinds: Sequence[Observed], out: Sequence[Single]
+) -> list[tuple[int, Observed, list[int]]]:
+    """Number, what is left, and which rows these are, of each kind that has any left."""
+    gone = set(out)
+    found = []
+    for at, kind in enumerate(kinds):
+        rows = [row for row in range(len(kind.labels)) if (at, row) not in gone]
+        if rows:
+            keep = [(at, row) not in gone for row in range(len(kind.labels))]
+            found.append((at, chosen(kind, keep), rows))
+    return found
 
 
 def chosen(kind: Observed, keep: Sequence[bool]) -> Observed:
@@ -71,8 +135,15 @@ def chosen(kind: Observed, keep: Sequence[bool]) -> Observed:
     return made
 
 
-def _worst(kinds: Sequence[Observed], found: Adjusted) -> tuple[int, int, Blunder] | None:
-    """Kind, place in it and description of the least likely one that chance does not explain."""
+def _worst(judged: Sequence[_Judged]) -> _Judged | None:
+    """The least likely one that chance does not explain. Chances of gross mistakes are all nought
+    in figures of the machine; of these the one that is farthest out counts."""
+    wrong = [one for one in judged if one.chance < _BY_CHANCE / one.of]
+    return min(wrong, key=lambda one: (one.chance, -one.strength)) if wrong else None
+
+
+def _judged(kinds: Sequence[Observed], out: Sequence[Single], found: Adjusted) -> list[_Judged]:
+    """Each one that the others say something of, held against these."""
     from scipy.stats import chi2, f
 
     rows, sigma = found.rows, found.sigma
@@ -81,31 +152,32 @@ def _worst(kinds: Sequence[Observed], found: Adjusted) -> tuple[int, int, Blunde
     misses = rows.misses / sigma
     free = found.redundancy
     squares = float((misses**2).sum())
-    total = sum(len(kind.labels) for kind in kinds)
-    best: tuple[float, int, int, Blunder] | None = None
-    for at, kind in enumerate(kinds):
-        first, last = found.begins[at], found.begins[at + 1]
+    left = _left(kinds, out)
+    total = sum(len(kind.labels) for _, kind, _ in left)
+    judged = []
+    for place, (at, kind, own) in enumerate(left):
+        first, last = found.begins[place], found.begins[place + 1]
         width = (last - first) // len(kind.labels)
-        for row in range(len(kind.labels)):
-            which = slice(first + row * width, first + (row + 1) * width)
-            left = np.eye(width) - moves[which] @ covariance @ moves[which].T
-            values = np.linalg.eigvalsh(left)
-            if values[0] < 1e-6 or free - width < 1:
+        for number, row in enumerate(own):
+            which = slice(first + number * width, first + (number + 1) * width)
+            rest = np.eye(width) - moves[which] @ covariance @ moves[which].T
+            if np.linalg.eigvalsh(rest)[0] < 1e-6 or free - width < 1:
                 # Nothing else says where it should be.
                 continue
-            deleted = np.linalg.solve(left, misses[which])
+            deleted = np.linalg.solve(rest, misses[which])
             if np.linalg.norm(deleted * sigma[which]) < _ROUNDING * max(found.size, 1.0):
                 continue
             statistic = float(misses[which] @ deleted)
             if stated[which].all():
+                strength = statistic / width
                 chance = float(chi2.sf(statistic, width))
             else:
-                rest = max((squares - statistic) / (free - width), 1e-300)
-                chance = float(f.sf(statistic / width / rest, width, free - width))
-            if chance < _BY_CHANCE / total and (best is None or chance < best[0]):
-                error = deleted * sigma[which]
-                best = chance, at, row, _described(kind, kind.labels[row], error)
-    return None if best is None else best[1:]
+                others = max((squares - statistic) / (free - width), 1e-300)
+                strength = statistic / width / others
+                chance = float(f.sf(strength, width, free - width))
+            blunder = _described(kind, kind.labels[number], deleted * sigma[which])
+            judged.append(_Judged((at, row), chance, strength, total, blunder))
+    return judged
 
 
 def _described(kind: Observed, label: str, error: Array) -> Blunder:

@@ -9,20 +9,13 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.places import why_not_on_earth
 from vomstudio.io.control.observation_tables import Positions
-from vomstudio.registration.similarity import fit_robustly
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 ToGrid = Callable[[float, float], tuple[float, float] | None]
-
-_FOOT_M = 0.3048
-# Another reading of the numbers is proposed where it fits so much better, and these do not fit.
-_BETTER = 0.3
-_FITS = 0.01
-_FEWEST = 5
 
 
 def in_metres(
@@ -270,54 +263,3 @@ def _said_of_heights(positions: Positions, longitude: float, latitude: float) ->
         "sea; {between}.",
         between=between,
     )
-
-
-# --- what the numbers look like ---------------------------------------------------------------
-def doubts_about(model: Array, world: Array) -> list[str]:
-    """What given positions (n, 3) look like that do not fit the cameras of the model (n, 3), where
-    they fit if they are read in another way."""
-    if len(model) < _FEWEST:
-        return []
-    given = _miss(model, world)
-    if given is None or given < _FITS:
-        return []
-    found: list[tuple[float, str]] = []
-    for changed, said in (
-        (
-            world[:, [1, 0, 2]],
-            tr("x and y of the camera positions look exchanged. Exchange the columns."),
-        ),
-        (
-            world * [1.0, 1.0, _FOOT_M],
-            tr(
-                "The heights of the camera positions look like feet beside x and y in metres. "
-                "Multiply them by 0.3048."
-            ),
-        ),
-        (
-            world * [_FOOT_M, _FOOT_M, 1.0],
-            tr(
-                "x and y of the camera positions look like feet beside heights in metres. "
-                "Multiply them by 0.3048."
-            ),
-        ),
-        (
-            world * [1.0, 1.0, -1.0],
-            tr("The heights of the camera positions look like depths. Change their sign."),
-        ),
-    ):
-        miss = _miss(model, changed)
-        if miss is not None and miss < _BETTER * given:
-            found.append((miss, said))
-    return [min(found)[1]] if found else []
-
-
-def _miss(model: Array, world: Array) -> float | None:
-    """The median miss of a similarity, as a share of how far the points reach."""
-    local = world - world.mean(axis=0)
-    try:
-        fit, _ = fit_robustly(model, local)
-    except GeometryError:
-        return None
-    size = float(np.sqrt((local**2).sum(axis=1).mean()))
-    return float(np.median(np.linalg.norm(fit(model) - local, axis=1))) / max(size, 1e-300)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -31,7 +32,17 @@ from vomstudio.registration.attitude_evidence import (
     held,
     misses,
 )
-from vomstudio.registration.camera_positions import doubts_about
+from vomstudio.registration.coordinate_checks import (
+    far_from_others,
+    require_on_model,
+    said_of_degrees,
+    said_of_exchanged_labels,
+    said_of_far,
+    said_of_feet,
+    said_of_noise,
+    said_of_readings,
+    said_of_views,
+)
 from vomstudio.registration.observations import (
     Azimuths,
     Directions,
@@ -43,7 +54,8 @@ from vomstudio.registration.observations import (
 from vomstudio.registration.placing import place, with_warnings
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
-from vomstudio.words import tr
+from vomstudio.registration.wrong_marks import agreeing
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 Segment = tuple[tuple[float, float, float], tuple[float, float, float], float]
@@ -94,8 +106,9 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     check = None
     if evidence.pairs is not None:
         control, check = _pairs(evidence.pairs)
+        require_on_model(evidence.pairs.model, extent)
         kinds.append(control)
-        said += _doubts_about(evidence.pairs)
+        said += _doubts_about(control, evidence.pairs)
     kinds += _lengths(evidence, said)
     if evidence.positions is not None:
         kinds.append(_cameras(evidence, said))
@@ -109,7 +122,13 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         kinds += _compass(evidence.compass, evidence.compass_turn_deg)
     if evidence.azimuths:
         kinds.append(_azimuths(evidence.azimuths))
-    placed = place(kinds, check, extent)
+    try:
+        placed = place(kinds, check, extent)
+    except GeometryError as error:
+        # What looks wrong with the values is the likely cause.
+        raise GeometryError(" ".join([*said, str(error)])) from error
+    said += said_of_feet(placed.scale, placed.scale_error_95)
+    said += _said_of_cameras(evidence, kinds, placed)
     if evidence.positions is not None and len(kinds) == 1:
         _refuse_unsure(placed)
     if attitudes is not None:
@@ -152,19 +171,16 @@ def _pairs(pairs: Pairs) -> tuple[Points, Points]:
     return those(~pairs.check), those(pairs.check)
 
 
-def _doubts_about(pairs: Pairs) -> list[str]:
-    """What coordinates look like that are not metres."""
-    world = pairs.world
-    reach = np.ptp(world, axis=0) if len(world) else np.zeros(3)
-    degrees = (np.abs(world[:, 0]) <= 180).all() and (np.abs(world[:, 1]) <= 90).all()
-    if len(world) > 2 and degrees and max(reach[:2]) < 1.0 and reach[2] > 100 * max(reach[:2]):
-        return [
-            tr(
-                "x and y look like degrees beside heights in metres. Convert them to a projected "
-                "coordinate reference system."
-            )
-        ]
-    return []
+def _doubts_about(control: Points, every: Pairs) -> list[str]:
+    """What the coordinates of points look like that are something else than they are taken for."""
+    degrees = said_of_degrees(every.world)
+    if degrees:
+        return degrees
+    far = far_from_others(every.world)
+    if far.any():
+        return said_of_far(every.labels, every.world, far)
+    readings = said_of_readings(control.model, control.world, mirrors=False)
+    return readings or said_of_exchanged_labels(control.labels, control.model, control.world)
 
 
 def _lengths(evidence: Evidence, said: list[str]) -> list[Observed]:
@@ -311,27 +327,51 @@ def _cameras(evidence: Evidence, said: list[str]) -> Points:
     model = np.array([own[name] for name in names])
     sigma = positions.sigma[rows]
     alone = evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
-    if alone and len(labels) >= 3 and (nearly_on_a_line(model) or nearly_on_a_line(world)):
-        raise GeometryError(
-            tr(
-                "The cameras stand on one line, about which the model could turn. Add control "
-                "points, or photos from beside the line."
-            )
+    degrees = said_of_degrees(world)
+    far = np.zeros(len(labels), bool) if degrees else far_from_others(world)
+    said += degrees or said_of_far(labels, world, far)
+    one_line = nearly_on_a_line(model[~far]) or nearly_on_a_line(world[~far])
+    if alone and len(labels) >= 3 and one_line:
+        line = tr(
+            "The cameras stand on one line, about which the model could turn. Add control points, "
+            "or photos from beside the line."
         )
-    said += doubts_about(model, world)
-    known = sigma[np.isfinite(sigma)]
-    _, used = fit_robustly(model, world, floor=3 * float(known.max()) if len(known) else 0.0)
+        raise GeometryError(" ".join([*degrees, line]))
+    used = ~far
+    near = np.flatnonzero(used)
+    if len(near) >= 3:
+        said += said_of_readings(model[near], world[near])
+        known = sigma[near][np.isfinite(sigma[near])]
+        floor = 3 * float(known.max()) if len(known) else 0.0
+        # On a line no turn about it tells right ones from wrong ones.
+        with suppress(GeometryError):
+            used[near] = fit_robustly(model[near], world[near], floor=floor)[1]
     if not used.all():
         said.append(
-            tr(
+            tr_n(
+                "The position of {count} photo misses by too much to be chance and was left out: "
+                "{names}.",
                 "The positions of {count} photos miss by too much to be chance and were left out: "
                 "{names}.",
-                count=int((~used).sum()),
+                int((~used).sum()),
                 names=", ".join(np.array(labels)[~used][:8]),
             )
         )
     rows_ = np.flatnonzero(used)
     return Points([labels[i] for i in rows_], model[rows_], world[rows_], sigma[rows_], "cameras")
+
+
+def _said_of_cameras(evidence: Evidence, kinds: Sequence[Observed], placed: Placed) -> list[str]:
+    """Where the cameras look after the registration, and how far they are from what was given."""
+    said = []
+    if placed.known.vertical and evidence.views:
+        rotation = np.array(placed.matrix)[:3, :3] / placed.scale
+        forward = np.array([view.rotation[2] for view in evidence.views.values()]) @ rotation.T
+        said += said_of_views(forward)
+    for kind in kinds:
+        if isinstance(kind, Points) and kind.name == "cameras" and len(kinds) == 1:
+            said += said_of_noise(kind.world, placed(kind.model))
+    return said
 
 
 def _refuse_unsure(placed: Placed) -> None:
@@ -347,19 +387,44 @@ def _refuse_unsure(placed: Placed) -> None:
         )
 
 
-def marked_places(evidence: Evidence, marks: Sequence[Marked]) -> dict[str, Array]:
+def marked_places(
+    evidence: Evidence, marks: Sequence[Marked], said: list[str] | None = None
+) -> dict[str, Array]:
     """(3,) on the model of every label that is marked in two photos of it or more.
 
-    marks : label, photo, x, y. Raises UsageError where no cameras are known.
+    marks : label, photo, x, y; said : gets what is wrong with marks that are left out
+    Raises UsageError where no cameras are known.
     """
+    told = [] if said is None else said
     seen: dict[str, tuple[list[View], list[tuple[float, float]]]] = {}
     for label, photo, x, y in marks:
         view = _view(evidence, photo, "--marks")
-        if view is not None:
-            views, pixels = seen.setdefault(label, ([], []))
-            views.append(view)
-            pixels.append((x, y))
-    found = {label: triangulate(views, pixels) for label, (views, pixels) in seen.items()}
+        if view is None:
+            continue
+        lens = view.intrinsics
+        if not (0 <= x <= lens.width and 0 <= y <= lens.height):
+            told.append(
+                tr(
+                    "The mark of {label} at x {x:.0f}, y {y:.0f} is outside of {photo}, which has "
+                    "{width} x {height} pixels, and was left out. Correct it.",
+                    label=label,
+                    x=x,
+                    y=y,
+                    photo=photo,
+                    width=lens.width,
+                    height=lens.height,
+                )
+            )
+            continue
+        views, pixels = seen.setdefault(label, ([], []))
+        views.append(view)
+        pixels.append((x, y))
+    found = {}
+    for label, (views, pixels) in seen.items():
+        places = np.array(pixels, np.float64)
+        rows, wrong = agreeing(label, views, places)
+        told += [mark.in_words() for mark in wrong]
+        found[label] = triangulate([views[int(row)] for row in rows], places[rows])
     return {label: place_ for label, place_ in found.items() if np.isfinite(place_).all()}
 
 

@@ -209,8 +209,9 @@ def said_of_mirrors(points: Points | None, fit: Similarity) -> list[str]:
     if left > 1e-6 * over and float(((again(flipped) - b) ** 2).sum()) < 0.01 * left:
         return [
             tr(
-                "The points fit as a mirror image: two axes of one of the frames are exchanged. "
-                "Exchange the columns of easting and northing."
+                "The points fit as a mirror image: two axes of one of the frames are exchanged, "
+                "or one runs the other way. Exchange the columns of easting and northing, or give "
+                "heights instead of depths."
             )
         ]
     return []

@@ -1,0 +1,34 @@
+"""Wrong observations are named, and no right ones beside them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vomstudio.registration.placing import register_points
+
+
+@pytest.mark.parametrize("stated", [True, False])
+@pytest.mark.parametrize("wrong_m", [0.5, 5.0, 50.0])
+def test_the_wrong_point_alone_is_named(stated: bool, wrong_m: float) -> None:
+    for seed in range(5):
+        chance = np.random.default_rng(seed)
+        model = chance.uniform([0, 0, 0], [100, 90, 12], (8, 3))
+        world = model + chance.normal(size=model.shape) * 0.02
+        bad = seed % 8
+        world[bad, 0] += wrong_m
+        sigma = np.full(model.shape, 0.02) if stated else None
+        found = register_points(model, world, sigma)
+        assert [b.label for b in found.blunders] == [str(bad + 1)]
+        assert found.blunders[0].error_m == pytest.approx(wrong_m, abs=0.2)
+
+
+def test_two_wrong_points_are_named_and_the_first_suspect_is_cleared() -> None:
+    for seed in range(5):
+        chance = np.random.default_rng(seed)
+        model = chance.uniform([0, 0, 0], [100, 90, 12], (12, 3))
+        world = model + chance.normal(size=model.shape) * 0.02
+        world[2] += [4.0, 1.0, 0.0]
+        world[7] += [0.0, -3.0, 2.0]
+        found = register_points(model, world, np.full(model.shape, 0.02))
+        assert sorted(b.label for b in found.blunders) == ["3", "8"]

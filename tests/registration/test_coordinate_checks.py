@@ -1,0 +1,145 @@
+"""Coordinates that are something else than they are taken for are named, with what to do."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from pyproj import Transformer
+
+from vomstudio.errors import GeometryError
+from vomstudio.registration import coordinate_checks as checks
+
+Array = npt.NDArray[np.float64]
+LABELS = [f"P{i}" for i in range(8)]
+ORIGIN = np.array([576_700.0, 5_188_160.0, 160.0])
+
+
+def site(seed: int = 0) -> tuple[Array, Array]:
+    """Points of a model, and where they are with 2 cm of error."""
+    chance = np.random.default_rng(seed)
+    model = chance.uniform([-50, -45, -6], [50, 45, 6], (8, 3))
+    return model, ORIGIN + model + chance.normal(size=model.shape) * 0.02
+
+
+def degrees(world: Array) -> Array:
+    back = Transformer.from_crs("EPSG:32615", "EPSG:4326", always_xy=True)
+    return np.column_stack([*back.transform(world[:, 0], world[:, 1]), world[:, 2]])
+
+
+def test_right_coordinates_are_not_doubted() -> None:
+    for seed in range(20):
+        model, world = site(seed)
+        assert not checks.far_from_others(world).any()
+        assert checks.said_of_degrees(world) == []
+        assert checks.said_of_readings(model, world) == []
+        assert checks.said_of_exchanged_labels(LABELS, model, world) == []
+        assert checks.said_of_area(world, "EPSG:32615") == []
+        assert checks.said_of_feet(1.0, 0.001) == []
+        assert checks.said_of_move(world, world + 100.0, "EPSG:32615") == []
+        assert checks.said_of_noise(world, world + 5.0) == []
+        checks.require_on_model(model, model * 1.5)
+
+
+def test_one_point_with_easting_and_northing_exchanged() -> None:
+    _, world = site()
+    world[2] = world[2, [1, 0, 2]]
+    far = checks.far_from_others(world)
+    assert np.flatnonzero(far).tolist() == [2]
+    (said,) = checks.said_of_far(LABELS, world, far)
+    assert "x and y of P2 look exchanged" in said
+
+
+def test_one_point_of_another_zone() -> None:
+    _, world = site()
+    to = Transformer.from_crs("EPSG:32615", "EPSG:32616", always_xy=True)
+    world[5, :2] = to.transform(*world[5, :2])
+    (said,) = checks.said_of_far(LABELS, world, checks.far_from_others(world))
+    assert said.startswith("P5:")
+    assert "zone" in said
+
+
+def test_two_labels_exchanged_are_told_from_one_wrong_point() -> None:
+    model, world = site()
+    wrong = world.copy()
+    wrong[[1, 4]] = world[[4, 1]]
+    (said,) = checks.said_of_exchanged_labels(LABELS, model, wrong)
+    assert said.startswith("P1 and P4 look exchanged")
+    world[3, 0] += 5.0
+    assert checks.said_of_exchanged_labels(LABELS, model, world) == []
+
+
+@pytest.mark.parametrize("latitude_first", [False, True])
+def test_degrees_beside_heights_in_metres(latitude_first: bool) -> None:
+    table = degrees(site()[1])
+    (said,) = checks.said_of_degrees(table[:, [1, 0, 2]] if latitude_first else table)
+    assert "degrees" in said
+    assert ("latitude before" in said) == latitude_first
+    assert "projected" in said
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (lambda w: w / [1, 1, 0.3048], "heights look like feet"),
+        (lambda w: w / [0.3048, 0.3048, 1], "x and y look like feet"),
+        (lambda w: w[:, [1, 0, 2]], "x and y look exchanged"),
+        (lambda w: w * [1, 1, -1], "heights are depths"),
+    ],
+)
+def test_columns_that_mean_something_else(changed, said: str) -> None:
+    model, world = site()
+    (found,) = checks.said_of_readings(model, changed(world))
+    assert said in found
+
+
+def test_feet_all_over_show_in_the_scale() -> None:
+    (said,) = checks.said_of_feet(1 / 0.3048, 0.001)
+    assert "feet" in said
+    assert checks.said_of_feet(1 / 0.3048, 0.2) == []
+    assert checks.said_of_feet(3.2, 0.001) == []
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (lambda w: w[:, [1, 0, 2]], "x and y exchanged"),
+        (lambda w: w / 0.3048, "in feet"),
+        (lambda w: w + [-457_000.0, 11_000.0, 0.0], "Look up of which zone"),
+    ],
+)
+def test_coordinates_outside_their_system(changed, said: str) -> None:
+    (found,) = checks.said_of_area(changed(site()[1]), "EPSG:32615")
+    assert said in found
+    assert "UTM zone 15N" in found
+
+
+def test_a_system_that_does_not_suit_the_place_is_replaced() -> None:
+    lon_lat = degrees(site()[1])
+    to = Transformer.from_crs("EPSG:4326", "EPSG:32613", always_xy=True)
+    world = np.column_stack([*to.transform(lon_lat[:, 0], lon_lat[:, 1]), lon_lat[:, 2]])
+    (said,) = checks.said_of_area(world, "EPSG:32613", converted=True)
+    assert "Choose EPSG:32615" in said
+
+
+def test_a_table_of_another_frame_than_the_model_is_refused() -> None:
+    model, world = site()
+    with pytest.raises(GeometryError, match="far off the model"):
+        checks.require_on_model(model, world)
+    checks.require_on_model(model, None)
+
+
+def test_a_model_that_knows_its_place_is_not_moved_far_in_silence() -> None:
+    _, world = site()
+    (said,) = checks.said_of_move(world, world + [457_000.0, 0.0, 0.0], "EPSG:32615")
+    assert "457" in said
+
+
+def test_cameras_that_look_up_and_positions_that_are_noise_are_told() -> None:
+    down = np.tile([0.0, 0.0, -1.0], (5, 1))
+    assert checks.said_of_views(down) == []
+    assert checks.said_of_views(np.tile([0.0, 1.0, 0.0], (5, 1))) == []
+    assert "upside down" in checks.said_of_views(-down)[0]
+    _, world = site()
+    (said,) = checks.said_of_noise(world, world + [60.0, 0.0, 0.0])
+    assert "60 m" in said

@@ -1,0 +1,366 @@
+"""What coordinates look like that cannot be what they are said to be: exchanged columns or labels,
+degrees, feet, another zone, a model in another frame. Each finding is a sentence with a proposal;
+nothing is changed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.registration.similarity import fit_robustly, fit_similarity
+from vomstudio.words import tr, tr_n
+
+Array = npt.NDArray[np.float64]
+
+_FOOT_M = 0.3048
+# Another reading of the numbers is proposed where it fits so much better, and these do not fit.
+_BETTER = 0.3
+_FITS = 0.01
+_FEWEST = 5
+# A point so many times as far from the middle as is usual is in another place altogether.
+_FAR = 30.0
+_NAMED = 8
+# Labels of more points are not exchanged in trial.
+_MOST = 60
+_MUCH_BETTER = 0.1
+# A scale this near to that between feet and metres, where it is known as well as that.
+_SAME_SCALE = 0.005
+# Systems of coordinates are used this far beyond their area without harm, degrees.
+_BEYOND_DEG = 1.0
+# Numbers of a neighbouring zone are wrong by less, degrees.
+_NEXT_ZONES_DEG = 15.0
+# Times the model's reach: further off nobody puts control points of it.
+_OFF = 10.0
+
+
+# --- single ones ------------------------------------------------------------------------------
+def far_from_others(world: Array) -> npt.NDArray[np.bool_]:
+    """(n,) which of the points (n, 3) are in another place than most are, by far."""
+    if len(world) < 4:
+        return np.zeros(len(world), bool)
+    away = np.linalg.norm(world - np.median(world, axis=0), axis=1)
+    usual = float(np.median(away))
+    return np.asarray(away > _FAR * usual) if usual > 0 else np.zeros(len(world), bool)
+
+
+def said_of_far(labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_]) -> list[str]:
+    """Of points that are in another place than the others, with what may have been meant."""
+    if not far.any():
+        return []
+    middle = np.median(world[~far], axis=0)
+    reach = float(np.linalg.norm(world[~far] - middle, axis=1).max())
+    exchanged: list[int] = []
+    lost: list[int] = []
+    for row in np.flatnonzero(far):
+        back = np.linalg.norm(world[row, [1, 0, 2]] - middle) <= _FAR * reach
+        (exchanged if back else lost).append(int(row))
+    said = []
+    if exchanged:
+        said.append(
+            tr(
+                "x and y of {labels} look exchanged: read the other way round they are where the "
+                "others are. Exchange them.",
+                labels=_some(labels, exchanged),
+            )
+        )
+    if lost:
+        off = float(np.linalg.norm(world[lost] - middle, axis=1).min())
+        said.append(
+            tr(
+                "{labels}: {off:,.0f} m or more from the others, which are within {reach:,.0f} m. "
+                "Look the coordinates up: a digit may be wrong, or they are of another zone.",
+                labels=_some(labels, lost),
+                off=off,
+                reach=reach,
+            )
+        )
+    return said
+
+
+def said_of_exchanged_labels(labels: Sequence[str], model: Array, world: Array) -> list[str]:
+    """Of two points that fit the others if their labels are exchanged."""
+    if not _FEWEST <= len(labels) <= _MOST:
+        return []
+    given = _rms(model, world)
+    if given is None or given < _FITS * _reach(world):
+        return []
+    best: tuple[float, int, int] | None = None
+    for i, k in combinations(range(len(labels)), 2):
+        order = np.arange(len(labels))
+        order[[i, k]] = k, i
+        miss = _rms(model, world[order])
+        if miss is not None and (best is None or miss < best[0]):
+            best = miss, i, k
+    if best is None or best[0] > _MUCH_BETTER * given:
+        return []
+    # Leaving one out explains it as well where one alone is wrong.
+    for alone in best[1:]:
+        rest = np.arange(len(labels)) != alone
+        miss = _rms(model[rest], world[rest])
+        if miss is not None and miss < 2.0 * best[0]:
+            return []
+    return [
+        tr(
+            "{first} and {second} look exchanged: the points would fit within {after:.2g} m "
+            "instead of {before:.2g} m. Exchange these labels.",
+            first=labels[best[1]],
+            second=labels[best[2]],
+            after=best[0],
+            before=given,
+        )
+    ]
+
+
+# --- all of them ------------------------------------------------------------------------------
+def said_of_degrees(world: Array) -> list[str]:
+    """Of x and y that are degrees."""
+    if len(world) < 3:
+        return []
+    reach = np.ptp(world, axis=0)
+    for x, y, exchanged in ((0, 1, False), (1, 0, True)):
+        inside = (np.abs(world[:, x]) <= 180).all() and (np.abs(world[:, y]) <= 90).all()
+        if inside and max(reach[:2]) < 1.0 and reach[2] > 100 * max(reach[:2]):
+            return [
+                tr(
+                    "x and y look like degrees, latitude before longitude, beside heights in "
+                    "metres. Convert them to a projected coordinate reference system."
+                )
+                if exchanged
+                else tr(
+                    "x and y look like degrees beside heights in metres. Convert them to a "
+                    "projected coordinate reference system."
+                )
+            ]
+    return []
+
+
+def said_of_readings(model: Array, world: Array, *, mirrors: bool = True) -> list[str]:
+    """What given coordinates (n, 3) look like that do not fit places of the model (n, 3), where
+    they fit if they are read in another way. mirrors : whether exchanged axes are among these"""
+    if len(model) < _FEWEST:
+        return []
+    given = _miss(model, world)
+    if given is None or given < _FITS:
+        return []
+    readings = [
+        (
+            world * [1.0, 1.0, _FOOT_M],
+            tr("The heights look like feet beside x and y in metres. Multiply them by 0.3048."),
+        ),
+        (
+            world * [_FOOT_M, _FOOT_M, 1.0],
+            tr("x and y look like feet beside heights in metres. Multiply them by 0.3048."),
+        ),
+    ]
+    if mirrors:
+        # One mirror image fits as another does, so that the residuals cannot tell which it is.
+        readings.append(
+            (
+                world[:, [1, 0, 2]],
+                tr(
+                    "x and y look exchanged, or heights are depths. Exchange the columns, or "
+                    "change the sign of the heights."
+                ),
+            )
+        )
+    found = [
+        (miss, said)
+        for changed, said in readings
+        if (miss := _miss(model, changed)) is not None and miss < _BETTER * given
+    ]
+    return [min(found)[1]] if found else []
+
+
+def said_of_feet(scale: float, scale_error_95: float | None) -> list[str]:
+    """Of a model that grows or shrinks as from metres to feet.
+
+    scale : metres per unit of the model; scale_error_95 : a share of it
+    """
+    if scale_error_95 is None or scale_error_95 > 4 * _SAME_SCALE:
+        return []
+    near = max(_SAME_SCALE, scale_error_95)
+    if abs(scale * _FOOT_M - 1.0) < near:
+        return [
+            tr(
+                "The model grows {times:.3f} times, as from metres to feet: if its unit is the "
+                "metre, what was given is in feet. Multiply it by 0.3048.",
+                times=scale,
+            )
+        ]
+    return []
+
+
+def said_of_area(world: Array, crs: str | None, *, converted: bool = False) -> list[str]:
+    """Of coordinates (n, 3) outside the area that a projected CRS in metres is made for.
+
+    converted : they were longitude and latitude, so that it is the CRS that does not suit them
+    """
+    from pyproj import CRS, Transformer
+
+    from vomstudio.io.gis.crs import utm_zone
+
+    area = None if crs is None else CRS.from_user_input(crs).area_of_use
+    if crs is None or area is None or not len(world):
+        return []
+    to_degrees = Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
+    west, south, east, north = area.bounds
+    middle = np.median(world, axis=0)
+
+    def beyond(x: float, y: float) -> tuple[float, float, float]:
+        """Degrees outside of the area, longitude and latitude."""
+        longitude, latitude = to_degrees.transform(x, y)[:2]
+        if not np.isfinite([longitude, latitude]).all():
+            return np.inf, np.nan, np.nan
+        width = (east - west) % 360.0 or 360.0
+        along = (longitude - west) % 360.0
+        side = 0.0 if along <= width else min(along - width, 360.0 - along)
+        return max(side, south - latitude, latitude - north, 0.0), longitude, latitude
+
+    x, y = float(middle[0]), float(middle[1])
+    off, longitude, latitude = beyond(x, y)
+    if off <= _BEYOND_DEG:
+        return []
+    if converted:
+        what = tr("Choose {zone} instead.", zone=utm_zone(longitude, latitude))
+    elif beyond(y, x)[0] == 0.0:
+        what = tr("Within it they would be with x and y exchanged. Exchange the columns.")
+    elif off > _NEXT_ZONES_DEG and beyond(x * _FOOT_M, y * _FOOT_M)[0] == 0.0:
+        what = tr("Within it they would be if they were in feet. Multiply them by 0.3048.")
+    else:
+        what = tr("Look up of which zone or system they are.")
+    return [
+        tr(
+            "The coordinates ({x:.0f}, {y:.0f}, …) lie outside the area of {crs}. {what}",
+            x=x,
+            y=y,
+            crs=CRS.from_user_input(crs).name,
+            what=what,
+        )
+    ]
+
+
+# --- the model --------------------------------------------------------------------------------
+def require_on_model(model: Array, extent: Array | None) -> None:
+    """Raises GeometryError where places on the model (n, 3) are none, since the table is in another
+    frame than the model: with an offset taken off, or from another file.
+
+    extent : (m, 3) points all over the model
+    """
+    if extent is None or not len(extent) or not len(model):
+        return
+    low, high = extent.min(axis=0), extent.max(axis=0)
+    reach = float(np.linalg.norm(high - low))
+    off = np.maximum(np.maximum(low - model, model - high), 0.0)
+    if reach > 0 and float(np.median(np.linalg.norm(off, axis=1))) > _OFF * reach:
+        here, there = np.median(model, axis=0), (low + high) / 2
+        raise GeometryError(
+            tr(
+                "The places on the model ({x:,.2f}, {y:,.2f}, {z:,.2f}, …) are far off the model, "
+                "whose middle is at {mx:,.2f}, {my:,.2f}, {mz:,.2f}. They are of another frame: "
+                "an offset may have been taken off. Give them as the model's file has them.",
+                x=float(here[0]),
+                y=float(here[1]),
+                z=float(here[2]),
+                mx=float(there[0]),
+                my=float(there[1]),
+                mz=float(there[2]),
+            )
+        )
+
+
+def said_of_move(extent: Array, placed: Array, crs: str) -> list[str]:
+    """Of a model whose file says where it is, and that is put in quite another place.
+
+    extent, placed : (n, 3) points of it before and after; crs : of both
+    """
+    from vomstudio.io.gis.crs import crs_name
+
+    if not len(extent):
+        return []
+    moved = float(np.linalg.norm(placed.mean(axis=0) - extent.mean(axis=0)))
+    reach = float(np.linalg.norm(np.ptp(extent, axis=0)))
+    if moved <= max(_OFF * reach, 1000.0):
+        return []
+    return [
+        tr(
+            "The registration moves the model {km:,.1f} km away from where its file says that it "
+            "is in {crs}. If the file is right, the coordinates given are of another zone or "
+            "system, in another unit, or exchanged.",
+            km=moved / 1000.0,
+            crs=crs_name(crs),
+        )
+    ]
+
+
+def said_of_views(forward: Array) -> list[str]:
+    """Of cameras that look up to the sky after the registration.
+
+    forward : (n, 3) unit vectors in World, where they look
+    """
+    # Roofs of caves and overhangs are looked up at by some photos, seldom by nearly all.
+    if len(forward) < 3 or float(np.median(forward[:, 2])) < 0.7:
+        return []
+    return [
+        tr_n(
+            "{count} camera looks up to the sky after this registration, so that the model is "
+            "upside down unless it is a roof: x and y may be exchanged, or the points are a "
+            "mirror image.",
+            "The {count} cameras look up to the sky after this registration, so that the model is "
+            "upside down unless it is a roof: x and y may be exchanged, or the points are a "
+            "mirror image.",
+            len(forward),
+        )
+    ]
+
+
+def said_of_noise(world: Array, placed: Array) -> list[str]:
+    """Of positions that are as wrong as they are far apart.
+
+    world, placed : (n, 3) where they are said to be, and where the registration puts them
+    """
+    miss = float(np.sqrt(((placed - world) ** 2).sum(axis=1).mean())) if len(world) else 0.0
+    apart = _reach(placed) if len(world) else 0.0
+    if not miss > 0.5 * apart > 0:
+        return []
+    return [
+        tr(
+            "The positions of the cameras miss by {miss:.3g} m (RMS), where the cameras stand "
+            "{apart:.3g} m (RMS) from their middle: they hardly tell how the model is turned. Add "
+            "control points, or a compass reading and a length.",
+            miss=miss,
+            apart=apart,
+        )
+    ]
+
+
+# --- in common --------------------------------------------------------------------------------
+def _some(labels: Sequence[str], rows: Sequence[int]) -> str:
+    return ", ".join(labels[row] for row in rows[:_NAMED])
+
+
+def _reach(points: Array) -> float:
+    return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+
+def _rms(model: Array, world: Array) -> float | None:
+    local = world - world.mean(axis=0)
+    try:
+        fit = fit_similarity(model, local)
+    except GeometryError:
+        return None
+    return float(np.sqrt(((fit(model) - local) ** 2).sum(axis=1).mean()))
+
+
+def _miss(model: Array, world: Array) -> float | None:
+    """The median miss of a similarity, as a share of how far the points reach."""
+    local = world - world.mean(axis=0)
+    try:
+        fit, _ = fit_robustly(model, local)
+    except GeometryError:
+        return None
+    miss = float(np.median(np.linalg.norm(fit(model) - local, axis=1)))
+    return miss / max(_reach(local), 1e-300)
