@@ -191,7 +191,7 @@ def test_scale_bars_place_or_judge(run, write: Write) -> None:
     bars = write(f"from,to,length_m,sigma_m,use\nP0,P1,{longer},0.01,check\n", "bars.csv")
     told = run("register", "-", "--pairs", table, "--scale-bars", bars, "--json").json
     assert told["scale"] == pytest.approx(SCALE, rel=1e-6)
-    assert any("P0 - P1" in said and "-2.25" in said for said in told["warnings"])
+    assert any("P0 - P1" in said and "2.25 m too short" in said for said in told["warnings"])
     unknown = write("from,to,length_m\nP0,Q,3\n", "bars.csv")
     ran = run("register", "-", "--pairs", table, "--scale-bars", unknown)
     assert ran.code == 2

@@ -139,8 +139,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     for name, error in bars_as_checks(evidence, found):
         warnings.append(
-            tr("The scale bar {name} judges: the placed model shows it {error:+.3g} m too long.",
+            tr("The scale bar {name} judges: the placed model shows it {error:.3g} m too long.",
                name=name, error=error)
+            if error > 0
+            else tr("The scale bar {name} judges: the placed model shows it {error:.3g} m too "
+                    "short.", name=name, error=-error)
         )  # fmt: skip
     if args.output is not None:
         warnings += _written(args, found, loaded, crs, result)

@@ -307,11 +307,11 @@ def said_of_views(forward: Array) -> list[str]:
     return [
         tr_n(
             "{count} camera looks up to the sky after this registration, so that the model is "
-            "upside down unless it is a roof: x and y may be exchanged, or the points are a "
-            "mirror image.",
+            "upside down unless it is a roof: x and y may be exchanged, the points a mirror "
+            "image, or lines that are called level upright.",
             "The {count} cameras look up to the sky after this registration, so that the model is "
-            "upside down unless it is a roof: x and y may be exchanged, or the points are a "
-            "mirror image.",
+            "upside down unless it is a roof: x and y may be exchanged, the points a mirror "
+            "image, or lines that are called level upright.",
             len(forward),
         )
     ]

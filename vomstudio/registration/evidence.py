@@ -43,6 +43,7 @@ from vomstudio.registration.coordinate_checks import (
     said_of_readings,
     said_of_views,
 )
+from vomstudio.registration.level_checks import said_of_level_lines
 from vomstudio.registration.observations import (
     Azimuths,
     Directions,
@@ -65,6 +66,8 @@ _READING_DEG = 3.0
 _TAPE = 0.005
 """One sigma of a length by tape whose ends are picked on a model, as a share of it."""
 _UNSURE_DEG = 60.0
+# Photos are not taken nearer to each other, and no receiver would tell.
+_SAME_PLACE_M = 0.01
 
 
 @dataclass
@@ -117,7 +120,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         attitudes = _attitudes(evidence, evidence.attitudes, said)
         kinds += attitudes.kinds
     if evidence.level is not None:
-        kinds.append(_level(evidence, evidence.level))
+        kinds.append(_level(evidence, evidence.level, extent, said))
     if evidence.compass is not None:
         kinds += _compass(evidence.compass, evidence.compass_turn_deg)
     if evidence.azimuths:
@@ -330,6 +333,14 @@ def _cameras(evidence: Evidence, said: list[str]) -> Points:
     degrees = said_of_degrees(world)
     far = np.zeros(len(labels), bool) if degrees else far_from_others(world)
     said += degrees or said_of_far(labels, world, far)
+    if len(labels) > 1 and float(np.ptp(world[:, :2], axis=0).max()) < _SAME_PLACE_M:
+        raise GeometryError(
+            tr(
+                "The positions of all {count} photos are the same, so that they cannot place the "
+                "model. Add control points, or a compass reading and a length.",
+                count=len(labels),
+            )
+        )
     one_line = nearly_on_a_line(model[~far]) or nearly_on_a_line(world[~far])
     if alone and len(labels) >= 3 and one_line:
         line = tr(
@@ -444,11 +455,14 @@ def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
     return misses(table, rows, [evidence.views[name] for name in names], rotation)
 
 
-def _level(evidence: Evidence, table: LevelTable) -> LevelLines:
+def _level(
+    evidence: Evidence, table: LevelTable, extent: Array | None, said: list[str]
+) -> LevelLines:
     rows, names = _found(evidence, evidence.views, table.photos, "--horizon", [])
+    views = [evidence.views[name] for name in names]
+    said += said_of_level_lines([table.photos[r] for r in rows], views, table.ends[rows], extent)
     directions = []
-    for row, name in zip(rows, names, strict=True):
-        view = evidence.views[name]
+    for row, view in zip(rows, views, strict=True):
         flat = view.intrinsics.rays(table.ends[row])
         directions.append((flat[1] - flat[0]) @ view.rotation)
     model = np.array(directions)

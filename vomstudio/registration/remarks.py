@@ -22,6 +22,7 @@ Array = npt.NDArray[np.float64]
 _Z95 = 1.959963984540054
 _WARN_DEG = 1.0
 _WORTH_TELLING_DEG = 0.1
+_NO_TURN_RAD = 1e-7
 
 
 def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
@@ -160,18 +161,28 @@ def said_of_blunders(
     rest = [chosen(kind, [label not in named for label in kind.labels]) for kind in kinds]
     again = adjust([kind for kind in rest if len(kind.labels)], centre, size)
     turned = Rotation.from_matrix(again.fit.rotation @ found.fit.rotation.T).magnitude()
+    labels = ", ".join(
+        f"{b.label} ({b.error_m:.3g} m)" if b.error_m is not None
+        else f"{b.label} ({b.error_deg:.2g}°)"
+        for b in blunders
+    )  # fmt: skip
+    if not turned > _NO_TURN_RAD:
+        return [
+            tr(
+                "{labels}: too far from where the others put it to be chance. Without it the scale "
+                "changes by {share:+.2g} %. Look the value up, or leave it out.",
+                labels=labels,
+                share=100.0 * (again.fit.scale / found.fit.scale - 1.0),
+            )
+        ]
     return [
         tr(
             "{labels}: too far from where the others put it to be chance. Without it the model "
             "turns by {turn:.2g}°. Look the value up, or leave it out.",
-            labels=", ".join(
-                f"{b.label} ({b.error_m:.3g} m)" if b.error_m is not None
-                else f"{b.label} ({b.error_deg:.2g}°)"
-                for b in blunders
-            ),
+            labels=labels,
             turn=float(np.degrees(turned)),
         )
-    ]  # fmt: skip
+    ]
 
 
 def said_of_bowing(found: Bowing | None) -> list[str]:

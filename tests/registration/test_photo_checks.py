@@ -1,0 +1,86 @@
+"""Marks that contradict each other and lines that are not level, in photos of known poses."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from tests.io.photos.camera_files import ring
+from vomstudio.errors import GeometryError
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.io.control.observation_tables import Positions
+from vomstudio.registration.evidence import Evidence, marked_places, register
+from vomstudio.registration.level_checks import away_deg, said_of_level_lines
+from vomstudio.registration.wrong_marks import agreeing
+
+Array = npt.NDArray[np.float64]
+VIEWS = ring()
+PLACE = np.array([1.0, -2.0, 0.5])
+LENS = Intrinsics.pinhole(4000, 3000, 3200.0, 2000.0, 1500.0)
+
+
+def seen(place: Array = PLACE) -> Array:
+    return np.array([view.project(place)[0] for view in VIEWS])
+
+
+def test_marks_that_agree_are_all_kept() -> None:
+    chance = np.random.default_rng(1)
+    rows, wrong = agreeing("A", VIEWS, seen() + chance.normal(size=(9, 2)))
+    assert rows.tolist() == list(range(9))
+    assert wrong == []
+
+
+def test_a_wrong_mark_is_named_with_its_photo_and_where_it_should_be() -> None:
+    marks = seen()
+    marks[4] += [600.0, -300.0]
+    rows, (wrong,) = agreeing("A", VIEWS, marks)
+    assert 4 not in rows
+    assert (wrong.label, wrong.photo) == ("A", VIEWS[4].name)
+    assert wrong.wanted == pytest.approx(tuple(seen()[4]), abs=0.1)
+
+
+def test_wrong_marks_and_those_outside_of_their_photo_do_not_place_a_point() -> None:
+    marks = [
+        ("A", view.name, float(x), float(y)) for view, (x, y) in zip(VIEWS, seen(), strict=True)
+    ]
+    marks[2] = ("A", VIEWS[2].name, 9_999.0, 100.0)
+    marks[5] = ("A", VIEWS[5].name, marks[5][2] + 400.0, marks[5][3])
+    said: list[str] = []
+    evidence = Evidence(views={view.name: view for view in VIEWS})
+    places = marked_places(evidence, marks, said)
+    np.testing.assert_allclose(places["A"], PLACE, atol=1e-3)
+    assert any(VIEWS[2].name in one and "outside" in one for one in said)
+    assert any(VIEWS[5].name in one and "contradicts" in one for one in said)
+
+
+def wall_view(turn_deg: float) -> View:
+    """A level camera 15 m in front of a wall (the plane y = 0), turned about the vertical."""
+    c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
+    rotation = np.array([[c, -s, 0.0], [0.0, 0.0, -1.0], [s, c, 0.0]])
+    return View(f"turned_{turn_deg:.0f}.jpg", LENS, rotation, -rotation @ [0.0, -15.0, 0.0])
+
+
+@pytest.mark.parametrize("turn", [0.0, 10.0, 25.0])
+def test_a_line_on_a_wall_runs_away_by_the_turn_of_the_camera(turn: float) -> None:
+    x, z = np.meshgrid(np.linspace(-20, 20, 161), np.linspace(-8, 8, 65))
+    wall = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
+    view = wall_view(turn)
+    ends = view.project(np.array([[-3.0, 0.0, 5.0], [3.0, 0.0, 5.0]]))
+    assert away_deg(view, ends, wall) == pytest.approx(turn, abs=1.5)
+    said = said_of_level_lines([view.name], [view], ends[None], wall)
+    assert bool(said) == (turn > 2.0)
+    # The axis of the photo, and a horizon above the wall.
+    low = wall[wall[:, 2] < 4]
+    for line in ([[10.0, 1500.0], [3990.0, 1500.0]], [[10.0, 20.0], [3990.0, 31.0]]):
+        assert said_of_level_lines([view.name], [view], np.array([line]), low) == []
+
+
+def test_positions_that_are_all_the_same_say_so() -> None:
+    names = tuple(view.name for view in VIEWS)
+    places = np.tile([698_000.0, 5_711_000.0, 74.8], (9, 1))
+    places[1:, 2] = 0.0
+    positions = Positions(names, places, False, np.full((9, 3), np.nan))
+    evidence = Evidence(views={view.name: view for view in VIEWS}, positions=positions)
+    with pytest.raises(GeometryError, match="all 9 photos are the same"):
+        register(evidence)

@@ -1,0 +1,76 @@
+"""Whether level lines that were marked in photos show the level: a horizon does, and the axis of a
+photo that was held level. A level line on the outcrop that runs away from the camera does not:
+perspective tilts it, as that of a roof seen from below."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cameras import View
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+# Of the photo's long side: a point of the model this near to the end of a line is at that end.
+_NEAR = 0.02
+_AWAY_DEG = 2.0
+_NAMED = 8
+
+
+def away_deg(view: View, ends: Array, extent: Array) -> float | None:
+    """By how much a line on the model runs away from the camera, degrees out of the plane of the
+    photo; None where the model is not at both ends (2, 2), pixels.
+
+    extent : (n, 3) points all over the model
+    """
+    pixels = view.project(extent)
+    depth = (extent - view.centre) @ view.rotation[2]
+    there = np.isfinite(pixels).all(axis=1) & (depth > 0)
+    limit = _NEAR * max(view.intrinsics.width, view.intrinsics.height)
+    found = []
+    for end in ends:
+        near = there & (np.linalg.norm(np.nan_to_num(pixels, nan=np.inf) - end, axis=1) < limit)
+        if not near.any():
+            return None
+        # What is seen is in front of what is hidden.
+        ray = view.rays(end)[0]
+        along = float(np.quantile(depth[near], 0.25)) / float(ray @ view.rotation[2])
+        found.append(view.centre + along * ray)
+    line = found[1] - found[0]
+    length = float(np.linalg.norm(line))
+    if not length > 0:
+        return None
+    return float(np.degrees(np.arcsin(min(1.0, abs(line @ view.rotation[2]) / length))))
+
+
+def said_of_level_lines(
+    photos: Sequence[str], views: Sequence[View], ends: Array, extent: Array | None
+) -> list[str]:
+    """Of lines (n, 2, 2), pixels, that lie on the model and run away from their cameras. Lines
+    along a row or a column of pixels are axes of photos."""
+    if extent is None or not len(extent):
+        return []
+    named, most = [], 0.0
+    for photo, view, line in zip(photos, views, ends, strict=True):
+        if (line[0] == line[1]).any():
+            continue
+        away = away_deg(view, line, extent)
+        if away is not None and away > _AWAY_DEG:
+            named.append(photo)
+            most = max(most, away)
+    if not named:
+        return []
+    return [
+        tr(
+            "The level lines in {photos} lie on the model and run away from the camera, by up to "
+            "{away:.0f}°. Only a horizon, or the axis of a photo held level, shows the level so: "
+            "if these are lines on the outcrop, perspective tilts them and the model with them, by "
+            "more than is stated. Mark a horizon or the axes of photos that were held level "
+            "instead.",
+            photos=", ".join(named[:_NAMED]),
+            away=most,
+        )
+    ]
