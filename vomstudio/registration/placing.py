@@ -12,6 +12,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import Bowing, bowing_of
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.adjustment import Adjusted, adjust
+from vomstudio.registration.agreement import said_of_disagreement
 from vomstudio.registration.blunders import find_blunders
 from vomstudio.registration.observations import Observed, Points
 from vomstudio.registration.remarks import (
@@ -76,6 +77,7 @@ def place(
     scale95 = _Z95 * float(np.sqrt(found.covariance[3, 3])) if known.scale else None
     warnings = [
         *said_of_fit(found, kinds),
+        *said_of_disagreement(kinds, centre, size),
         *said_of_points(control, checked, points),
         *said_of_errors(rotation, scale95, known),
         *said_of_blunders(kinds, blunders, found, centre, size),
