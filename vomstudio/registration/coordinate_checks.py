@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import fit_robustly, fit_similarity
 from vomstudio.words import tr, tr_n
 
@@ -35,6 +36,20 @@ _BEYOND_DEG = 1.0
 _NEXT_ZONES_DEG = 15.0
 # Times the model's reach: further off nobody puts control points of it.
 _OFF = 10.0
+
+
+def doubts_about_points(control: Points, labels: Sequence[str], world: Array) -> list[str]:
+    """What the coordinates of points look like that are something else than they are taken for.
+
+    labels, world : of all of them (n, 3), those that only judge among them
+    """
+    if degrees := said_of_degrees(world):
+        return degrees
+    far = far_from_others(world)
+    if far.any():
+        return said_of_far(labels, world, far)
+    readings = said_of_readings(control.model, control.world, mirrors=False)
+    return readings or said_of_exchanged_labels(control.labels, control.model, control.world)
 
 
 # --- single ones ------------------------------------------------------------------------------

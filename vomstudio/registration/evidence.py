@@ -32,11 +32,12 @@ from vomstudio.registration.attitude_evidence import (
     held,
     misses,
 )
+from vomstudio.registration.compass_checks import said_of_azimuths
 from vomstudio.registration.coordinate_checks import (
+    doubts_about_points,
     far_from_others,
     require_on_model,
     said_of_degrees,
-    said_of_exchanged_labels,
     said_of_far,
     said_of_feet,
     said_of_noise,
@@ -111,7 +112,8 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         control, check = _pairs(evidence.pairs)
         require_on_model(evidence.pairs.model, extent)
         kinds.append(control)
-        said += _doubts_about(control, evidence.pairs)
+        every = evidence.pairs
+        said += doubts_about_points(control, every.labels, every.world)
     kinds += _lengths(evidence, said)
     if evidence.positions is not None:
         kinds.append(_cameras(evidence, said))
@@ -122,7 +124,10 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     if evidence.level is not None:
         kinds.append(_level(evidence, evidence.level, extent, said))
     if evidence.compass is not None:
-        kinds += _compass(evidence.compass, evidence.compass_turn_deg)
+        read = _compass(evidence.compass, evidence.compass_turn_deg)
+        if evidence.compass.read.is_plane.any():
+            said += said_of_azimuths(read[0].labels, read[0].model, read[0].world)
+        kinds += read
     if evidence.azimuths:
         kinds.append(_azimuths(evidence.azimuths))
     try:
@@ -172,18 +177,6 @@ def _pairs(pairs: Pairs) -> tuple[Points, Points]:
         return Points(labels, pairs.model[rows], pairs.world[rows], pairs.sigma[rows])
 
     return those(~pairs.check), those(pairs.check)
-
-
-def _doubts_about(control: Points, every: Pairs) -> list[str]:
-    """What the coordinates of points look like that are something else than they are taken for."""
-    degrees = said_of_degrees(every.world)
-    if degrees:
-        return degrees
-    far = far_from_others(every.world)
-    if far.any():
-        return said_of_far(every.labels, every.world, far)
-    readings = said_of_readings(control.model, control.world, mirrors=False)
-    return readings or said_of_exchanged_labels(control.labels, control.model, control.world)
 
 
 def _lengths(evidence: Evidence, said: list[str]) -> list[Observed]:
@@ -471,11 +464,11 @@ def _level(
 
 
 # --- compass ----------------------------------------------------------------------------------
-def _compass(table: CompassTable, turn_deg: float) -> list[Observed]:
+def _compass(table: CompassTable, turn_deg: float) -> list[Directions]:
     c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
     # Azimuths run clockwise.
     world = table.read.vectors() @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    kinds: list[Observed] = []
+    kinds: list[Directions] = []
     for planes in (True, False):
         rows = np.flatnonzero(table.read.is_plane == planes)
         if len(rows):

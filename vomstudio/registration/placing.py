@@ -79,7 +79,7 @@ def place(
         *said_of_fit(found, kinds),
         *said_of_disagreement(kinds, centre, size),
         *said_of_points(control, checked, points),
-        *said_of_errors(rotation, scale95, known),
+        *said_of_errors(rotation, scale95, known, points),
         *said_of_blunders(kinds, blunders, found, centre, size),
         *said_of_mirrors(points, found.fit),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),

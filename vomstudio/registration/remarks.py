@@ -108,7 +108,10 @@ def said_of_worst(placed: Placed) -> list[str]:
     return said
 
 
-def said_of_errors(error: RotationError, scale95: float | None, known: Known) -> list[str]:
+def said_of_errors(
+    error: RotationError, scale95: float | None, known: Known, points: Points | None
+) -> list[str]:
+    """points : that placed it, of which `name` tells what they are; None without any"""
     said = []
     lacking = [
         tr(word)
@@ -135,15 +138,23 @@ def said_of_errors(error: RotationError, scale95: float | None, known: Known) ->
         said.append(
             tr(
                 "The model can be turned by about {turn:.1f}° and tilted by about {tilt:.1f}° "
-                "(1 sigma): dip directions and dips can be wrong by as much. Spread the points "
-                "wider.",
+                "(1 sigma): dip directions and dips can be wrong by as much. {what}",
                 turn=up,
                 tilt=float(np.hypot(east, north)),
+                what=_what_helps(points),
             )
         )
     if scale95 is not None and (scale := scale_warning(scale95 / _Z95)):
         said.append(scale)
     return said
+
+
+def _what_helps(points: Points | None) -> str:
+    if points is None:
+        return tr("Add readings, or control points that are spread wide.")
+    if points.name == "cameras":
+        return tr("Add control points, or photos from farther beside the others.")
+    return tr("Spread the points wider.")
 
 
 def said_of_blunders(
