@@ -27,6 +27,8 @@ _PLACES = {
     "orthophoto": "orthophotos",
     "Orthophoto": "orthophotos",
     "register": "registrations",
+    "compare": "comparisons",
+    "Comparison": "comparisons",
     "reconstruct": "reconstructions",
     "Project": "projects",
     "ProjectModel": "projects",

@@ -99,6 +99,18 @@ def _registration(found: Mapping[str, Any], reconstruction: Reconstruction) -> R
     )
 
 
+def placing_error_m(model: Path) -> float | None:
+    """How far a model that a run has left in its folder may be off as a whole, one sigma along any
+    direction: of the check points, else of the control points that placed it. None where nothing
+    beside it says so."""
+    try:
+        told = json.loads(model.with_name(RESULT).read_text(encoding="utf-8"))["registration"]
+        rms = _number(told.get("rms_check_m")) or _number(told.get("rms_control_m"))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+    return None if rms is None else rms / math.sqrt(3.0)
+
+
 def _pairs(settings: object) -> tuple[tuple[str, str], ...]:
     if not isinstance(settings, dict):
         return ()
