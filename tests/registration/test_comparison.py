@@ -214,9 +214,7 @@ def test_the_level_of_detection_of_two_planes_is_that_of_the_formula() -> None:
     model, bench = grid(101, step), grid(101, step)
     model[:, 2] = 0.1 + rng.normal(0, noise, len(model))
     bench[:, 2] = rng.normal(0, noise, len(bench))
-    found = compare(
-        PointCloud(model), PointCloud(bench), radius_m=radius, registration_error_m=reg
-    )
+    found = compare(PointCloud(model), PointCloud(bench), radius_m=radius, registration_error_m=reg)
     inside = np.all((model[:, :2] > 1.1) & (model[:, :2] < 3.9), axis=1)
     n = np.pi * radius**2 / step**2
     stated = 1.96 * (noise * np.sqrt(2 / n) + reg)
@@ -312,7 +310,7 @@ def test_reference_systems_are_compared() -> None:
     assert crs_doubts(None, None, names) == []
     assert crs_doubts("EPSG:32633", "EPSG:32633", names) == []
     assert "b.obj states no coordinate" in crs_doubts("EPSG:32633", None, names)[0]
-    with pytest.raises(UsageError, match="UTM zone 33N, b.obj in WGS 84 / UTM zone 32N"):
+    with pytest.raises(UsageError, match=r"UTM zone 33N, b\.obj in WGS 84 / UTM zone 32N"):
         crs_doubts("EPSG:32633", "EPSG:32632", names)
     from pyproj import CRS
 

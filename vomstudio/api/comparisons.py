@@ -69,7 +69,9 @@ def compare(
     """
     report = told(progress, cancel)
     first, second = _placed(model, "model"), _placed(benchmark, "benchmark")
-    said = crs_doubts(first[1], second[1], (tr("The model"), tr("the benchmark")))
+    said: list[str] = []
+    if not (_is_array(model) or _is_array(benchmark)):
+        said = crs_doubts(first[1], second[1], (tr("The model"), tr("the benchmark")))
     error = _length(registration_error_m, "registration_error_m")
     if error is None and m3c2 is not None:
         error = first[2]
@@ -84,6 +86,10 @@ def compare(
     return found
 
 
+def _is_array(given: Any) -> bool:
+    return isinstance(given, np.ndarray) or hasattr(given, "columns")
+
+
 def _placed(given: Any, name: str) -> tuple[Any, str | None, float | None]:
     """The data in World, its CRS, and how far it may be off."""
     from vomstudio.api.checking import points
@@ -91,7 +97,7 @@ def _placed(given: Any, name: str) -> tuple[Any, str | None, float | None]:
     from vomstudio.io.gis.crs import world_crs
     from vomstudio.io.project.reconstructions import placing_error_m
 
-    if isinstance(given, np.ndarray) or hasattr(given, "columns"):
+    if _is_array(given):
         return Cloud(points(given, name)), None, None
     made: Mesh | PointCloud = model_of(given)
     crs = None if made.crs is None else world_crs(made.crs, made._source.unit_m)
