@@ -28,7 +28,6 @@ _PLACES = {
     "Orthophoto": "orthophotos",
     "register": "registrations",
     "compare": "comparisons",
-    "Comparison": "comparisons",
     "reconstruct": "reconstructions",
     "Project": "projects",
     "ProjectModel": "projects",

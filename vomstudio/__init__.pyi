@@ -1,5 +1,4 @@
 from vomstudio import errors as errors
-from vomstudio.api.comparisons import Comparison as Comparison
 from vomstudio.api.comparisons import compare as compare
 from vomstudio.api.models import Mesh as Mesh
 from vomstudio.api.models import PointCloud as PointCloud

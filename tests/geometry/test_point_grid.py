@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vomstudio.errors import Cancelled
-from vomstudio.geometry.point_grid import PointGrid
+from vomstudio.geometry.nearby.point_grid import PointGrid
 from vomstudio.progress import CancelToken, Silent
 
 CORNER = np.array([364_520.25, 4_721_864.5, -846.0])

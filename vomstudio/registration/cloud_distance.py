@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.point_grid import PointGrid
+from vomstudio.geometry.nearby.point_grid import PointGrid
 from vomstudio.progress import Progress, Silent
 from vomstudio.registration.opposite import Opposite
 

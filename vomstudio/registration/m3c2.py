@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geometry.point_grid import PointGrid
+from vomstudio.geometry.nearby.point_grid import PointGrid
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 

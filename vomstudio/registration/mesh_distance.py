@@ -78,7 +78,7 @@ class MeshSides:
                 for axis in range(3)
             ]
         )  # fmt: skip
-        return named, sums, count == 1
+        return np.asarray(named, np.int64), sums, np.asarray(count == 1, np.bool_)
 
     def _edge_key(self, rows: slice | Ints, opposite: int) -> Ints:
         """Of the edge that does not have this corner of the faces."""
