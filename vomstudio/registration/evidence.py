@@ -22,6 +22,7 @@ from vomstudio.io.control.observation_tables import (
     ScaleBar,
 )
 from vomstudio.io.photos.photo_names import photo_finder
+from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import (
     Attitudes,
     Azimuths,
@@ -65,8 +66,18 @@ class Evidence:
     """From one point on the model to another, and the azimuth of that line, degrees."""
     marks: Sequence[Marked] = ()
     """Of control points in photos: label, photo, x, y."""
+    reference: Combined | None = None
+    """The model as it was fitted to another one."""
     to_grid: Callable[[float, float], tuple[float, float] | None] | None = None
     """From longitude and latitude to the CRS of the model, where positions are in degrees."""
+
+    @property
+    def empty(self) -> bool:
+        """Nothing was given."""
+        given = (self.pairs, self.positions, self.attitudes, self.level, self.compass)
+        return all(one is None for one in (*given, self.reference)) and not (
+            self.lengths or self.azimuths
+        )
 
 
 def register(evidence: Evidence, extent: Array | None = None) -> Placed:
@@ -94,6 +105,8 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         kinds += _compass(evidence.compass)
     if evidence.azimuths:
         kinds.append(_azimuths(evidence.azimuths))
+    if evidence.reference is not None:
+        kinds.append(evidence.reference)
     placed = place(kinds, check, extent)
     if evidence.positions is not None and len(kinds) == 1:
         _refuse_unsure(placed)
