@@ -50,9 +50,12 @@ class Places:
 
     def __init__(self, points: Array, radius: float) -> None:
         grid = PointGrid(points, radius)
-        found = grid.planes(thinned(points, radius / 2.0), radius)
+        # A mean lies on the surface, which a single point does not.
+        middles = grid.planes(thinned(points, radius / 2.0), radius).mean
+        found = grid.planes(middles, radius)
         sound = _have_planes(found)
         self.count = len(sound)
+        self.middle = middles[sound]
         self.mean, self.normal = found.mean[sound], found.normal[sound]
         self.tilt = _tilt(found)[sound]
 
@@ -67,7 +70,8 @@ class Reference:
     def met(self, places: Places, fit: Similarity) -> Met:
         """Of the places of a model at a similarity, those that lie on it."""
         placed = fit(places.mean)
-        found = self._grid.planes(placed, self.radius)
+        # Around the same middle, or the rim of the model would be held against what lies within.
+        found = self._grid.planes(fit(places.middle), self.radius)
         mine = places.normal @ fit.rotation.T
         signs = np.where(np.einsum("ij,ij->i", mine, found.normal) < 0, -1.0, 1.0)
         mean = mine + signs[:, None] * found.normal

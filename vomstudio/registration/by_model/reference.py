@@ -81,8 +81,12 @@ def fit_to_reference(
     _require_near(start(model), reference, farthest)
     some = thinned(model, spacing[0] / start.scale, _MATCHED)
     fit = match(some, target, start, farthest=farthest, nearest=radius, progress=progress)
-    places = Places(model, radius / fit.scale)
-    found = refine(places, Reference(target, radius), fit, scale=scale, progress=progress)
+    there = Reference(target, radius)
+    for _ in range(2 if scale else 1):
+        # By the scale that is found the model's points lie within the same radius.
+        places = Places(model, radius / fit.scale)
+        found = refine(places, there, fit, scale=scale, progress=progress)
+        fit = found.fit
     share = len(found.miss) / max(places.count, 1)
     if share < _LEAST_SHARE:
         raise GeometryError(

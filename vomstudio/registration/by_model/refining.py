@@ -28,7 +28,7 @@ _NOTHING = 1e-8
 """Share of the largest: less information is rounding."""
 _NOISE = 0.5
 """Share of the information in a direction above which it is made up by the noise of normals."""
-_TRIED = 0.5
+_TRIED = 0.3
 """In sigmas, the mean miss to which the model is moved to see how it is pulled back."""
 _ANSWERS = 0.3
 """Share of what normals promise: in which it is pulled back by less is free."""

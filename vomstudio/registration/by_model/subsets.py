@@ -69,9 +69,10 @@ def _cut(places: Array, wanted: int, least: float) -> tuple[Ints, float]:
     named = np.zeros(len(places), np.int64)
     for _ in range(60):
         cells = np.floor((places - low) / max(side, 1e-12)).astype(np.int64)
-        _, named = np.unique(cells, axis=0, return_inverse=True)
-        named = named.ravel()
-        count = np.ptp(named) + 1
+        wide = cells.max(axis=0) + 1
+        keys = cells[:, 0] + wide[0] * (cells[:, 1] + wide[1] * cells[:, 2])
+        named = np.unique(keys, return_inverse=True)[1]
+        count = int(named.max()) + 1
         if count >= min(wanted, len(places)) or (count >= _BLOCKS[-1] and 0.9 * side < least):
             break
         side *= 0.9
