@@ -94,6 +94,12 @@ CASES = (
     Case("fit-some-skipped", "fit {work}/short.csv --by part"),
     Case("register", "register - --pairs {work}/pairs.csv"),
     Case("register-refused", "register - --pairs {work}/three.csv", code=2),
+    Case(
+        "register-reference",
+        "register {specimens}/schema1.vom/models/face/face.obj"
+        " --reference {specimens}/schema1.vom/models/face/face.obj",
+        like=True,
+    ),
     Case("compare", "compare {specimens}/boulder.ply {specimens}/boulder.ply -o {work}/same.ply"),
     Case(
         "compare-m3c2",

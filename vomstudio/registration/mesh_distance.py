@@ -72,12 +72,9 @@ class MeshSides:
         keys = np.concatenate([self._edge_key(slice(None), k) for k in range(3)])
         named, which, count = np.unique(keys, return_inverse=True, return_counts=True)
         faces = np.tile(np.arange(len(self._faces)), 3)
-        sums = np.column_stack(
-            [
-                np.bincount(which, self._faces[faces, axis], len(named))
-                for axis in range(3)
-            ]
-        )  # fmt: skip
+        sums: Array = np.zeros((len(named), 3))
+        for axis in range(3):
+            sums[:, axis] = np.bincount(which, self._faces[faces, axis], len(named))
         return np.asarray(named, np.int64), sums, np.asarray(count == 1, np.bool_)
 
     def _edge_key(self, rows: slice | Ints, opposite: int) -> Ints:

@@ -61,14 +61,17 @@ def match(
 
 
 def _cloud(points: Array) -> Any:
-    import open3d as o3d
+    import open3d
 
+    # Its stubs lack overloads.
+    o3d: Any = open3d
     return o3d.t.geometry.PointCloud(o3d.core.Tensor(np.ascontiguousarray(points)))
 
 
 def _step(source: Any, target: Any, turn: Array, distance: float) -> Array:
-    import open3d as o3d
+    import open3d
 
+    o3d: Any = open3d
     icp = o3d.t.pipelines.registration
     cell = distance / _CELLS
     thin, there = source.voxel_down_sample(cell), target.voxel_down_sample(cell)
