@@ -280,6 +280,24 @@ def test_too_few_points_tell_no_level() -> None:
     assert any("fewer than" in said for said in found.warnings)
 
 
+def test_files_with_odd_contents() -> None:
+    """Points that are nowhere, normals of zero, a mesh without faces, a benchmark of one point."""
+    flat = grid(21)
+    raised = flat + [0, 0, 0.1]
+    zeros = np.zeros((441, 3), np.float32)
+    bare = Mesh(flat, np.zeros((0, 3), np.int32))
+    for model, bench in (
+        (PointCloud(np.vstack([raised, [[np.nan] * 3]])), PointCloud(flat)),
+        (PointCloud(raised, normals=zeros), PointCloud(flat, normals=zeros)),
+        (PointCloud(raised), bare),
+    ):
+        for radius in (None, 0.3):
+            found = compare(model, bench, radius_m=radius, registration_error_m=0.0)
+            assert (found.n, found.mean_m) == (441, pytest.approx(0.1))
+            assert found.sides_by == "up"
+    assert compare(PointCloud(flat[:9]), PointCloud(flat[:1])).n == 9
+
+
 # --- what cannot be -------------------------------------------------------------------------------
 def test_statistics_by_hand() -> None:
     told = statistics(np.array([1.0, 2.0, 6.0, np.nan]), np.array([1.5, 1.0, np.nan, 0.1]))

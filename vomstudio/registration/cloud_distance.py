@@ -48,9 +48,9 @@ class CloudSides:
         self._radius = RADIUS * resolution
         self._grid = PointGrid(self._points, self._radius)
         self.told_by = "file"
-        normals = cloud.normals
-        if normals is not None and np.isfinite(normals).all():
-            self._own: Array | None = np.asarray(normals[sound], np.float64)
+        if has_sides(cloud):
+            assert cloud.normals is not None
+            self._own: Array | None = np.asarray(cloud.normals[sound], np.float64)
             self._sides = None
         else:
             self._own = None
@@ -146,6 +146,12 @@ class CloudSides:
             if side < 0:
                 normals[rows] *= -1.0
         return places, normals
+
+
+def has_sides(cloud: PointCloud) -> bool:
+    """Whether each point has a normal; some files have columns of zeros."""
+    normals = cloud.normals
+    return normals is not None and bool((np.abs(normals).max(axis=1, initial=0.0) > 0.5).all())
 
 
 def upper_side(mean: Array) -> float:

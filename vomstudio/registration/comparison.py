@@ -14,7 +14,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.progress import Progress, Silent
 from vomstudio.registration import m3c2
-from vomstudio.registration.cloud_distance import CloudSides
+from vomstudio.registration.cloud_distance import CloudSides, has_sides
 from vomstudio.registration.mesh_distance import MeshSides
 from vomstudio.registration.opposite import Opposite
 from vomstudio.registration.overlap import refuse_apart
@@ -233,7 +233,8 @@ def _sides(model: Mesh | PointCloud, benchmark: Mesh | PointCloud) -> tuple[Any,
             corners.mean(axis=1),
             np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]),
         )
-    elif isinstance(model, PointCloud) and model.normals is not None:
+    elif isinstance(model, PointCloud) and has_sides(model):
+        assert model.normals is not None
         step = max(1, len(model.points) // 50_000)
         toward = (model.points[::step], np.asarray(model.normals[::step], np.float64))
     found = CloudSides(cloud, _spacing(cloud), toward)
@@ -244,6 +245,8 @@ def _spacing(data: Mesh | PointCloud) -> float:
     """Effective resolution; of points that tell none, nothing."""
     from vomstudio.io.models.opening import resolution
 
+    if isinstance(data, PointCloud):
+        data = PointCloud(data.points[np.isfinite(data.points).all(axis=1)])
     found = resolution(data)
     return found if np.isfinite(found) and found > 0 else 1e-9
 

@@ -24,7 +24,7 @@ def surface_points(data: Mesh | PointCloud, spacing: float, seed: int = 0) -> tu
     faces that are larger than the square of `spacing`, evenly at random, on the average one for
     each such square."""
     places = np.asarray(points_of(data), np.float64)
-    if not isinstance(data, Mesh):
+    if not isinstance(data, Mesh) or not len(data.faces):
         return places[np.isfinite(places).all(axis=1)], 0
     corners = [places[data.faces[:, k]] for k in range(3)]
     area = np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0]), axis=1) / 2
