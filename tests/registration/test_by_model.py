@@ -14,7 +14,7 @@ from vomstudio.progress import CancelToken, Silent
 from vomstudio.registration.by_model.reference import fit_to_reference
 from vomstudio.registration.by_model.refining import Refined, determined
 from vomstudio.registration.by_model.stable import in_polygons, near_cloud
-from vomstudio.registration.by_model.subsets import spread_of
+from vomstudio.registration.by_model.subsets import cut_into_blocks, spread_of
 from vomstudio.registration.combined import Combined, difference
 from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import place
@@ -198,6 +198,24 @@ def test_errors_that_blocks_share_are_in_the_stated_one() -> None:
     # of a mean is 0.02**2 + 0.02**2 / 4 in place of 2 * 0.02**2 / 4.
     taken = np.array(naive).mean(axis=0)[[0, 2, 5]]
     assert taken == pytest.approx(2 * norm.cdf(1.96 / np.sqrt(2.5)) - 1, abs=0.09)
+
+
+def test_the_stated_error_is_that_of_fits_without_one_block_after_the_other() -> None:
+    found, _ = clustered(3)
+    spread = spread_of(found, 0.5)
+    covariance = np.linalg.pinv(spread.whitening) @ np.linalg.pinv(spread.whitening).T
+    named, side = cut_into_blocks(found.places, spread.blocks, 4 * 0.5)
+    assert (int(named.max()) + 1, side) == (spread.blocks, pytest.approx(spread.side_m))
+    columns = [0, 2, 5]
+    moves, fits = found.moves[:, columns], []
+    for block in range(spread.blocks):
+        rest = named != block
+        fits.append(np.linalg.lstsq(moves[rest], found.miss[rest], rcond=None)[0])
+    scatter = np.sqrt((np.array(fits) ** 2).sum(axis=0)) * [1, 1, found.size]
+    stated = np.sqrt(np.diag(covariance))[columns]
+    # Student's t of ten degrees of freedom and more widens it by up to 14 %.
+    assert (stated >= scatter).all()
+    assert (stated <= 1.2 * scatter).all()
 
 
 def test_information_that_noise_makes_up_is_none() -> None:

@@ -44,7 +44,10 @@ def match(
 
     moved = start(model)
     origin = np.round(reference.mean(axis=0))
-    source, target = _cloud(moved - origin), _cloud(reference - origin)
+    # No step looks closer than the last one.
+    source, target = (
+        _cloud(points - origin).voxel_down_sample(nearest / _CELLS) for points in (moved, reference)
+    )
     turn: Array = np.eye(4)
     distances = [farthest]
     while distances[-1] > nearest and len(distances) < _STEPS:

@@ -1,13 +1,11 @@
 """How well a fit of a model to a reference is known, from repeated subsets of it.
 
 ICP's own covariance takes every point as independent and is far too small: the errors of
-neighbours are alike. So the overlap is cut into blocks, each of which tells where it would have the
-model, and how much these disagree is the error. Leaving out one block after the other (the
-jackknife) does that; to first order it has a closed form, here with the correction for few and
-unequal blocks and with its degrees of freedom (Bell & McCaffrey 2002, Survey Methodology 28, 169;
-Pustejovsky & Tipton 2018, J. Business & Economic Statistics 36, 672). Blocks must be larger than
-the distance over which errors are alike: they grow until neighbours are no more alike than chance
-makes them.
+neighbours are alike. So the overlap is cut into blocks, and the fits without one of them after the
+other show how much they disagree (the jackknife over blocks, here to first order in closed form),
+with the degrees of freedom that so many unequal blocks leave (Bell & McCaffrey 2002, Survey
+Methodology 28, 169). Blocks must be larger than the distance over which errors are alike: they grow
+until neighbours are no more alike than chance makes them.
 """
 
 from __future__ import annotations
@@ -50,7 +48,7 @@ def spread_of(found: Refined, radius: float) -> Spread:
     side = float(np.ptp(found.places, axis=0).max())
     named, alike = np.zeros(len(found.places), np.int64), True
     for wanted in _BLOCKS:
-        named, side = _cut(found.places, wanted, _RADII * radius)
+        named, side = cut_into_blocks(found.places, wanted, _RADII * radius)
         alike = _neighbours_alike(found, named)
         if not alike:
             break
@@ -63,7 +61,7 @@ def spread_of(found: Refined, radius: float) -> Spread:
     return Spread(np.linalg.solve(root, told / units), count, side, alike)
 
 
-def _cut(places: Array, wanted: int, least: float) -> tuple[Ints, float]:
+def cut_into_blocks(places: Array, wanted: int, least: float) -> tuple[Ints, float]:
     """(k,) the block of each place, from 0 on; and the side of these cubes, at least `least` as
     long as there are enough of them."""
     low = places.min(axis=0)
@@ -119,11 +117,11 @@ def _covariance(found: Refined, named: Ints) -> Array:
     each = (moves * found.slope[:, None])[order]
     inside = np.add.reduceat(each[:, :, None] * moves[order][:, None, :], begins, axis=0)
     pulls = np.add.reduceat((moves * found.pull[:, None])[order], begins, axis=0)
-    # The information of all is 1 in these directions.
+    # The information of all is 1 in these directions, and less by its own without a block.
     adjusted, turns = np.zeros((blocks, d)), np.zeros((blocks, d, d))
     for block in range(blocks):
         values, axes = np.linalg.eigh((inside[block] + inside[block].T) / 2)
-        turns[block] = (axes / np.sqrt(np.clip(1.0 - values, 1e-3, None))) @ axes.T
+        turns[block] = (axes / np.clip(1.0 - values, 1e-2, None)) @ axes.T
         adjusted[block] = turns[block] @ pulls[block]
     real = np.linalg.inv(found.response)
     covariance = real @ (adjusted.T @ adjusted) @ real.T
