@@ -438,6 +438,10 @@ def test_a_model_is_placed_by_points_and_what_was_measured_moves_with_it(
     )
     assert ran.code == 0, ran.err
     assert ran.json["turned_deg"] == pytest.approx(90.0)
+    # A pole of dip d turns on a small circle about the vertical: 2 asin(sin d sin 45).
+    sets = ran.json["sets_turned_deg"]
+    assert sets
+    assert all(0.0 <= turn <= 90.0 + 1e-9 for turn in sets.values())
     after = {r["id"]: r for r in run("project", folder, "fit", "--json").json["planes"]}
     assert before.keys() == after.keys()
     turned = 0

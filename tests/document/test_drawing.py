@@ -114,12 +114,12 @@ def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
     assert re.fullmatch("|#[0-9a-f]{6}", kind.color)
     # What has no feature type has a colour and a group of its own.
     assert bool(kind.color) == (not kind.typed) == (kind.group is not None)
-    assert kind.evidence == {"reading": "read", "intersection": "derived", "dimension": ""}.get(
-        kind.name, "picked"
-    )
+    assert kind.evidence == {
+        "reading": "read", "intersection": "derived", "dimension": "", "control_point": "",
+    }.get(kind.name, "picked")  # fmt: skip
     assert bool(kind.orientations) == bool(kind.evidence) == (kind.net is not None)
     # Only what is clicked or painted is made with a tool.
-    assert bool(kind.tool) == (kind.name in ("trace", "lineation", "dimension", "patch"))
+    assert bool(kind.tool) == (kind.name not in ("reading", "intersection"))
     assert kind.regroups == (kind.name == "intersection")
     assert kind.parts == ({"first": Group, "second": Group} if kind.name == "intersection" else {})
 
@@ -150,12 +150,13 @@ def test_what_was_read_or_derived_stands_on_the_net_beside_the_picks():
     assert NetLook() == looks["trace"]
 
 
-def test_one_layer_is_the_main_one_and_only_that_of_dimensions_leaves_columns_out():
+def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_out():
     layers: list[GisLayer] = [kind.layer for kind in KINDS if kind.layer is not None]
     assert [layer.name for layer in layers if layer.main] == ["traces"]
-    assert [layer.name for layer in layers if layer.sparse] == ["dimensions"]
+    assert [layer.name for layer in layers if layer.sparse] == ["dimensions", "control_points"]
     assert {layer.name: layer.geometry for layer in layers} == {
         "traces": "line", "lineations": "line", "patches": "ring", "dimensions": "line",
+        "control_points": "point",
     }  # fmt: skip
     for kind in KINDS:
         if kind.layer is not None:
@@ -165,8 +166,9 @@ def test_one_layer_is_the_main_one_and_only_that_of_dimensions_leaves_columns_ou
             assert shape.shape[1] == 3
 
 
-def test_dimensions_are_listed_and_hidden_together():
-    (group,) = GROUPS
+def test_what_has_no_type_is_listed_and_hidden_together():
+    group, points = GROUPS
+    assert group_of(ONE_OF_EACH["control_point"]) == points.id
     assert group == OwnGroup(id="dimensions", title="Measurements", icon="ruler")
     assert group_of(ONE_OF_EACH["dimension"]) == GROUPS[0].id
 

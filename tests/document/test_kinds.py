@@ -23,6 +23,7 @@ from vomstudio.document.kinds import (
     group_of,
     kind_of,
 )
+from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.kinds.lineation import Lineation
@@ -48,6 +49,10 @@ ONE_OF_EACH: dict[str, Feature] = {
         "i1", "I01", "lineation", Group(feature_id="t1"), Group(feature_id="p1")
     ),
     "reading": Reading("r1", "R01", "bedding", "plane", 100.0, 30.0, position=(0.0, 0.0, 0.0)),
+    "control_point": ControlPoint(
+        "c1", "C01", "m1", HASH, ((1.0, 2.0, 3.0),), (398_000.0, 4_980_000.0, 320.0),
+        sigma_m=(0.01, 0.01, 0.02), check=True,
+    ),
 }  # fmt: skip
 RECORDS_OF_ALL = {"m1": MODEL, **{f.id: f for f in ONE_OF_EACH.values()}}
 
@@ -60,6 +65,7 @@ def test_the_kinds_and_their_names_on_disk_are_those_of_every_journal_there_is()
         "dimension": "Dimension",
         "intersection": "Intersection",
         "reading": "Reading",
+        "control_point": "ControlPoint",
     }
     names = [kind.name for kind in KINDS]
     assert [name for name in names if name in ONE_OF_EACH] == list(ONE_OF_EACH)
@@ -138,7 +144,7 @@ def test_only_what_a_kind_lets_be_changed_is_changed(session):
 @pytest.mark.parametrize(
     ("changed", "looks_different"),
     [
-        ("m1", {"t1", "l1", "p1", "d1", "i1"}),
+        ("m1", {"t1", "l1", "p1", "d1", "i1", "c1"}),
         ("t1", {"l1", "d1", "i1"}),
         ("lineation", {"l1", "i1"}),
         ("p1", {"i1"}),

@@ -375,8 +375,8 @@ def test_the_limit_of_a_mixture_is_where_its_tail_is_five_per_cent() -> None:
                 # q is 2 F / dof of a variance that is g times the white one's.
                 return float(weight[i] @ fdtrc(2.0, freedom[i], q * dof[i] / 2.0 / g[axis, i]))
 
-            wanted = brentq(lambda q: tail(q) - 0.05, 1e-9, 1e6)
-            assert found[axis, i] == pytest.approx(wanted, rel=1e-3)
+            wanted = brentq(lambda q: tail(q) - 0.05, 1e-9, 1e6, xtol=1e-13, rtol=1e-14)
+            assert found[axis, i] == pytest.approx(wanted, rel=1e-11)
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])

@@ -294,4 +294,4 @@ def test_a_model_that_is_hardly_believed_but_far_wider_sets_the_limit(
             return float(weight[0] @ fdtrc(2.0, freedom[0], f)) - 0.05
 
         wanted = np.expm1(brentq(excess, 1e-9, 60.0, xtol=1e-14))
-        assert found[axis] == pytest.approx(wanted, rel=1e-3)
+        assert found[axis] == pytest.approx(wanted, rel=1e-11)

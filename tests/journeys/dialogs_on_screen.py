@@ -22,7 +22,6 @@ from PySide6.QtWidgets import (
     QApplication,
     QComboBox,
     QDialog,
-    QFileDialog,
     QLineEdit,
     QScrollArea,
     QWidget,
@@ -158,28 +157,12 @@ class Walk:
                        "plan_survey", "video_frames", "documentation"):  # fmt: skip
             with self.seen(action):
                 run(action)
-        self._register()
         self._book()
         self._page()
         self.modal("find_command", lambda: run("find_command"))
         self.modal("shortcuts", lambda: run("shortcuts"))
         self._photos()
         self._alignment()
-
-    def _register(self) -> None:
-        from vomstudio.ui.shell.register_dialog import RegisterDialog
-
-        path = self.folder / "points.csv"
-        path.write_text(
-            "label,model_x,model_y,model_z,x,y,z\nA,0,0,0,0,0,0\nB,9,0,0,9,0,0\nC,0,8,1,0,8,1\n"
-            "D,3,2,7,3,2,7\nE,5,6,0.5,9,6,0.5\nF,8,1,3,8,1,3\n"
-        )
-        chosen = QFileDialog.getOpenFileName
-        QFileDialog.getOpenFileName = lambda *_: (str(path), "")
-        with self.seen("register_model"):
-            self.window.actions_table.run("register_model")
-            driver.wait(lambda: self.window.findChildren(RegisterDialog), "the points", 60.0)
-        QFileDialog.getOpenFileName = chosen
 
     def _book(self) -> None:
         from vomstudio.ui.analyse.net_commands import import_readings

@@ -23,12 +23,13 @@ from typing import Any
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
-SPECIMENS = ("schema1", "schema1_draft", "schema2", "schema3", "schema4")
+SPECIMENS = ("schema1", "schema1_draft", "schema2", "schema3", "schema4", "schema5")
 RECORDED = {
     HERE / "schema1_figures.json": ("schema1", "schema1_draft"),
     HERE / "schema2_figures.json": ("schema2",),
     HERE / "schema3_figures.json": ("schema3",),
     HERE / "schema4_figures.json": ("schema4",),
+    HERE / "schema5_figures.json": ("schema5",),
 }
 
 

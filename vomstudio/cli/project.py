@@ -170,16 +170,19 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.register import in_words
     from vomstudio.io.control.observation_tables import read_pairs
     from vomstudio.io.gis.crs import metric_crs
+    from vomstudio.workspace.registering import set_words
 
     pairs = read_pairs(args.pairs)
     crs = None if args.crs is None else metric_crs(args.crs, "--crs")
     with _changing(args, out) as desk:
         model = desk.find_model(args.model)
-        placed, turned = desk.register(model, pairs, crs)
+        placed, turned, sets = desk.register(model, pairs, crs)
     out.warn(placed.warnings)
-    what = {"model": model.id, "turned_deg": turned, **placed.as_dict()}
+    what = {
+        "model": model.id, "turned_deg": turned, "sets_turned_deg": sets, **placed.as_dict()
+    }  # fmt: skip
     said = tr("{model} was placed; it turned by {turn:.2f} degrees.", model=model.name, turn=turned)
-    _report(args, out, what, f"{in_words(placed)}\n{said}")
+    _report(args, out, what, "\n".join(filter(None, (in_words(placed), said, set_words(sets)))))
 
 
 def _add_picks(args: argparse.Namespace, out: Output) -> None:

@@ -270,14 +270,16 @@ def _normalised(logarithms: Floats) -> Floats:
 def _mixture_quantile(g: Floats, freedom: Floats, weight: Floats, dof: Floats) -> Floats:
     """q (2, k) with sum_j weight_j P(F_j > q) = 0.05, F_j Fisher's with 2, freedom_j degrees.
 
-    Newton's steps on the logarithm of the tail against x = log(1 + q), kept between bounds.
+    Newton's steps on the logarithm of the tail against x = log(1 + q), kept between bounds, each
+    to its own end: no answer depends on those that are asked for together with it.
     """
     half = 0.5 * freedom
     rate = dof[:, None] / (g * freedom)
     each = np.log1p(np.expm1(-LOG_LEVEL / half) / rate)
     low, high = each.min(axis=-1), each.max(axis=-1)
     x = np.clip((weight * each).sum(axis=-1), low, high)
-    for _ in range(60):
+    going = np.ones(x.shape, bool)
+    for _ in range(100):
         grown = np.exp(x)[..., None]
         base = 1.0 + rate * (grown - 1.0)
         tail = weight * np.exp(-half * np.log(base))
@@ -287,9 +289,11 @@ def _mixture_quantile(g: Floats, freedom: Floats, weight: Floats, dof: Floats) -
         low, high = np.where(excess > 0.0, x, low), np.where(excess > 0.0, high, x)
         step = x + excess / slope
         step = np.where((step > low) & (step < high), step, 0.5 * (low + high))
-        done = np.abs(step - x) <= 1e-5 * x
+        step = np.where(going, step, x)
+        # The steps' lengths are squared from one to the next.
+        going &= np.abs(step - x) > 1e-7 * x
         x = step
-        if done.all():
+        if not going.any():
             break
     result: Floats = np.expm1(x)
     return result

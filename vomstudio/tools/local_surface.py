@@ -35,6 +35,14 @@ def of_earlier_rules(records: Mapping[str, Record]) -> list[Surrounded]:
     return [r for r in every if isinstance(r, Surrounded) and r.rule < SURROUNDINGS_RULE]
 
 
+def model_of_earlier_rule(record: Record) -> tuple[str, str] | None:
+    """Id and hash of the model on which a feature was measured by a rule before today's; None for
+    any other record."""
+    if isinstance(record, Surrounded) and record.rule < SURROUNDINGS_RULE:
+        return record.model_id, record.model_hash
+    return None
+
+
 def measured_anew(surface: Surface, feature: Surrounded) -> dict[str, Any]:
     """The fields of a feature that are measured on the surface around it."""
     if isinstance(feature, Painted):

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from vomstudio.document import edits
 from vomstudio.document.edit import change
 from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point, Record, get
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError, InputError, UsageError, VomError
@@ -37,7 +38,7 @@ from vomstudio.tools.local_surface import around, measured_anew, of_earlier_rule
 from vomstudio.words import tr
 from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 from vomstudio.workspace.models import name_of, new_model
-from vomstudio.workspace.registering import registration_of, turned_deg
+from vomstudio.workspace.registering import registration_of, sets_turned_deg, turned_deg
 
 Array = npt.NDArray[np.float64]
 Named = TypeVar("Named", Model, FeatureType)
@@ -221,17 +222,26 @@ class HeadlessProject:
         # The farthest says it for all; what is no number counts as the farthest.
         return why_not_at(points[int(np.argmax(off))], bounds)
 
-    def register(self, model: Model, pairs: Pairs, crs: str | None) -> tuple[Placed, float]:
+    def register(
+        self, model: Model, pairs: Pairs, crs: str | None
+    ) -> tuple[Placed, float, dict[str, float]]:
         """Place a model by points on it; what was measured on it moves with it.
 
         crs : of the pairs, "EPSG:n" in metres; None for a local frame
-        Returns the placement, and by how many degrees the model turned. Raises GeometryError.
+        Returns the placement, and by how many degrees the model and each set on it turned. Raises
+        GeometryError.
         """
         placed = register(Evidence(pairs=pairs))
         record = registration_of(placed, pairs, model, crs)
         self.session.apply(edits.set_registration(self.session.records, record, [model.id]))
         after = get(self.session.records, model.id, Model)
-        return placed, 0.0 if after is None else turned_deg(model, after)
+        if after is None:
+            return placed, 0.0, {}
+        features = self.session.features()
+        figures = measure_all(self.session.records, features)
+        measured = {f.id: m for f, m in zip(features, figures, strict=True)}
+        sets = sets_turned_deg(self.session.records, model, after, measured)
+        return placed, turned_deg(model, after), sets
 
     def judge_by(self, profile: str) -> None:
         """Judge all features by a profile that every project has, "error" or "textbook".

@@ -2,16 +2,89 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
 import numpy as np
+import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from vomstudio.document.edit import Edit, change
 from vomstudio.document.edits import new_id
-from vomstudio.document.records import Frame, Model, Registration, RegistrationPoint
+from vomstudio.document.kinds.control_point import ControlPoint
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import (
+    FeatureType,
+    Frame,
+    Model,
+    Record,
+    Registration,
+    RegistrationPoint,
+    Typed,
+    get,
+)
 from vomstudio.document.records.basics import Matrix, Point
+from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.results import Placed, PointResidual
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
+
+_SETS_TOLD = 5
+
+
+def take_in(
+    records: Mapping[str, Record], model: Model, pairs: Pairs, known: Sequence[ControlPoint]
+) -> Edit:
+    """Points of a file as control points of a model; those of `known`, which the model has already,
+    that have one of the labels are given these coordinates."""
+    there = {point.name: point for point in known}
+    after: dict[str, Record | None] = {}
+    for row, label in enumerate(pairs.labels):
+        before = there.get(label)
+        if before is None:
+            before = ControlPoint(new_id("control"), label, model.id, model.content_hash)
+        found = np.isfinite(pairs.model[row]).all()
+        sigma = pairs.sigma[row]
+        point = replace(
+            before,
+            position=_point(pairs.world[row]),
+            sigma_m=_point(sigma) if np.isfinite(sigma).all() else None,
+            check=bool(pairs.check[row]),
+            vertices=(_point(pairs.model[row]),) if found else before.vertices,
+        )
+        after[point.id] = point
+    return change(
+        records,
+        tr_n("Add {count} control point", "Add {count} control points", len(after)),
+        after,
+    )
+
+
+def pairs_of(points: Sequence[ControlPoint]) -> Pairs:
+    """Those that are found on the model and have coordinates."""
+    known = [p for p in points if p.vertices and p.position is not None]
+    nothing = (np.nan, np.nan, np.nan)
+    return Pairs(
+        tuple(p.name for p in known),
+        np.array([p.vertices[0] for p in known], np.float64).reshape(-1, 3),
+        np.array([p.position for p in known], np.float64).reshape(-1, 3),
+        np.array([p.sigma_m or nothing for p in known], np.float64).reshape(-1, 3),
+        np.array([p.check for p in known], bool),
+    )
+
+
+def expected(
+    points: Sequence[ControlPoint], placed: Placed, model: Model
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Where points that have not been found should be, by a placement: (3,) in World as the model
+    stands at present, by id."""
+    left = [p for p in points if not p.vertices and p.position is not None]
+    if not left:
+        return {}
+    world = np.array([p.position for p in left], np.float64)
+    there = transform.apply(model.to_world, transform.apply(transform.invert(placed.matrix), world))
+    return {p.id: place for p, place in zip(left, there, strict=True)}
 
 
 def registration_of(placed: Placed, pairs: Pairs, model: Model, crs: str | None) -> Registration:
@@ -47,11 +120,61 @@ def registration_of(placed: Placed, pairs: Pairs, model: Model, crs: str | None)
 
 def turned_deg(before: Model, after: Model) -> float:
     """By how much a model, and all that was measured on it, turned between two placements."""
+    return float(np.degrees(Rotation.from_matrix(_turn(before, after)).magnitude()))
+
+
+def sets_turned_deg(
+    records: Mapping[str, Record],
+    before: Model,
+    after: Model,
+    measured: Mapping[str, Measurement],
+) -> dict[str, float]:
+    """By how much the mean pole of each set of planes on a model turned between two placements: a
+    turn about its own pole changes nothing of a plane.
+
+    measured : the features of `records` as they lie after it. The name of a set is that of its
+    feature type, with its own.
+    """
+    poles: dict[str, list[npt.NDArray[np.float64]]] = {}
+    for id_, figures in measured.items():
+        feature = records.get(id_)
+        if (
+            figures.plane is None
+            or not isinstance(feature, Typed)
+            or getattr(feature, "model_id", "") != after.id
+        ):
+            continue
+        kind = get(records, feature.type_id, FeatureType)
+        name = feature.type_id if kind is None else kind.name
+        name = f"{name}: {feature.set_name}" if feature.set_name else name
+        poles.setdefault(name, []).append(figures.plane.normal())
+    back = _turn(before, after).T
+    found = {}
+    for name, own in poles.items():
+        mean = orientation_tensor(np.array(own))[1][0]
+        found[name] = float(np.degrees(np.arccos(min(1.0, abs(float(mean @ back @ mean))))))
+    return found
+
+
+def set_words(turned: Mapping[str, float]) -> str:
+    """How far sets turned, the farthest first; empty without sets."""
+    ordered = sorted(turned.items(), key=lambda each: -each[1])
+    said = [
+        tr("{set_name} by {turn:.1f}°", set_name=name, turn=turn)
+        for name, turn in ordered[:_SETS_TOLD]
+    ]
+    if len(ordered) > _SETS_TOLD:
+        said.append(tr("others by less"))
+    return tr("Mean planes turned: {sets}.", sets="; ".join(said)) if said else ""
+
+
+def _turn(before: Model, after: Model) -> npt.NDArray[np.float64]:
+    """(3, 3) the rotation between two placements."""
     first, second = (transform.matrix(m.to_world) for m in (before, after))
-    between = (second[:3, :3] / transform.scale_of(second)) @ (
-        first[:3, :3] / transform.scale_of(first)
-    ).T
-    return float(np.degrees(Rotation.from_matrix(between).magnitude()))
+    return np.asarray(
+        (second[:3, :3] / transform.scale_of(second))
+        @ (first[:3, :3] / transform.scale_of(first)).T
+    )
 
 
 def _matrix(placed: Placed) -> Matrix:

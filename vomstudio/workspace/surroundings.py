@@ -11,7 +11,11 @@ from vomstudio.document.records import Model, Surrounded
 from vomstudio.errors import VomError
 from vomstudio.failures import exception_hooks
 from vomstudio.geometry.surface import Surface
-from vomstudio.tools.local_surface import measured_anew, of_earlier_rules
+from vomstudio.tools.local_surface import (
+    measured_anew,
+    model_of_earlier_rule,
+    of_earlier_rules,
+)
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.models import Models
@@ -39,9 +43,12 @@ class Surroundings:
         """Why there is nothing to update; None where there is."""
         if self._running:
             return tr("The surroundings are being measured.")
-        if not self._earlier():
+        # Asked after every gesture, of thousands of features that lie on a few models.
+        models = self._projects.records.counted(model_of_earlier_rule)
+        if not models:
             return tr("No feature was measured by an earlier rule.")
-        if not any(self._at_hand()):
+        hashes = self._hashes()
+        if not any(hashes.get(id_) == hash_ for id_, hash_ in models):
             return tr("The models of these features are not open. Locate their files first.")
         return None
 
@@ -76,14 +83,16 @@ class Surroundings:
     def _earlier(self) -> list[Surrounded]:
         return self._projects.records.once(of_earlier_rules)
 
-    def _at_hand(self) -> Iterator[Surrounded]:
-        # Asked after every gesture, of thousands of features that lie on a few models.
-        records = self._projects.records
-        hashes = {
+    def _hashes(self) -> dict[str, str]:
+        """Of the models that are open, by id."""
+        return {
             model.id: model.content_hash
-            for model in records.of(Model)
+            for model in self._projects.records.of(Model)
             if self._models.surface(model.id) is not None
         }
+
+    def _at_hand(self) -> Iterator[Surrounded]:
+        hashes = self._hashes()
         return (f for f in self._earlier() if hashes.get(f.model_id) == f.model_hash)
 
     def _measure(self, features: list[Surrounded], surfaces: Mapping[str, Surface | None]) -> None:

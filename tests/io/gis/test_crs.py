@@ -16,13 +16,31 @@ def test_a_crs_is_known_by_code_or_name(text):
     assert crs_name("EPSG:32633") == "WGS 84 / UTM zone 33N"
 
 
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("utm 15n", "EPSG:32615"), ("UTM 15N", "EPSG:32615"), ("UTM zone 33S", "EPSG:32733"),
+        ("WGS84 / UTM zone 1 n", "EPSG:32601"), ("utm60s", "EPSG:32760"),
+        ("utm 05n", "EPSG:32605"),
+    ],
+)  # fmt: skip
+def test_zones_are_understood_as_people_write_them(text, code):
+    """The names in EPSG's register say the same."""
+    from pyproj import CRS
+
+    assert parse_crs(text) == (code, 1.0)
+    assert CRS.from_user_input(code).utm_zone is not None
+
+
 def test_a_crs_in_feet_says_so():
     code, unit = parse_crs("EPSG:2263")
     assert code == "EPSG:2263"
     assert unit == pytest.approx(1200 / 3937)
 
 
-@pytest.mark.parametrize("text", ["", "EPSG:4326", "EPSG:99999999", "north"])
+@pytest.mark.parametrize(
+    "text", ["", "EPSG:4326", "EPSG:99999999", "north", "utm 61n", "utm 0n", "utm 15"]
+)
 def test_what_is_no_projected_crs_is_refused_with_the_way_out(text):
     with pytest.raises(InputError, match="CRS"):
         parse_crs(text)

@@ -175,6 +175,31 @@ def test_an_error_of_which_a_part_is_not_known_is_not_known(
     assert (placed.scale_error, placed.rms_control_m, placed.rms_check_m) == (None, 0.05, None)
 
 
+WHOLE = [[1e-6 * (i == j) + 1e-8 for j in range(7)] for i in range(7)]
+
+
+@pytest.mark.parametrize(
+    ("covariance", "centre", "whole"),
+    [
+        (WHOLE, [4.0, 5.0, 6.0], True),
+        (None, None, False),
+        ([[1.0] * 7] * 6, [1.0, 2.0], False),
+        ([[1.0] * 6 + [None]] * 7, [1.0, "x", 2.0], False),
+    ],
+)
+def test_the_covariance_comes_along_where_it_is_whole(
+    project: Path, photos: Path, covariance: Any, centre: Any, whole: bool
+) -> None:
+    said = RESULT["registration"] | {"covariance": covariance, "centre": centre}
+    folder = reconstruct(project, photos, result=RESULT | {"registration": said})
+    _, placed = read_reconstruction(folder, "s", "cliff")
+    assert placed.covariance == (tuple(map(tuple, WHOLE)) if whole else None)
+    assert placed.centre == ((4.0, 5.0, 6.0) if whole else None)
+    turn = placed.rotation_covariance()
+    assert turn is not None
+    assert (turn[0, 1] != 0.0) == whole
+
+
 def test_what_a_result_does_not_say_is_left_open(project: Path, photos: Path) -> None:
     folder = reconstruct(project, photos, result={"settings": [], "photos": "3", "versions": 1})
     made, placed = read_reconstruction(folder, "s", "cliff")

@@ -161,7 +161,7 @@ def test_the_stated_turn_and_tilt_are_those_that_errors_of_the_survey_make(
         for view in views
         if view.contains(view.project(place)[0])[0]
     ]
-    true, stated = [], []
+    true, stated, whole = [], [], []
     for _ in range(120):
         errors = rng.normal(0, 0.06, places.shape)
         control = [
@@ -173,9 +173,15 @@ def test_the_stated_turn_and_tilt_are_those_that_errors_of_the_survey_make(
         about = np.degrees(Rotation.from_matrix(turn).as_rotvec())
         true.append(about)
         stated.append(report.rotation_error_deg)
+        own = report.covariance[:3, :3]
+        assert np.degrees(np.sqrt(np.diag(own))) == pytest.approx(report.rotation_error_deg)
+        whole.append(np.radians(about) @ np.linalg.solve(own, np.radians(about)))
+        assert report.centre == pytest.approx(np.mean([p.position for p in control], axis=0))
         assert report.sigma_m < 0.15
     inside = (np.abs(true) <= 1.96 * np.array(stated)).mean(axis=0)
     assert (inside >= 0.9).all(), inside
+    # All three at once, with their correlations: chi squared with three degrees of freedom.
+    assert np.mean(np.array(whole) <= 7.815) >= 0.9
     ratio = np.sqrt((np.square(true).mean(axis=0)) / np.square(stated).mean(axis=0))
     assert (ratio > 0.55).all(), ratio
     assert (ratio < 1.1).all(), ratio

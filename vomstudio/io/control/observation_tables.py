@@ -16,6 +16,8 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.places import why_no_coordinate
+from vomstudio.io.control.control_files import read_control
+from vomstudio.io.control.registry import choose_format
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
 from vomstudio.io.text.rows import shortened
 from vomstudio.io.text.tables import TextTable, plain, read_table
@@ -41,6 +43,7 @@ _SIGMA = (
     ("sigma z", "accuracy z", "error z", "sz", "sigma up", "sigma h"),
 )
 _SIGMA_ALL = ("sigma", "accuracy", "sigma m", "accuracy m")
+_PAIRS = ("label", "model_x", "model_y", "model_z", "x", "y", "z")
 _CONTROL = {"", "control", "yes", "true", "1", "gcp"}
 _CHECK = {"check", "no", "false", "0"}
 
@@ -133,7 +136,7 @@ class CompassTable:
 def read_pairs(path: str | Path) -> Pairs:
     """`label, model_x, model_y, model_z, x, y, z[, use][, sigma_x, sigma_y, sigma_z]`. Raises
     InputError with file, line and column."""
-    table = _Table(path, ("label", "model_x", "model_y", "model_z", "x", "y", "z"))
+    table = _Table(path, _PAIRS)
     labels = table.words(_LABEL, "label")
     table.require_once(labels)
     model = table.columns(_MODEL, ("model_x", "model_y", "model_z"))
@@ -141,6 +144,30 @@ def read_pairs(path: str | Path) -> Pairs:
     table.require_places(world)
     uses = table.uses()
     return Pairs(labels, model, world, table.sigma(), uses)
+
+
+def read_points(path: str | Path) -> Pairs:
+    """Points with coordinates from any file of ground control; `model` is NaN where the file does
+    not say where on the model they are. Raises InputError with file, line and column."""
+    path = Path(path)
+    if not choose_format(path).certain and _tells_places(path):
+        return read_pairs(path)
+    points = read_control(path)
+    sigma = [np.nan if p.sigma_m is None else p.sigma_m for p in points]
+    return Pairs(
+        tuple(p.label for p in points),
+        np.full((len(points), 3), np.nan),
+        np.array([p.position for p in points], np.float64).reshape(-1, 3),
+        np.repeat(np.array(sigma, np.float64)[:, None], 3, axis=1),
+        np.array([p.check for p in points], bool),
+    )
+
+
+def _tells_places(path: Path) -> bool:
+    try:
+        return _Table(path, _PAIRS).has(_MODEL[0])
+    except InputError:
+        return False
 
 
 def read_scale_bars(path: str | Path) -> list[ScaleBar]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
@@ -13,23 +14,33 @@ from vomstudio.words import tr
 
 _LONGEST = 100_000
 
+_UTM = re.compile(
+    r"(?:wgs[ _]?84\s*/?\s*)?utm(?:[ _-]?zone)?"
+    r"[ _-]?(?P<number>0?[1-9]|[1-5]\d|60)\s?(?P<half>[ns])",
+    re.IGNORECASE,
+)
+
 
 def parse_crs(text: str) -> tuple[str, float]:
-    """("EPSG:n", metres per unit) of a projected CRS typed by a person ("32633", "EPSG:32633",
-    WKT). Raises InputError where it is not one that a model's x, y, z can be in."""
+    """("EPSG:n", metres per unit) of a projected CRS typed by a person: "32633", "EPSG:32633", "utm
+    33n" for the zone of WGS 84, a name as EPSG has it, or WKT. Raises InputError where it is not
+    one that a model's x, y, z can be in."""
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
     plain = text.strip()
     if plain.isdigit():
         plain = f"EPSG:{plain}"
+    if (zone := _UTM.fullmatch(plain)) is not None:
+        number, half = int(zone["number"]), zone["half"].upper()
+        plain = f"EPSG:{(32600 if half == 'N' else 32700) + number}"
     try:
         crs = CRS.from_user_input(plain)
     except CRSError as error:
         raise InputError(
             tr(
                 "“{crs}” is not a known coordinate reference system. Write a code such as "
-                "EPSG:32633.",
+                "EPSG:32633, or a zone such as “UTM 33N”.",
                 crs=text.strip(),
             ),
             field="CRS",

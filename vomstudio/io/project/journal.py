@@ -19,7 +19,7 @@ from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 APPLICATION_ID = 0x564F4D31  # "VOM1"
 NAME = "journal.sqlite"
 TAKING_IN = "taking in the files of schema 1"
@@ -289,23 +289,15 @@ def _to_schema_2(db: sqlite3.Connection) -> None:
     db.execute("INSERT OR REPLACE INTO view VALUES (?, 'true')", (TAKING_IN,))
 
 
-def _to_schema_3(db: sqlite3.Connection) -> None:
-    """Lines may say how sure their sense of slip is, which programs of before cannot read. Rows of
-    before lack the field and are read as they are."""
+def _read_as_they_are(db: sqlite3.Connection) -> None:
+    """Rows of before lack what is new and are read as they are; programs of before cannot read rows
+    that have it."""
 
 
-def _to_schema_4(db: sqlite3.Connection) -> None:
-    """A project may have a profile of verdicts, and features tell by which rule their surroundings
-    were measured; programs of before can read neither. Rows of before are read as they are."""
-
-
-def _to_schema_5(db: sqlite3.Connection) -> None:
-    """A registration may hold the points by which it was found and its covariance, which programs
-    of before cannot read. Rows of before lack these fields and are read as they are."""
-
-
-# _STEPS[n] brings schema n to n + 1.
-_STEPS = {1: _to_schema_2, 2: _to_schema_3, 3: _to_schema_4, 4: _to_schema_5}
+# _STEPS[n] brings schema n to n + 1. Schema 3: lines may say how sure their sense of slip is. 4: a
+# profile of verdicts, and the rule by which a feature's surroundings were measured. 5: a
+# registration's points and covariance. 6: control points among the features.
+_STEPS = {1: _to_schema_2, **dict.fromkeys(range(2, SCHEMA_VERSION), _read_as_they_are)}
 
 
 def copy_database(db: sqlite3.Connection, path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vomstudio.document.edits import new_id
-from vomstudio.document.records import Frame, Reconstruction, Registration
+from vomstudio.document.records import Frame, Point, Reconstruction, Registration
 from vomstudio.errors import InputError
 from vomstudio.words import tr
 
@@ -94,6 +94,8 @@ def _registration(found: Mapping[str, Any], reconstruction: Reconstruction) -> R
             else None
         ),
         scale_error=_number(told.get("scale_error")),
+        covariance=_covariance(told.get("covariance")),
+        centre=_centre(told.get("centre")),
         rms_control_m=_number(told.get("rms_control_m")),
         rms_check_m=_number(told.get("rms_check_m")),
     )
@@ -119,6 +121,19 @@ def _pairs(settings: object) -> tuple[tuple[str, str], ...]:
 
 def _count(value: object) -> int:
     return value if isinstance(value, int) else 0
+
+
+def _covariance(value: object) -> tuple[tuple[float, ...], ...] | None:
+    """7 rows of 7 numbers; None where a report of before has none."""
+    rows = value if isinstance(value, list) else []
+    found = [tuple(map(_number, row)) for row in rows if isinstance(row, list)]
+    numbers = [tuple(v for v in row if v is not None) for row in found]
+    return tuple(numbers) if [len(row) for row in numbers] == [7] * 7 else None
+
+
+def _centre(value: object) -> Point | None:
+    x, y, z = map(_number, value) if isinstance(value, list) and len(value) == 3 else (None,) * 3
+    return None if x is None or y is None or z is None else (x, y, z)
 
 
 def _number(value: object) -> float | None:

@@ -80,6 +80,7 @@ class ControlReport:
     scale : units of the scene to metres; scale_error : relative, one sigma
     rotation_error_deg : (about east, about north, about up), one sigma; tilt_error_deg : of the
         vertical
+    covariance : (7, 7) as in `Scatter`, about centre (3,), in the frame of the points
     adjusted : whether cameras and points were adjusted together with the control points
     decisions : what became of the lenses then, in words; lenses : the same in numbers
     """
@@ -93,6 +94,8 @@ class ControlReport:
     scale_error: float
     rotation_error_deg: tuple[float, float, float]
     tilt_error_deg: float
+    covariance: Array
+    centre: Array
     crs: str | None
     adjusted: bool
     decisions: tuple[str, ...]
@@ -175,6 +178,8 @@ def place_by_control(
         scatter.scale_error,
         (float(turn[0]), float(turn[1]), float(turn[2])),
         math.hypot(turn[0], turn[1]),
+        scatter.covariance,
+        np.array([control[i].position for i in used]).mean(axis=0),
         crs,
         made.scene is not None,
         made.decisions,

@@ -16,7 +16,7 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.gps_priors import HEIGHTS_WORSE, adjust_to_positions
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
-from vomstudio.registration.scatter import scale_warning, scatter_of
+from vomstudio.registration.scatter import Scatter, scale_warning, scatter_of
 from vomstudio.registration.similarity import (
     fit_robustly,
     nearly_on_a_line,
@@ -50,6 +50,7 @@ class GpsReport:
     scale_error : relative, one sigma
     rotation_error_deg : (about east, about north, about up), one sigma
     tilt_error_deg : of the vertical; what dips may be wrong by
+    covariance : (7, 7) as in `Scatter`, about centre (3,), in the CRS
     heights : "above sea level" or "above the ellipsoid", as the photos state
     adjusted : whether the positions entered the adjustment; decisions : why or why not, and what
         became of the lenses, in words; lenses : the latter in numbers
@@ -65,6 +66,8 @@ class GpsReport:
     scale_error: float
     rotation_error_deg: tuple[float, float, float]
     tilt_error_deg: float
+    covariance: Array
+    centre: Array
     crs: str
     heights: str
     adjusted: bool
@@ -121,18 +124,21 @@ def place_by_gps(
     if entered.adjusted:
         _, used = fit_robustly(better.centres[rows], local, floor=floor)
         quality = _quality(better.centres[rows], local, used, stated)
-    turn = quality.turn_deg
+    scatter = quality.scatter
+    turn = np.degrees(np.sqrt(np.diag(scatter.rotation)))
     report = GpsReport(
         tuple(photo.name for photo in placed),
         quality.residuals,
         used,
         float(np.sqrt((quality.residuals[used] ** 2).sum(1).mean())),
         quality.sigma,
-        quality.sigma_height,
+        float(scatter.sigma[2]),
         fit.scale,
-        quality.scale_error,
+        scatter.scale_error,
         (float(turn[0]), float(turn[1]), float(turn[2])),
         math.hypot(turn[0], turn[1]),
+        scatter.covariance,
+        world[used].mean(axis=0),
         crs,
         _heights(placed),
         entered.adjusted,
@@ -170,13 +176,11 @@ def _photos_with_position(
 
 @dataclass(frozen=True, eq=False)
 class _Quality:
-    """residuals : (n, 3); sigma : of a horizontal coordinate; turn_deg : (3,) about the axes"""
+    """residuals : (n, 3); sigma : of a horizontal coordinate"""
 
     residuals: Array
     sigma: float
-    sigma_height: float
-    scale_error: float
-    turn_deg: Array
+    scatter: Scatter
 
 
 def _quality(
@@ -210,8 +214,7 @@ def _quality(
                 angle=worst,
             )
         )
-    turn = np.degrees(np.sqrt(np.diag(scatter.rotation)))
-    return _Quality(residuals, sigma, float(scatter.sigma[2]), scatter.scale_error, turn)
+    return _Quality(residuals, sigma, scatter)
 
 
 def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:

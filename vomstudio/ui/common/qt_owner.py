@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import atexit
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache, partial
+from typing import ClassVar
 
 from PySide6.QtCore import QEventLoop, QMetaObject, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QGuiApplication
@@ -114,3 +115,68 @@ class QtOwner(QObject):
 
     def later(self, seconds: float, call: Call) -> Timer:
         return QtTimer(self, seconds, call)
+
+
+class Portions:
+    """Long work of the window's own thread, done in portions between the events, so that the window
+    answers meanwhile: one portion of all that is under way at a time, each in its turn. A portion
+    is what an iterator does for one of its items."""
+
+    _under_way: ClassVar[list[Portions]] = []
+
+    def __init__(self, parent: QObject) -> None:
+        self._timer = QTimer(parent)
+        self._timer.setSingleShot(True)
+        self._timer.timeout.connect(self._in_turn)
+        self._work: Iterator[object] = iter(())
+
+    @property
+    def working(self) -> bool:
+        """Whether some of the work is left."""
+        return self in self._under_way
+
+    def begin(self, work: Iterator[object]) -> None:
+        """Do the first portion at once and the others by and by, in place of what was left of
+        earlier work."""
+        self.drop()
+        self._work = work
+        self._under_way.append(self)
+        self._step()
+        self._next()
+
+    def drop(self) -> None:
+        """Leave what is left undone: nobody wants it any more."""
+        self._timer.stop()
+        self._work = iter(())
+        if self.working:
+            self._under_way.remove(self)
+            self._next()
+
+    def finish(self) -> None:
+        """Do what is left at once: something is wanted that needs all of it."""
+        while self.working:
+            self._step()
+
+    def _in_turn(self) -> None:
+        if self.working:
+            self._under_way.append(self._under_way.pop(self._under_way.index(self)))
+            self._step()
+            self._next()
+
+    @classmethod
+    def _next(cls) -> None:
+        """Let the first in the line be called at the next events, and only that one."""
+        # A window that was closed meanwhile has left its place.
+        cls._under_way[:] = [each for each in cls._under_way if isValid(each._timer)]
+        if cls._under_way:
+            cls._under_way[0]._timer.start(0)
+
+    def _step(self) -> None:
+        try:
+            next(self._work)
+        except StopIteration:
+            self.drop()
+        except BaseException:
+            # Told like any failure, and not once more at every event.
+            self.drop()
+            raise

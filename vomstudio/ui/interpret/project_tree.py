@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 from PySide6.QtCore import (
-    QItemSelection,
     QItemSelectionModel,
     QPoint,
     QSignalBlocker,
@@ -31,10 +30,12 @@ from PySide6.QtWidgets import (
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import GROUPS, KINDS, group_and_set, group_of, kind_of
+from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural, orientation_text
+from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.feature_row import Row, row_of
 from vomstudio.ui.interpret.filter_line import FilterLine
@@ -49,9 +50,13 @@ from vomstudio.ui.interpret.tree_view import (
     SORT,
     FeatureTree,
     TreeItem,
+    put_in_order,
+    take_out,
 )
 from vomstudio.words import tr
 
+# So many features are put into the tree between one event and the next.
+_PORTION = 500
 _OVERTURNED = "\N{CLOCKWISE TOP SEMICIRCLE ARROW}"
 
 
@@ -75,6 +80,7 @@ class ProjectTree(QWidget):
         self._rows: dict[str, Row] = {}
         self._icons: dict[str, QIcon] = {}
         self._selecting = False
+        self._portions = Portions(self)
         self.tree = FeatureTree(lambda id_: isinstance(studio.records.get(id_), FeatureType))
         self.tree.setObjectName("project_tree")
         self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
@@ -130,7 +136,7 @@ class ProjectTree(QWidget):
 
     # --- what is shown -----------------------------------------------------------------------
     def rebuild(self) -> None:
-        """Fill the tree anew from the project."""
+        """Fill the tree anew from the project; thousands of features come by and by."""
         with QSignalBlocker(self.tree):
             self.tree.clear()
             self._items.clear()
@@ -148,11 +154,24 @@ class ProjectTree(QWidget):
             self._icons = {kind.name: theme.icon(kind.icon) for kind in KINDS}
             for record in self._studio.session.of(Model):
                 self._put_model(record)
-            features = self._studio.session.features()
-            self._studio.measured(feature.id for feature in features)
-            for feature in features:
-                self._put(feature)
+            for id_, _, _ in self._studio.session.records.counted(group_and_set):
+                # A damaged journal may have lost the type; its features are here all the same.
+                if id_ not in self._items:
+                    self._group(id_, id_.capitalize(), "1")
             self.tree.sortItems(NAME, Qt.SortOrder.AscendingOrder)
+        self._portions.begin(self._fill())
+
+    def _fill(self) -> Iterator[None]:
+        """Put the features in, in their order, a portion after the other."""
+        features = sorted(self._studio.session.features(), key=lambda f: natural(f.name))
+        for start in range(0, len(features), _PORTION):
+            some = features[start : start + _PORTION]
+            with QSignalBlocker(self.tree):
+                self._put(some)
+            if start + _PORTION < len(features):
+                if start == 0:
+                    self._finish()
+                yield
         self._finish()
         self._show_selection(self._studio.selection.ids)
 
@@ -172,26 +191,26 @@ class ProjectTree(QWidget):
         self._items[id_] = item
         return item
 
-    def _item(self, record: Model | Feature, group: str) -> QTreeWidgetItem:
-        """The record's item, in its group."""
-        # A damaged journal may have lost the type; its features are here all the same.
+    def _item(
+        self, record: Model | Feature, group: str
+    ) -> tuple[QTreeWidgetItem, QTreeWidgetItem | None]:
+        """The record's item, and where it has to be added: None where it stands in its group."""
         parent = self._items.get(group) or self._group(group, group.capitalize(), "1")
         item = self._items.get(record.id)
-        if item is not None and item.parent() is not parent:
-            _take_out(item)
-            item = None
-        if item is None:
-            item = TreeItem()
+        home = None
+        if item is None or item.parent() is not parent:
+            if item is not None:
+                take_out(item)
+            item, home = TreeItem(), parent
             item.setData(NAME, ID, record.id)
-            parent.addChild(item)
             self._items[record.id] = item
         item.setData(NAME, SORT, natural(record.name))
         item.setText(NAME, record.name)
         item.setCheckState(NAME, _check(self._studio.visible(record.id)))
-        return item
+        return item, home
 
     def _put_model(self, model: Model) -> None:
-        item = self._item(model, "models")
+        item, home = self._item(model, "models")
         item.setFlags(
             Qt.ItemFlag.ItemIsEnabled
             | Qt.ItemFlag.ItemIsSelectable
@@ -199,9 +218,23 @@ class ProjectTree(QWidget):
         )
         item.setText(ORIENTATION, "" if model.frame.has_north else tr("no frame"))
         item.setToolTip(NAME, model.path)
+        if home is not None:
+            home.addChild(item)
 
-    def _put(self, feature: Feature) -> None:
-        item = self._item(feature, group_of(feature))
+    def _put(self, features: Iterable[Feature]) -> None:
+        """Show these features as they are now, each in its group: new ones as its last."""
+        new: dict[str, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
+        features = list(features)
+        measured = self._studio.measured(feature.id for feature in features)
+        for feature in features:
+            item, home = self._item(feature, group_of(feature))
+            self._describe(item, feature, measured[feature.id])
+            if home is not None:
+                new.setdefault(group_of(feature), (home, []))[1].append(item)
+        for home, items in new.values():
+            home.addChildren(items)
+
+    def _describe(self, item: QTreeWidgetItem, feature: Feature, measured: Measurement) -> None:
         item.setFlags(
             Qt.ItemFlag.ItemIsEnabled
             | Qt.ItemFlag.ItemIsSelectable
@@ -209,7 +242,6 @@ class ProjectTree(QWidget):
             | Qt.ItemFlag.ItemIsEditable
             | (Qt.ItemFlag.ItemIsDragEnabled if kind_of(feature).typed else Qt.ItemFlag.NoItemFlags)
         )
-        measured = self._studio.measured([feature.id])[feature.id]
         row = row_of(self._studio, feature, measured)
         item.setIcon(NAME, self._icons[kind_of(feature).name])
         text = orientation_text(measured, self._studio.settings.notation)
@@ -244,7 +276,8 @@ class ProjectTree(QWidget):
                 item = self._items.get(id_)
                 if item is not None:
                     item.setHidden(id_ in hidden)
-            self._hidden = hidden
+            # Of those that are not put in yet, the end of the filling takes care.
+            self._hidden = {id_ for id_ in hidden if id_ in self._items}
             for kind in studio.session.of(FeatureType):
                 self._show_type(kind, total.get(kind.id, 0), shown.get(kind.id, 0))
             self._items["models"].setHidden(self._items["models"].childCount() == 0)
@@ -301,34 +334,33 @@ class ProjectTree(QWidget):
         if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):
             self.rebuild()
             return
+        # Items find their places among those that stand in order.
+        self._portions.finish()
         unsorted: dict[int, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
         with QSignalBlocker(self.tree):
             self.tree.setUpdatesEnabled(False)
             ids = list(dict.fromkeys((*edit.ids, *self._studio.affected(edit))))
-            # All in one batch, before the rows ask for them one by one.
-            self._studio.measured(ids)
+            records = self._studio.records
+            before = {i: (item, item.text(NAME)) for i in ids if (item := self._items.get(i))}
             for id_ in ids:
-                record = self._studio.records.get(id_)
-                before = self._items.get(id_)
-                name = None if before is None else before.text(NAME)
+                record = records.get(id_)
                 if isinstance(record, Model):
                     self._put_model(record)
-                elif isinstance(record, Feature):
-                    self._put(record)
-                elif before is not None:
-                    _take_out(self._items.pop(id_))
+                elif id_ in before and not isinstance(record, Feature):
+                    take_out(self._items.pop(id_))
                     self._hidden.discard(id_)
+            self._put(f for id_ in ids if isinstance(f := records.get(id_), Feature))
+            for id_ in ids:
+                after = self._items.get(id_)
+                parent = None if after is None else after.parent()
+                if after is None or parent is None:
                     continue
-                else:
-                    continue
-                after = self._items[id_]
-                parent = after.parent()
-                if parent is not None and (before is not after or name != record.name):
+                if before.get(id_) != (after, after.text(NAME)):
                     unsorted.setdefault(id(parent), (parent, []))[1].append(after)
                     # Qt forgets that of an item that changes its place.
                     self._hidden.discard(id_)
             for parent, moved in unsorted.values():
-                _put_in_order(parent, moved)
+                put_in_order(parent, moved)
             self.tree.setUpdatesEnabled(True)
         self._photos.edited(edit)
         self._finish()
@@ -344,37 +376,20 @@ class ProjectTree(QWidget):
             return
         with QSignalBlocker(self.tree):
             if len(ids) < MANY:
-                self.tree.clearSelection()
-                for id_ in ids:
-                    if item := self._items.get(id_):
+                wanted = [item for id_ in ids if (item := self._items.get(id_))]
+                # Qt goes through all rows to clear a selection; most edits leave it as it is.
+                if self.tree.selectedItems() != wanted:
+                    self.tree.clearSelection()
+                    for item in wanted:
                         item.setSelected(True)
             else:
                 self.tree.selectionModel().select(
-                    self._ranges(set(ids)),
+                    self.tree.ranges(set(ids)),
                     QItemSelectionModel.SelectionFlag.ClearAndSelect
                     | QItemSelectionModel.SelectionFlag.Rows,
                 )
             if ids and (item := self._items.get(ids[-1])) and not item.isHidden():
                 self.tree.scrollToItem(item)
-
-    def _ranges(self, ids: set[str]) -> QItemSelection:
-        """Runs of rows, as few as there are."""
-        chosen = QItemSelection()
-        for i in range(self.tree.topLevelItemCount()):
-            group = self.tree.topLevelItem(i)
-            assert group is not None
-            parent = self.tree.indexFromItem(group)
-            model = self.tree.model()
-            start = None
-            for row in range(group.childCount() + 1):
-                child = group.child(row) if row < group.childCount() else None
-                inside = child is not None and child.data(NAME, ID) in ids
-                if inside and start is None:
-                    start = row
-                elif not inside and start is not None:
-                    chosen.select(model.index(start, 0, parent), model.index(row - 1, SET, parent))
-                    start = None
-        return chosen
 
     def _show_visibility(self, ids: tuple[str, ...]) -> None:
         with QSignalBlocker(self.tree):
@@ -445,31 +460,6 @@ class ProjectTree(QWidget):
     def menu_for(self, id_: str) -> QMenu:
         """The context menu of a record or group; of the tree where `id_` is empty."""
         return self._menus.menu_for(id_)
-
-
-def _put_in_order(parent: QTreeWidgetItem, moved: list[QTreeWidgetItem]) -> None:
-    """All children but these are in order."""
-    if len(moved) > MANY:
-        parent.sortChildren(NAME, Qt.SortOrder.AscendingOrder)
-        return
-    for item in moved:
-        parent.removeChild(item)
-    for item in moved:
-        low, high = 0, parent.childCount()
-        while low < high:
-            middle = (low + high) // 2
-            other = parent.child(middle)
-            if other is not None and item < other:
-                high = middle
-            else:
-                low = middle + 1
-        parent.insertChild(low, item)
-
-
-def _take_out(item: QTreeWidgetItem) -> None:
-    parent = item.parent()
-    if parent is not None:
-        parent.removeChild(item)
 
 
 def _check(visible: bool) -> Qt.CheckState:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from typing import Any
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
@@ -75,7 +76,7 @@ class SortedRows(QAbstractTableModel):
 
     def _take(self, shown: list[int]) -> None:
         self._shown = shown
-        self._rows = {place: row for row, place in enumerate(shown)}
+        self._rows = dict(zip(shown, count(), strict=False))
 
     def _become(self, wanted: list[int]) -> None:
         """Show these places in this order, and tell the views as little as is true."""
@@ -119,8 +120,8 @@ class SortedRows(QAbstractTableModel):
         self.endResetModel()
 
     def _inserted(self, _: QModelIndex, first: int, last: int) -> None:
-        count = last - first + 1
-        self._take([p + count if p >= first else p for p in self._shown])
+        new = last - first + 1
+        self._take([p + new if p >= first else p for p in self._shown])
         self._keys[first:first] = [self._key(place) for place in range(first, last + 1)]
         self._passes[first:first] = [self._passed(place) for place in range(first, last + 1)]
         self._become(self._arranged())
@@ -132,15 +133,17 @@ class SortedRows(QAbstractTableModel):
 
     def _removed(self, _: QModelIndex, first: int, last: int) -> None:
         del self._keys[first : last + 1], self._passes[first : last + 1]
-        count = last - first + 1
-        self._take([p - count if p > last else p for p in self._shown])
+        gone = last - first + 1
+        self._take([p - gone if p > last else p for p in self._shown])
 
     def _changed(self, first: QModelIndex, last: QModelIndex) -> None:
         places = range(first.row(), last.row() + 1)
-        for place in places:
-            self._keys[place] = self._key(place)
-            self._passes[place] = self._passed(place)
-        self._become(self._arranged())
+        start, end = first.row(), last.row() + 1
+        before = self._keys[start:end], self._passes[start:end]
+        self._keys[start:end] = [self._key(place) for place in places]
+        self._passes[start:end] = [self._passed(place) for place in places]
+        if before != (self._keys[start:end], self._passes[start:end]):
+            self._become(self._arranged())
         rows = [row for place in places if (row := self._rows.get(place)) is not None]
         if rows:
             # Views paint what of it is in sight.

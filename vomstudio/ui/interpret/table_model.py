@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import count
 from typing import Any
 
 from PySide6.QtCore import (
@@ -113,6 +114,12 @@ class OrientationModel(QAbstractTableModel):
         self._rows: list[Row] = []
         self._places: dict[str, int] = {}
 
+    def clear(self) -> None:
+        """No rows."""
+        self.beginResetModel()
+        self._rows, self._places = [], {}
+        self.endResetModel()
+
     def reset(self) -> None:
         """Read all rows anew."""
         self.beginResetModel()
@@ -150,8 +157,9 @@ class OrientationModel(QAbstractTableModel):
             place = self._places.get(id_)
             if place is not None:
                 self.beginRemoveRows(QModelIndex(), place, place)
-                del self._rows[place]
-                self._places = {row.feature.id: i for i, row in enumerate(self._rows)}
+                del self._rows[place], self._places[id_]
+                after = (row.feature.id for row in self._rows[place:])
+                self._places.update(zip(after, count(place), strict=False))
                 self.endRemoveRows()
 
     def row(self, place: int) -> Row:

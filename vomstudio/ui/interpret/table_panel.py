@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 
 from PySide6.QtCore import (
@@ -25,6 +26,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.edit import Edit
 from vomstudio.ui.common.explained import Explained, explain
+from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.copied_rows import as_text
 from vomstudio.ui.interpret.filter_line import FilterLine
@@ -34,6 +36,8 @@ from vomstudio.words import tr, tr_n
 
 # Column widths are taken from so many rows: all of a thousand would hold the window up.
 _MEASURED_ROWS = 50
+# More features than this are listed and measured for the columns' widths one after the other.
+_AT_ONCE = 200
 
 
 class TablePanel(QWidget):
@@ -43,6 +47,7 @@ class TablePanel(QWidget):
         super().__init__()
         self._studio = studio
         self._showing = False
+        self._portions = Portions(self)
         self._seen_settings: tuple[str, list[str]] = ("", [])
         self.model = OrientationModel(studio)
         self._sorted = SortedRows(self.model)
@@ -120,10 +125,19 @@ class TablePanel(QWidget):
         """Read rows and columns anew."""
         settings = self._studio.settings
         self._seen_settings = (settings.notation, settings.hidden_columns)
+        self._portions.begin(self._fill())
+
+    def _fill(self) -> Iterator[None]:
+        many = len(self._studio.session.features()) > _AT_ONCE
+        if many:
+            self.model.clear()
+            yield
         self.model.reset()
         self._counted()
-        self._fit_columns()
         self._show_selection(self._studio.selection.ids)
+        if many:
+            yield
+        self._fit_columns()
 
     # --- columns and copies ------------------------------------------------------------------
     def column_menu(self) -> QMenu:
@@ -173,6 +187,7 @@ class TablePanel(QWidget):
         ids = self._studio.affected(edit)
         if not ids:
             return
+        self._portions.finish()
         first = self.model.rowCount() == 0
         self.model.update(ids)
         self.model.update_comparisons()

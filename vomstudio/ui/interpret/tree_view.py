@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import (
     QEvent,
+    QItemSelection,
     QMimeData,
     QModelIndex,
     QPersistentModelIndex,
@@ -116,6 +117,25 @@ class FeatureTree(QTreeWidget):
             return False
         return super().edit(index, trigger, event)
 
+    def ranges(self, ids: set[str]) -> QItemSelection:
+        """The rows of these ids, as few runs as there are."""
+        chosen = QItemSelection()
+        for i in range(self.topLevelItemCount()):
+            group = self.topLevelItem(i)
+            assert group is not None
+            parent = self.indexFromItem(group)
+            model = self.model()
+            start = None
+            for row in range(group.childCount() + 1):
+                child = group.child(row) if row < group.childCount() else None
+                inside = child is not None and child.data(NAME, ID) in ids
+                if inside and start is None:
+                    start = row
+                elif not inside and start is not None:
+                    chosen.select(model.index(start, 0, parent), model.index(row - 1, SET, parent))
+                    start = None
+        return chosen
+
     def startDrag(self, actions: Qt.DropAction) -> None:  # noqa: N802 - Qt's name
         chosen = [i for i in self.selectedItems() if i.flags() & Qt.ItemFlag.ItemIsDragEnabled]
         if not chosen:
@@ -192,3 +212,29 @@ class FeatureTree(QTreeWidget):
                     for column in range(self.columnCount()):
                         item.setBackground(column, brush)
         self._target = group
+
+
+def put_in_order(parent: QTreeWidgetItem, moved: list[QTreeWidgetItem]) -> None:
+    """Put these children in their places: all others are in order."""
+    if len(moved) > MANY:
+        parent.sortChildren(NAME, Qt.SortOrder.AscendingOrder)
+        return
+    for item in moved:
+        parent.removeChild(item)
+    for item in moved:
+        low, high = 0, parent.childCount()
+        while low < high:
+            middle = (low + high) // 2
+            other = parent.child(middle)
+            if other is not None and item < other:
+                high = middle
+            else:
+                low = middle + 1
+        parent.insertChild(low, item)
+
+
+def take_out(item: QTreeWidgetItem) -> None:
+    """Of its group, where it has one."""
+    parent = item.parent()
+    if parent is not None:
+        parent.removeChild(item)

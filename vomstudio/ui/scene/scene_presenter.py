@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import product
 
@@ -35,8 +35,12 @@ from vomstudio.tools.interaction_types import Area, Button, Pointer, PointerEven
 from vomstudio.tools.painted_area import area_of
 from vomstudio.tools.polyline import rgb
 from vomstudio.ui.common.number_formatting import drawn_points, length, orientation_text
+from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
+
+_PORTION = 500
+"""Drawings that are prepared between one event and the next."""
 
 
 class ScenePresenter:
@@ -49,6 +53,7 @@ class ScenePresenter:
         self._shown: set[str] = set()
         self._features: set[str] = set()
         self._placed = False
+        self._portions = Portions(viewport)
         self._areas: dict[str, tuple[Painted, Model, Area | None]] = {}
         self._seen_settings = self._settings()
         studio.project_opened.connect(self.rebuild)
@@ -70,6 +75,7 @@ class ScenePresenter:
 
     def rebuild(self) -> None:
         """Show another project: remove everything and draw its models and features."""
+        self._portions.drop()
         for model_id in self._shown:
             self._models.remove(model_id)
         self._shown.clear()
@@ -117,7 +123,9 @@ class ScenePresenter:
         self._shown.add(model_id)
         self._show_field(model_id)
         self._frame()
-        self._draw(p.id for p in self._studio.session.of(Painted) if p.model_id == model_id)
+        painted = [p.id for p in self._studio.session.of(Painted) if p.model_id == model_id]
+        if painted:
+            self._draw(painted)
 
     # --- display -----------------------------------------------------------------------------
     def _displayed(self, what: str) -> None:
@@ -269,18 +277,35 @@ class ScenePresenter:
 
     def _all_features(self) -> None:
         self._seen_settings = self._settings()
-        self._draw(feature.id for feature in self._studio.session.features())
+        ids = [feature.id for feature in self._studio.session.features()]
+        self._portions.begin(self._draw_portions(ids))
 
     def _draw(self, ids: Iterable[str]) -> None:
-        ids = list(ids)
-        measured = self._studio.measured(ids)
+        """Draw these features as they are now, and those that are still waiting to be drawn."""
+        self._portions.finish()
+        self._change(self._drawings(list(ids)))
+
+    def _draw_portions(self, ids: list[str]) -> Iterator[None]:
+        """Thousands of features are prepared by and by, and drawn together."""
         changes: dict[str, FeatureDrawing | None] = {}
-        for id_ in ids:
-            feature = self._studio.records.get(id_)
-            drawing = (
-                self._drawing(feature, measured[id_]) if isinstance(feature, Feature) else None
-            )
-            changes[id_] = drawing
+        for start in range(0, len(ids), _PORTION):
+            if start:
+                yield
+            changes.update(self._drawings(ids[start : start + _PORTION]))
+        self._change(changes)
+
+    def _drawings(self, ids: list[str]) -> dict[str, FeatureDrawing | None]:
+        """None for those that are gone or have no place in the outcrop."""
+        records, measured = self._studio.records, self._studio.measured(ids)
+        return {
+            id_: self._drawing(feature, measured[id_])
+            if isinstance(feature := records.get(id_), Feature)
+            else None
+            for id_ in ids
+        }
+
+    def _change(self, changes: dict[str, FeatureDrawing | None]) -> None:
+        for id_, drawing in changes.items():
             if drawing is None:
                 self._features.discard(id_)
                 self._areas.pop(id_, None)
@@ -311,6 +336,9 @@ class ScenePresenter:
                 text = "–"
         elif studio.settings.planes_as == "discs" and area is None:
             ring, symbol = disc_of(measured)
+        if len(sketch.line) == 1 and measured.plane is None and measured.line is None:
+            # A place without a direction is a dot.
+            symbol = small_disc(sketch.anchor, 0.0)
         return FeatureDrawing(
             id=feature.id,
             line=sketch.line if area is None else np.zeros((0, 3)),
@@ -359,6 +387,7 @@ class ScenePresenter:
         return min(found)[1] if found else None
 
     def _visibility(self, ids: tuple[str, ...]) -> None:
+        self._portions.finish()
         for model_id in self._shown:
             self._models.set_visible(model_id, self._model_visible(model_id))
         own_groups = {group.id for group in GROUPS}

@@ -137,7 +137,7 @@ class MainWindow(QMainWindow):
             *edit_commands.commands(studio, find, self),
             *view_commands.commands(studio, self.view, self.workspaces.show_only_outcrop),
             *strip.commands(self.workspaces),
-            *model_commands.commands(studio, self.files, self.photo_links, self),
+            *model_commands.commands(studio, self.files, self.photo_links, self, self.workspaces),
             *tool_commands.commands(studio, self.view_panel, self.docks),
         ]
 

@@ -7,19 +7,22 @@ from pathlib import Path
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.document.records import Model
+from vomstudio.tools.control import ControlTool
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.shell.model_copying import copy_into_project
 from vomstudio.ui.shell.project_files import Files
-from vomstudio.ui.shell.register_dialog import register_by_points
+from vomstudio.ui.workspaces.arrangements import Workspaces
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.photos import PhotoLinks
 
 _NO_MODEL = to_translate("Open a model first.")
 
 
-def commands(studio: Studio, files: Files, links: PhotoLinks, parent: QWidget) -> list[Command]:
+def commands(
+    studio: Studio, files: Files, links: PhotoLinks, parent: QWidget, workspaces: Workspaces
+) -> list[Command]:
     """parent : of the dialogs"""
 
     def no_model() -> str | None:
@@ -36,6 +39,10 @@ def commands(studio: Studio, files: Files, links: PhotoLinks, parent: QWidget) -
         return (
             None if Path(model.path).is_absolute() else tr("The model is already in the project.")
         )
+
+    def register() -> None:
+        workspaces.switch("register")
+        studio.activate(ControlTool.name)
 
     def copy() -> None:
         model = current_model(studio)
@@ -58,10 +65,10 @@ def commands(studio: Studio, files: Files, links: PhotoLinks, parent: QWidget) -
         Command("declare_frame", tr("&Declare frame…"), files.declare_frame, "axis-arrow",
                 (), tr("Up axis, unit, and CRS or local frame. Orientations are geographic only in "
                        "a declared frame."), no_model),
-        Command("register_model", tr("&Register by points…"),
-                lambda: register_by_points(parent, studio), "vector-point-select", (),
-                tr("Places the model by a table of points found on it and their coordinates, with "
-                   "residuals and the error in degrees."), no_model),
+        Command("register_model", tr("&Register by points"),
+                register, "vector-point-select", (),
+                tr("Places the model by points that are clicked on it or come in a table, and "
+                   "their coordinates, with residuals and the error in degrees."), no_model),
         Command("locate", tr("&Locate file…"), files.locate_model, "file-search-outline", (),
                 tr("Choose the file of a model that has been moved or renamed."), not_missing),
         Command("copy_model", tr("&Copy into project"), copy, "content-copy", (),

@@ -102,9 +102,10 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",),),
-        right=(("properties",),),
+        right=(("tool",), ("properties",)),
         bottom=(("in_photos", "photos"),),
-        shares=(0.205, 0.233, 0.36),
+        shares=(0.17, 0.33, 0.26),
+        first_share=0.72,
         beside_photo=0.22,
     ),
     Workspace(

@@ -1,0 +1,57 @@
+"""The outcrop's features are drawn by and by after a project was opened."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.driver import wait
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import edits
+from vomstudio.ui.scene import scene_presenter
+
+COUNT = 12
+
+
+@pytest.fixture
+def stored(window, tmp_path, monkeypatch):
+    """A saved project with more features than are prepared at once; another one is open."""
+    studio = window.studio
+    add_cliff(studio)
+    for i in range(COUNT):
+        add_bed(studio, f"b{i}", dip=0.1 * i)
+    path = tmp_path / "many.vom"
+    studio.save_as(path)
+    studio.workspace.projects.new()
+    monkeypatch.setattr(scene_presenter, "_PORTION", 5)
+    return path
+
+
+def test_features_are_drawn_soon(window, stored):
+    window.open_path(stored)
+    assert not window.viewport.features.drawings
+    wait(lambda: len(window.viewport.features.drawings) == COUNT, "all features")
+
+
+def test_what_happens_meanwhile_holds_for_all(window, stored):
+    studio, drawn = window.studio, window.viewport.features
+    window.open_path(stored)
+    first, *_, last = studio.session.features()
+    studio.set_visible([last.id], False)
+    assert {f.id: drawn.drawings[f.id].visible for f in studio.session.features()} == {
+        f.id: f is not last for f in studio.session.features()
+    }
+    studio.workspace.projects.new()
+    window.open_path(stored)
+    studio.attempt(edits.delete, [first.id])
+    assert len(drawn.drawings) == COUNT - 1
+    assert first.id not in drawn.drawings
+
+
+def test_nothing_of_it_comes_into_the_next_project(window, stored):
+    window.open_path(stored)
+    studio = window.studio
+    studio.workspace.projects.new()
+    add_cliff(studio)
+    add_bed(studio, "new")
+    wait(lambda: bool(window.viewport.features.drawings), "the only feature")
+    assert set(window.viewport.features.drawings) == {f.id for f in studio.session.features()}

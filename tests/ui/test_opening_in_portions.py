@@ -1,0 +1,120 @@
+"""Thousands of features come into the tree between the events of the window."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QApplication
+
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import edits
+from vomstudio.ui.common.qt_owner import Portions
+from vomstudio.ui.interpret import project_tree
+
+COUNT = 12
+
+
+@pytest.fixture
+def stored(studio, tmp_path, monkeypatch):
+    """A saved project with more features than come at once; another one is open."""
+    add_cliff(studio)
+    for i in range(COUNT):
+        add_bed(studio, f"b{i}", dip=0.1 * i)
+    path = tmp_path / "many.vom"
+    studio.save_as(path)
+    studio.workspace.projects.new()
+    monkeypatch.setattr(project_tree, "_PORTION", 5)
+    return path
+
+
+def rows_of(tree) -> list[str]:
+    group = tree._items["bedding"]
+    return [group.child(i).text(0) for i in range(group.childCount())]
+
+
+def names(studio) -> list[str]:
+    return [f.name for f in studio.session.features()]
+
+
+def test_a_part_is_there_at_once_and_all_of_it_soon(window, studio, stored, qtbot):
+    window.open_path(stored)
+    assert len(rows_of(window.tree)) == 5
+    assert window.table.model.rowCount() == COUNT
+    qtbot.waitUntil(lambda: len(rows_of(window.tree)) == COUNT)
+    # In the order of their numbers, as names of one feature after the other are.
+    assert rows_of(window.tree) == names(studio)
+    assert f"({COUNT})" in window.tree._items["bedding"].text(0)
+
+
+def test_an_edit_finds_everything_in_its_place(window, studio, stored):
+    window.open_path(stored)
+    first, *_, last = studio.session.features()
+    studio.attempt(edits.set_attributes, [last.id], name="A1")
+    assert rows_of(window.tree) == ["A1", *names(studio)[:-1]]
+    studio.selection.set([first.id])
+    studio.workspace.delete_selected()
+    assert first.name not in rows_of(window.tree)
+
+
+def test_filter_selection_and_eye_hold_for_those_that_come_later(window, studio, stored, qtbot):
+    window.open_path(stored)
+    features = studio.session.features()
+    window.tree.filter.setText(features[-1].name)
+    studio.selection.set([features[-1].id])
+    studio.set_visible([features[-1].id], False)
+    qtbot.waitUntil(lambda: len(rows_of(window.tree)) == COUNT)
+    items = [window.tree._items[f.id] for f in features]
+    assert [item.isHidden() for item in items] == [True] * (COUNT - 1) + [False]
+    assert items[-1].isSelected()
+    assert items[-1].checkState(0).value == 0
+
+
+def test_nothing_of_it_comes_into_the_next_project(window, studio, stored):
+    window.open_path(stored)
+    studio.workspace.projects.new()
+    for _ in range(20):
+        QApplication.processEvents()
+    assert rows_of(window.tree) == []
+
+
+def test_portions_are_done_once_each_and_in_order(qtbot):
+    parent, done = QObject(), []
+    portions = Portions(parent)
+
+    def work(name: str, count: int):
+        for i in range(count):
+            done.append(f"{name}{i}")
+            yield
+
+    portions.begin(work("a", 3))
+    assert done == ["a0"]
+    portions.begin(work("b", 3))
+    assert done == ["a0", "b0"]
+    qtbot.waitUntil(lambda: not portions.working)
+    assert done == ["a0", "b0", "b1", "b2"]
+    portions.begin(work("c", 3))
+    portions.finish()
+    portions.finish()
+    assert done[4:] == ["c0", "c1", "c2"]
+    portions.begin(work("d", 3))
+    portions.drop()
+    assert not portions.working
+    QApplication.processEvents()
+    assert done[7:] == ["d0"]
+
+
+def test_a_failure_is_raised_once():
+    parent, tried = QObject(), []
+
+    def work():
+        yield
+        tried.append(1)
+        raise ValueError("no more")
+
+    portions = Portions(parent)
+    portions.begin(work())
+    with pytest.raises(ValueError, match="no more"):
+        portions.finish()
+    portions.finish()
+    assert tried == [1]
+    assert not portions.working

@@ -1,0 +1,168 @@
+"""A model is registered by control points: typed, ticked and left to judge with the mouse, and
+undo takes everything back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog
+
+from vomstudio.document import edits
+from vomstudio.document.kinds.control_point import ControlPoint
+from vomstudio.document.records import Frame, Model
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.ui.interpret.tool_panels.control import ControlPanel
+
+MODEL = np.array(
+    [[0, 0, 0], [9, 0, 0], [0, 8, 1], [3, 2, 7], [5, 6, 0.5], [8, 7, 2], [1, 5, 4]], float
+)
+WORLD = MODEL[:, [1, 0, 2]] * [-2.0, 2.0, 2.0] + [398_000.0, 4_980_000.0, 320.0]
+
+
+@pytest.fixture
+def panel(studio, window) -> ControlPanel:
+    studio.attempt(
+        edits.add_model, Model("m9", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("undeclared"))
+    )
+    studio.selection.set(["m9"])
+    window.actions_table.run("register_model")
+    assert studio.tool_name == "control"
+    (made,) = window.findChildren(ControlPanel)
+    made.resize(520, 700)
+    return made
+
+
+def load(panel: ControlPanel, monkeypatch, table: Path, text: str) -> None:
+    table.write_text(text)
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(table), ""))
+    QTest.mouseClick(panel.load, Qt.MouseButton.LeftButton)
+    QApplication.processEvents()
+
+
+def rows(*columns: np.ndarray) -> list[str]:
+    return [
+        ",".join([f"P{i}", *(repr(float(v)) for c in columns for v in c[i])])
+        for i in range(len(columns[0]))
+    ]
+
+
+@pytest.fixture
+def pairs(panel, tmp_path, monkeypatch) -> ControlPanel:
+    """P4 is 3 m wrong."""
+    there = WORLD.copy()
+    there[4, 0] += 3.0
+    text = "\n".join(["label,model_x,model_y,model_z,x,y,z", *rows(MODEL, there)])
+    load(panel, monkeypatch, tmp_path / "points.csv", text)
+    return panel
+
+
+def tick(panel: ControlPanel, row: int) -> None:
+    """With the mouse, on the box."""
+    panel.table.scrollToItem(panel.table.item(row, 0))
+    place = panel.table.visualItemRect(panel.table.item(row, 0))
+    at = QPoint(place.left() + 12, place.center().y())
+    QTest.mouseClick(panel.table.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    QApplication.processEvents()
+
+
+def click(studio, place) -> None:
+    hit = Hit("m9", "face", 0, tuple(map(float, place)))
+    studio.pointer(PointerEvent(Pointer.CLICK, 0.0, 0.0, Button.LEFT, hit=hit))
+
+
+def test_a_wrong_point_is_named_left_to_judge_and_the_model_placed(studio, pairs) -> None:
+    assert "P4" in pairs.said.text()
+    tick(pairs, 4)
+    assert pairs.table.item(4, 0).checkState() == Qt.CheckState.Unchecked
+    assert "P4" not in pairs.said.text()
+    # Fitted less given.
+    assert "dx -3.000" in pairs.table.item(4, 5).toolTip()
+    assert pairs.table.item(0, 5).text() == "0.000"
+    pairs.field.setText("EPSG:32633")
+    QTest.mouseClick(pairs.register, Qt.MouseButton.LeftButton)
+    model = studio.records["m9"]
+    registration = model.registration
+    assert registration is not None
+    assert registration.method == "points"
+    assert model.frame.crs == "EPSG:32633"
+    assert [p.label for p in registration.control if p.check] == ["P4"]
+    turn = np.array(model.to_world)[:3, :3] / 2.0
+    assert turn == pytest.approx(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), abs=1e-6)
+    studio.undo()
+    assert studio.records["m9"].registration is None
+    studio.undo()
+    assert not any(p.check for p in studio.session.of(ControlPoint))
+    studio.undo()
+    assert not studio.session.of(ControlPoint)
+    assert pairs.table.rowCount() == 0
+
+
+def test_points_are_clicked_in_their_order_and_the_next_is_foretold(
+    studio, panel, tmp_path, monkeypatch
+) -> None:
+    shown = []
+    studio.preview.connect(shown.append)
+    load(panel, monkeypatch, tmp_path / "gcp.txt", "\n".join(["label,x,y,z", *rows(WORLD)]))
+    assert [p.vertices for p in studio.session.of(ControlPoint)] == [()] * len(WORLD)
+    assert not panel.register.isEnabled()
+    for i in range(4):
+        assert f"P{i}" in studio.tool.hint()
+        click(studio, MODEL[i])
+    assert panel.register.isEnabled()
+    # The model stands as its file has it; there is P4, as the first four say.
+    assert shown[-1].brush.centre == pytest.approx(MODEL[4], abs=1e-6)
+    assert "ring" in studio.tool.hint()
+    studio.undo()
+    assert [bool(p.vertices) for p in studio.session.of(ControlPoint)] == [True] * 3 + [False] * 4
+    # Another point may be found first.
+    panel.table.selectRow(6)
+    click(studio, MODEL[6])
+    assert studio.session.of(ControlPoint)[6].vertices == (tuple(MODEL[6]),)
+
+
+def test_the_same_table_again_brings_other_coordinates_and_leaves_places(
+    studio, panel, tmp_path, monkeypatch
+) -> None:
+    load(panel, monkeypatch, tmp_path / "gcp.csv", "\n".join(["label,x,y,z", *rows(WORLD)]))
+    click(studio, MODEL[0])
+    load(panel, monkeypatch, tmp_path / "gcp.csv", "\n".join(["label,x,y,z", *rows(WORLD + 1.0)]))
+    first, *others = studio.session.of(ControlPoint)
+    assert len(others) == len(WORLD) - 1
+    assert first.vertices == (tuple(MODEL[0]),)
+    assert first.position == pytest.approx(tuple(WORLD[0] + 1.0))
+
+
+def test_a_click_without_a_table_makes_a_point_whose_coordinates_are_typed(studio, panel) -> None:
+    click(studio, MODEL[0])
+    (point,) = studio.session.of(ControlPoint)
+    assert (point.name, point.position) == ("C01", None)
+    for column, text in enumerate(("398000", "4980000", "no"), 2):
+        panel.table.item(0, column).setText(text)
+    assert studio.session.of(ControlPoint)[0].position is None
+    for column, text in enumerate(("398000", "4980000", "320.5"), 2):
+        panel.table.item(0, column).setText(text)
+    assert studio.session.of(ControlPoint)[0].position == (398000.0, 4980000.0, 320.5)
+
+
+def test_what_keeps_the_button_disabled_is_said(pairs) -> None:
+    for row in range(5):
+        tick(pairs, row)
+    assert not pairs.register.isEnabled()
+    assert "at least 3" in pairs.register.toolTip()
+    tick(pairs, 0)
+    assert pairs.register.isEnabled()
+    pairs.field.setText("nowhere at all")
+    assert not pairs.register.isEnabled()
+
+
+def test_a_file_without_points_changes_nothing(studio, panel, tmp_path, monkeypatch) -> None:
+    told: list[str] = []
+    studio.workspace.notices.told.connect(lambda notice: told.append(notice.text))
+    load(panel, monkeypatch, tmp_path / "gcp.csv", "label,x,y,z\nP0,1,2,high\n")
+    assert "gcp.csv" in told[-1]
+    assert "line 2" in told[-1]
+    assert not studio.session.of(ControlPoint)

@@ -1,0 +1,306 @@
+"""The panel of the control points: their coordinates, what is left over at each, the map, and what
+the placement by them is worth, live as points are clicked and ticked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QPushButton,
+    QTableWidgetItem,
+    QWidget,
+)
+
+from vomstudio.document import edits
+from vomstudio.document.kinds.control_point import ControlPoint
+from vomstudio.document.records import Model
+from vomstudio.errors import VomError
+from vomstudio.registration.results import Placed
+from vomstudio.tools.control import ControlTool
+from vomstudio.ui.common import file_filters, theme
+from vomstudio.ui.common.command_targets import current_model, start_folder
+from vomstudio.ui.common.crs_field import CrsField
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.ui.interpret.tool_panels.control_map import ControlMap, MapPoint
+from vomstudio.ui.interpret.tool_panels.control_table import LABEL, TICK, ControlTable
+from vomstudio.words import tr
+
+_RING = 0.04
+"""Radius of the ring where a point should be, as a share of the extent of the points."""
+
+
+class ControlPanel(QWidget):
+    """`placed` is the placement by the points that are ticked, None where they give none; `crs`
+    that of their coordinates, None for a local frame."""
+
+    def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        explain(self, "registration.md")
+        self._studio = studio
+        self._tool = studio.tool_of(ControlTool)
+        self._points: list[ControlPoint] = []
+        self.model: Model | None = None
+        self.placed: Placed | None = None
+        self.crs: str | None = None
+        self.load = QPushButton(theme.icon("table-arrow-left"), tr("Coordinates…"))
+        self.load.setToolTip(
+            tr("Read labels and coordinates from a table or a file of ground control.")
+        )
+        self.load.clicked.connect(self.ask_for_points)
+        self.table = ControlTable()
+        self.table.itemChanged.connect(self._typed)
+        self.table.itemSelectionChanged.connect(self._chosen)
+        self.field = CrsField()
+        self.field.setPlaceholderText(tr("none: local metres, x east, y north"))
+        self.field.textChanged.connect(self._solve)
+        self.map = ControlMap()
+        self.said = hint_label()
+        self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.register = QPushButton(theme.icon("vector-point-select"), tr("Register"))
+        self.register.clicked.connect(self.apply)
+        row = QHBoxLayout()
+        row.addWidget(self.load)
+        row.addWidget(self.register)
+        form = QFormLayout()
+        form.addRow(tr("CRS of x, y, z"), self.field)
+        column = narrow_column(self)
+        column.addLayout(row)
+        column.addWidget(self.table, 3)
+        column.addLayout(form)
+        column.addWidget(self.said)
+        column.addWidget(self.map, 2)
+        for signal in (studio.project_opened, studio.edited, studio.selection_changed):
+            signal.connect(self.refresh)
+        studio.tool_changed_signal.connect(self._show_current)
+        studio.active_tool_changed.connect(self._tool_chosen)
+
+    # --- what is there -----------------------------------------------------------------------
+    def refresh(self, *_: object) -> None:
+        """Show the points of the current model."""
+        if self._studio.tool_name != self._tool.name:
+            # Nobody sees it; it is brought up to date when the tool is chosen.
+            return
+        model = current_model(self._studio)
+        points = [] if model is None else self._points_on(model)
+        if model == self.model and points == self._points:
+            return
+        if model is None or self.model is None or model.id != self.model.id:
+            with QSignalBlocker(self.field):
+                self.field.setText("" if model is None else model.frame.crs or "")
+        self.model, self._points = model, points
+        self.table.show_points(points)
+        self._solve()
+        self._show_current()
+
+    def _points_on(self, model: Model) -> list[ControlPoint]:
+        return [p for p in self._studio.session.of(ControlPoint) if p.model_id == model.id]
+
+    def _tool_chosen(self, name: str) -> None:
+        if name == self._tool.name:
+            self._tool.begin()
+            self.refresh()
+
+    def _solve(self) -> None:
+        """Place the model anew by what is ticked, and say what that is worth."""
+        from vomstudio.registration.evidence import Evidence, register
+        from vomstudio.workspace.registering import expected, pairs_of
+
+        self.placed = None
+        pairs = pairs_of(self._points)
+        try:
+            self.crs = self._typed_crs()
+            placed = register(Evidence(pairs=pairs))
+        except VomError as error:
+            self.said.setText(self._in_short(len(pairs.labels), error))
+        else:
+            self.placed = placed
+            self.said.setText(_in_words(placed))
+        self.table.show_residuals(self._points, self.placed)
+        self._show_map()
+        places = {}
+        if self.placed is not None and self.model is not None:
+            places = expected(self._points, self.placed, self.model)
+        reach = float(np.ptp(pairs.model, axis=0).max()) if len(pairs.labels) > 1 else 0.0
+        self._tool.expect(places, _RING * reach * self._metres())
+        self.register.setEnabled(self.placed is not None)
+        self.register.setToolTip("" if self.placed is not None else self.said.text())
+
+    def _metres(self) -> float:
+        from vomstudio.geometry import transform
+
+        return 1.0 if self.model is None else transform.scale_of(self.model.to_world)
+
+    def _in_short(self, found: int, error: VomError) -> str:
+        if self.model is None:
+            return tr("Open an outcrop model first.")
+        if not self._points:
+            return tr(
+                "Read the coordinates of control points from a file, or click a point on the "
+                "outcrop and type its coordinates."
+            )
+        left = sum(p.position is not None and not p.vertices for p in self._points)
+        if found < 3 and left:
+            return tr(
+                "Click the points on the outcrop, one after the other: {found} of {count} are "
+                "found. From three on, a ring shows where the others should be.",
+                found=found,
+                count=found + left,
+            )
+        return error.message
+
+    def _typed_crs(self) -> str | None:
+        from vomstudio.io.gis.crs import metric_crs
+
+        text = self.field.text().strip()
+        return metric_crs(text, tr("CRS of x, y, z")) if text else None
+
+    def _show_map(self) -> None:
+        known = () if self.placed is None else (*self.placed.control, *self.placed.check)
+        off = {p.label: (p.dx, p.dy) for p in known}
+        self.map.show_points(
+            [
+                MapPoint(
+                    p.name, p.position[0], p.position[1], not p.check, bool(p.vertices),
+                    off.get(p.name),
+                )
+                for p in self._points
+                if p.position is not None
+            ],
+            self.placed,
+        )  # fmt: skip
+
+    def _show_current(self, *_: object) -> None:
+        current = self._tool.current
+        with QSignalBlocker(self.table):
+            rows = [i for i, p in enumerate(self._points) if current and p.id == current.id]
+            if rows:
+                self.table.selectRow(rows[0])
+            else:
+                self.table.clearSelection()
+
+    # --- what is done ------------------------------------------------------------------------
+    def ask_for_points(self) -> None:
+        """Let the user choose a file with coordinates."""
+        model = self.model or current_model(self._studio)
+        if model is None:
+            self._studio.warn(tr("Open an outcrop model first."))
+            return
+        name, _ = QFileDialog.getOpenFileName(
+            self,
+            tr("Points on {model}", model=model.name),
+            start_folder(self._studio),
+            file_filters.tables(),
+        )
+        if name:
+            self.take_in(model, Path(name))
+
+    def take_in(self, model: Model, path: Path) -> None:
+        """The points of a file become control points of a model."""
+        from vomstudio.io.control.control_files import crs_of
+        from vomstudio.io.control.observation_tables import read_points
+        from vomstudio.workspace.registering import take_in
+
+        try:
+            pairs = read_points(path)
+            crs = None if np.isfinite(pairs.model).any() else crs_of(path)
+        except VomError as error:
+            self._studio.warn(str(error), "error")
+            return
+        if not self._studio.attempt(take_in, model, pairs, self._points_on(model)):
+            return
+        if crs:
+            self.field.setText(crs)
+        first = next((p.id for p in self._points if not p.vertices), "")
+        self._tool.choose(first)
+
+    def _chosen(self) -> None:
+        rows = self.table.selectionModel().selectedRows()
+        if rows:
+            self._tool.choose(self._points[rows[0].row()].id)
+
+    def _typed(self, item: QTableWidgetItem) -> None:
+        point = self._points[item.row()]
+        if item.column() == TICK:
+            changed = replace(point, check=item.checkState() != Qt.CheckState.Checked)
+        elif item.column() == LABEL:
+            changed = replace(point, name=item.text().strip() or point.name)
+        else:
+            cells = self.table.coordinates(item.row())
+            if not all(cell.strip() for cell in cells):
+                return
+            try:
+                x, y, z = (float(cell) for cell in cells)
+            except ValueError:
+                self._studio.warn(
+                    tr(
+                        "“{text}” is not a number. Coordinates are written like 398123.45.",
+                        text=item.text(),
+                    )
+                )
+                self.table.show_points(self._points)
+                self.table.show_residuals(self._points, self.placed)
+                return
+            changed = replace(point, position=(x, y, z))
+        if changed != point:
+            self._studio.attempt(edits.change_feature, changed)
+
+    def apply(self) -> None:
+        """Register the model by the points."""
+        from vomstudio.workspace.registering import (
+            pairs_of,
+            registration_of,
+            set_words,
+            sets_turned_deg,
+            turned_deg,
+        )
+
+        before, placed = self.model, self.placed
+        if before is None or placed is None:
+            return
+        record = registration_of(placed, pairs_of(self._points), before, self.crs)
+        if not self._studio.attempt(edits.set_registration, record, [before.id]):
+            return
+        after = self._studio.records[before.id]
+        assert isinstance(after, Model)
+        studio = self._studio
+        measured = studio.measured(f.id for f in studio.session.features())
+        sets = set_words(sets_turned_deg(studio.records, before, after, measured))
+        said = tr(
+            "{model} was placed by {count} points; it turned by {turn:.1f} degrees, and what was "
+            "measured on it with it.",
+            model=before.name,
+            count=len(placed.control),
+            turn=turned_deg(before, after),
+        )
+        studio.warn(f"{said} {sets}".strip(), "info")
+
+
+def _in_words(placed: Placed) -> str:
+    """What a geologist must know of it."""
+    from vomstudio.registration.remarks import said_of_worst
+
+    said = []
+    if placed.rms_control_m is not None:
+        said.append(
+            tr(
+                "Control points: {control:.3f} m (RMS).",
+                control=placed.rms_control_m,
+            )
+        )
+    if placed.rms_check_m is not None:
+        said.append(tr("Check points: {check:.3f} m (RMS).", check=placed.rms_check_m))
+    said += said_of_worst(placed)
+    # What is wrong with a point is read first.
+    return "\n".join([*reversed(placed.warnings), " ".join(said)])
+
+
+PANEL = ControlPanel
