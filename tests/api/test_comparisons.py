@@ -52,3 +52,24 @@ def test_it_can_be_stopped() -> None:
     token.cancel()
     with pytest.raises(vs.errors.Cancelled):
         vs.compare(FLAT, FLAT, cancel=token)
+
+
+def test_the_error_of_a_projects_registration_is_taken(tmp_path: Path) -> None:
+    from vomstudio.document.records import Frame, Registration
+
+    variances = np.diag([0.0, 0.0, 0.01**2, 0.0, 0.02**2, 0.02**2, 0.02**2])
+    record = Registration(
+        "r", "", "points", Frame("local"),
+        covariance=tuple(map(tuple, variances.tolist())), centre=(0.0, 0.0, 0.0),
+    )  # fmt: skip
+    # Corners 5 m from the vertical axis through the centre, which turn by 0.01 about it.
+    box = np.array([[-3.0, -4.0, 0.0], [3.0, 4.0, 2.0]])
+    stated = np.sqrt((3 * 0.02**2 + (5 * 0.01) ** 2) / 3)
+    assert record.placing_error_m(box) == pytest.approx(stated)
+    points = Registration("r", "", "points", rms_check_m=0.03, rms_control_m=0.01)
+    assert points.placing_error_m(box) == pytest.approx(0.03 / np.sqrt(3))
+    assert Registration("r", "", "local").placing_error_m(box) is None
+    path = tmp_path / "flat.xyz"
+    np.savetxt(path, FLAT)
+    with pytest.warns(vs.errors.VomWarning, match="registration"):
+        assert vs.compare(vs.read(path, unit="m"), FLAT, m3c2=0.3).registration_error_m == 0.0

@@ -35,7 +35,7 @@ def compare(
     m3c2 : radius of the cylinders in metres, for M3C2; None takes the nearest point of the
         benchmark: on the triangles of a mesh, on the plane fitted locally to a cloud
     registration_error_m : one sigma of how the two are placed to each other; None takes what the
-        model's reconstruction says of itself, else 0
+        model's registration (in its project, or of its reconstruction) says of it, else 0
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken that stops the work
 
@@ -95,13 +95,12 @@ def _placed(given: Any, name: str) -> tuple[Any, str | None, float | None]:
     from vomstudio.api.checking import points
     from vomstudio.geometry.cloud import PointCloud as Cloud
     from vomstudio.io.gis.crs import world_crs
-    from vomstudio.io.project.reconstructions import placing_error_m
 
     if _is_array(given):
         return Cloud(points(given, name)), None, None
     made: Mesh | PointCloud = model_of(given)
     crs = None if made.crs is None else world_crs(made.crs, made._source.unit_m)
-    return made._data, crs, placing_error_m(made.path)
+    return made._data, crs, made._source.placing_error_m
 
 
 def _length(value: Any, name: str) -> float | None:

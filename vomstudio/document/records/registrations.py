@@ -71,3 +71,26 @@ class Registration:
             return None
         up, east, north = np.radians(self.rotation_error_deg)
         return np.diag([east**2, north**2, up**2])
+
+    def placing_error_m(self, bounds: npt.NDArray[np.float64]) -> float | None:
+        """How far the model may be off because of it, one sigma along any direction, metres: the
+        mean (RMS) over the corners of its box in World (2, 3), else that of check or control
+        points; None where neither is known."""
+        import numpy as np
+
+        if self.covariance is not None and self.centre is not None:
+            known = np.array(self.covariance, np.float64)
+            total = 0.0
+            for which in np.ndindex(2, 2, 2):
+                x, y, z = np.where(which, bounds[1], bounds[0]) - self.centre
+                # A turn w moves the corner by w x p, a growth along p.
+                moves = np.hstack(
+                    [
+                        [[0, z, -y, x], [-z, 0, x, y], [y, -x, 0, z]],
+                        np.eye(3),
+                    ]
+                )
+                total += float(np.trace(moves @ known @ moves.T))
+            return float(np.sqrt(max(total, 0.0) / 8.0 / 3.0))
+        rms = self.rms_check_m or self.rms_control_m
+        return None if rms is None else float(rms / np.sqrt(3.0))
