@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.geometry.rays.raytree import RayTree
 from vomstudio.progress import Progress, Silent
 from vomstudio.registration.opposite import Opposite
@@ -19,7 +20,7 @@ from vomstudio.registration.opposite import Opposite
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-_BLOCK = 200_000
+_BLOCK = 100_000
 # Weights of a nearest point below this are those of an edge or corner.
 _ON_EDGE = 1e-12
 
@@ -86,13 +87,13 @@ class MeshSides:
     def opposite(self, places: Array, progress: Progress | None = None) -> Opposite:
         """What of the mesh lies opposite the places (n, 3). Raises Cancelled through `progress`,
         whose steps are places."""
-        progress = progress or Silent()
         n = len(places)
         distance, beside, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
-        for start in range(0, n, _BLOCK):
-            rows = slice(start, min(start + _BLOCK, n))
+
+        def work(rows: slice) -> None:
             distance[rows], beside[rows], normal[rows] = self._block(places[rows])
-            progress.step(rows.stop)
+
+        in_blocks(work, n, progress or Silent(), _BLOCK)
         return Opposite(distance, beside, normal)
 
     def _block(self, places: Array) -> tuple[Array, Array, Array]:

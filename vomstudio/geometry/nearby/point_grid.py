@@ -158,9 +158,12 @@ class PointGrid:
         return x, y, z
 
 
-def in_blocks(work: Callable[[slice], Any], k: int, progress: Progress) -> None:
-    """`work` on all k rows, some thousands at a time, in threads: it must let go of the GIL."""
-    blocks = [slice(at, min(at + _PLACES_AT_ONCE, k)) for at in range(0, k, _PLACES_AT_ONCE)]
+def in_blocks(
+    work: Callable[[slice], Any], k: int, progress: Progress, size: int = _PLACES_AT_ONCE
+) -> None:
+    """`work` on all k rows, `size` at a time, in threads: it must let go of the GIL. Raises
+    Cancelled through `progress`, whose steps are rows."""
+    blocks = [slice(at, min(at + size, k)) for at in range(0, k, size)]
     if len(blocks) < 2:
         for block in blocks:
             work(block)
