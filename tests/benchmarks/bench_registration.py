@@ -21,8 +21,11 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from vomstudio.geology.orientation import Line
+from vomstudio.geology.view_attitudes import camera_rotations, error_axes
+from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.tilts import errors_95_deg
-from vomstudio.registration.evidence import camera_rotations
+from vomstudio.io.control.attitude_tables import attitude_table
+from vomstudio.registration.attitude_evidence import MOUNT_DOUBT_DEG, held
 from vomstudio.registration.observations import Attitudes, Directions, Observed, Points
 from vomstudio.registration.placing import place
 from vomstudio.registration.similarity import rotation_covariance
@@ -86,15 +89,40 @@ def _gimbal(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], 
         angles = np.column_stack(
             [fixed.uniform(0, 360, n), fixed.uniform(-50, 10, n), fixed.uniform(-3, 3, n)]
         )
-        true, _ = camera_rotations(angles)
+        true = camera_rotations(angles)
         sigma = np.array([2.0, 0.5, 0.5])
         read = angles + rng.normal(size=angles.shape) * sigma
         read[:, 0] += rng.normal() * north_deg
-        world, axes = camera_rotations(read)
+        world, axes = camera_rotations(read), error_axes(read)
         model = turn.T @ true
         labels = [str(i) for i in range(n)]
         told = np.radians(np.tile(sigma, (n, 1)))
         return [Attitudes(labels, model, world, axes, told, np.radians(north_deg))]
+
+    return draw
+
+
+def _phones(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], list[Observed]]:
+    """The vertical by accelerometers, off by 0.7 deg in each photo and by 1 deg against the camera
+    in all, the azimuth by compasses, off by 5 deg each and by what they have in common; no accuracy
+    stated."""
+
+    def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
+        fixed = np.random.default_rng(n)
+        angles = np.column_stack(
+            [fixed.uniform(0, 360, n), fixed.uniform(-30, 10, n), fixed.uniform(-5, 5, n)]
+        )
+        true = camera_rotations(angles)
+        trembling = Rotation.from_rotvec(np.radians(0.7) * rng.normal(size=(n, 3))).as_matrix()
+        mount = Rotation.from_rotvec(np.radians(MOUNT_DOUBT_DEG) * rng.normal(size=3)).as_matrix()
+        down = -(trembling @ true @ mount)[:, 2, :]
+        read = angles[:, 0] + 5.0 * rng.normal(size=n) + north_deg * rng.normal()
+        names = tuple(str(i) for i in range(n))
+        told = np.column_stack([read, np.full((n, 2), np.nan)])
+        table = attitude_table(names, told, doubted=True, down=down)
+        lens = Intrinsics.pinhole(4, 3, 3.0, 2.0, 1.5)
+        views = [View(i, lens, t.T @ turn, np.zeros(3)) for i, t in zip(names, true, strict=True)]
+        return list(held(table, range(n), views, north_deg, []).kinds)
 
     return draw
 
@@ -119,6 +147,8 @@ CASES = (
     ),
     Case("20 gimbal angles, yaw 2, pitch and roll 0.5 deg", _gimbal(20, 0.0)),
     Case("20 gimbal angles, north wrong by 10 deg (1 sigma)", _gimbal(20, 10.0)),
+    Case("10 phones, vertical 0.7, compass 5 deg and 10 for all alike", _phones(10, 10.0)),
+    Case("40 phones, vertical 0.7, compass 5 deg and 10 for all alike", _phones(40, 10.0)),
     Case("6 compass planes of 2 deg", _compass(6, 2.0)),
     Case("15 compass planes of 3 deg", _compass(15, 3.0)),
 )

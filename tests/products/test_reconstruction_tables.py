@@ -270,3 +270,39 @@ def test_a_page_does_not_grow_with_the_number_of_tie_points(tmp_path: Path) -> N
         write_report(tmp_path / "r.html", found(drawing=drawing))
         sizes.append((tmp_path / "r.html").stat().st_size)
     assert sizes[1] < sizes[0] + 100_000
+
+
+def test_the_section_on_the_registration_says_what_it_is_worth(page: Pages) -> None:
+    """Turned about north by 0.5 degrees (1 sigma) at most: 0.98 at 95 %."""
+    covariance = np.diag([*(np.radians([0.2, 0.5, 0.1]) ** 2), 0.001**2, 0.0, 0.0, 0.0])
+    points = [
+        {
+            "label": f"G{i}", "role": "check" if i == 3 else "control", "photos": 4,
+            "residual_m": [0.01, 0.0, -0.02], "residual_px": 0.4,
+            "surveyed": [10.0 * i, 5.0 * i * i, 3.0],
+        }
+        for i in range(4)
+    ]  # fmt: skip
+    registration = {
+        "method": "ground control points", "crs": "EPSG:32633", "rms_control_m": 0.022,
+        "rms_check_m": 0.031, "scale_error": 0.001,
+        "rotation_error_deg": {"about_up": 0.1, "about_east": 0.2, "about_north": 0.5},
+        "covariance": covariance.tolist(), "centre": [0.0, 0.0, 0.0], "points": points,
+        "warnings": ["Look at G2."],
+    }  # fmt: skip
+    html = page(registration=registration, frame="EPSG:32633", scaled=True)
+    ((*rows,),) = tables(html, "Registration")
+    told = {cells[0]: cells[1] for _, cells in rows if len(cells) == 2}
+    assert told["Registered by"] == "control points marked in photos"
+    assert (told["Control points"], told["Check points"]) == ("3", "1")
+    assert told["RMS of control points"] == "0.022 m"
+    assert told["RMS of check points"] == "0.031 m"
+    assert told["Turned about north, 95 %"] == "± 0.98°"
+    assert told["Weakest axis, 95 %"].endswith("/00 ± 0.98°")
+    assert told["Scale, 95 %"] == "± 0.2 %"
+    part = html.split("<h2>Registration</h2>")[1].split("<h2>")[0]
+    assert "The model may be turned by 0.98° (95 %)" in part
+    assert "Look at G2." in part
+    assert "fewer than four control points" in part
+    # What was refused, or placed by nothing, has no such section.
+    assert "<h2>Registration</h2>" not in page()

@@ -95,11 +95,11 @@ ERRORS = {
 def is_said_better(key: str, was: Any, now: Any) -> bool:
     """What axes and units are was told alike of every frame; now each tells its own, and so do the
     layers whose frame is no system of coordinates of the Earth. By which profile verdicts are
-    judged was not told."""
+    judged, and how far the rotation of a registration is known, was not told."""
     if key == "crs":
         return was is None and isinstance(now, str) and now.startswith("LOCAL_CS[")
     if key == "comments":
-        told = ("# units:", "# profile:")
+        told = ("# units:", "# profile:", "# registration:")
         same = [line for line in was if not line.startswith(told)]
         return same == [line for line in now if not line.startswith(told)]
     if key in ERRORS and was not in (None, "") and now not in (None, ""):

@@ -39,6 +39,7 @@ def orientations(
     ]
     made["geometry"] = pandas.Series(places, dtype=object)
     made.attrs["crs"], made.attrs["north"] = table.crs, table.north
+    made.attrs["registrations"] = list(table.registrations)
     return made
 
 

@@ -94,6 +94,8 @@ def plan(
     manner: Literal["handheld", "drone", "terrain"] = "handheld",
     aperture: float | None = None,
     focal_mm: float | None = None,
+    receiver_m: float | None = None,
+    control_m: float | None = None,
     sheet: str | Path | None = None,
     force: bool = False,
 ) -> SurveyPlan:
@@ -107,14 +109,14 @@ def plan(
     distance_m, gsd_m, plane_m : one of: distance from camera to rock; size of a pixel on the rock;
         size of the smallest plane to be measured; all in metres
     overlap : 0.6 to 0.95; manner : on foot, by drone before a cliff, or by drone over flat ground
-    aperture : f-number of a camera whose aperture can be set; None: 8
-    focal_mm : of the lens, where the camera's name does not say it
+    aperture : f-number where it can be set; None: 8; focal_mm : where the camera's name lacks it
+    receiver_m, control_m : 1-sigma errors of the camera's receiver (3) and of control points (0.02)
     sheet : a field sheet to print as well (.pdf, .svg, .html); force : replace it
 
     Returns
     -------
     SurveyPlan: ``gsd_m``, ``footprint_m``, ``spacing_m``, ``photos``, ``smallest_plane_m``,
-    ``depth_of_field_m``, ``stations``, ``control_points``, ``warnings``.
+    ``depth_of_field_m``, ``stations``, ``control_points``, ``registration``, ``warnings``.
 
     Raises
     ------
@@ -134,6 +136,7 @@ def plan(
     """
     from vomstudio.files.atomic import check_target
     from vomstudio.products.report.field_sheet import check_format, write_field_sheet
+    from vomstudio.survey.foretold_plan import foretold
     from vomstudio.survey.plan_camera import camera_of
     from vomstudio.survey.planning import MANNERS, plan_survey
 
@@ -154,6 +157,7 @@ def plan(
         manner=manner,
         f_number=aperture,
     )
+    made = foretold(made, positive(receiver_m, "receiver_m"), positive(control_m, "control_m"))
     if sheet is not None:
         write_field_sheet(str(sheet), made, force=force)
     warn(made.warnings)

@@ -15,8 +15,10 @@ from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.io.text import orientation_reading
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
+from vomstudio.io.text.table_turns import registrations_in
 from vomstudio.io.text.tables import table_of_cells
 from vomstudio.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
+from vomstudio.tables.registration_lines import registration_lines
 from vomstudio.words import tr
 
 FORMS = {figure.name: figure.form for figure in catalogue.ORIENTATION}
@@ -41,7 +43,9 @@ def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> An
     DataFrame with the columns of the orientation table, angles in degrees, one row for each plane
     or line; columns of the file that the table does not have follow. ``.attrs["convention"]`` says
     how the columns were understood, ``.attrs["dropped_lines"]`` which lines had no angles,
-    ``.attrs["warnings"]`` what was noticed, each of which is a Python warning as well.
+    ``.attrs["warnings"]`` what was noticed, each of which is a Python warning as well,
+    ``.attrs["registrations"]`` the covariance of each registration's rotation where the file states
+    it.
 
     Raises
     ------
@@ -76,7 +80,8 @@ def rows_of(table: Any, azimuth: Azimuth | None = None, depth: int = 4) -> Orien
         found = orientation_reading.read_orientations(Path(table), azimuth)
     elif hasattr(table, "columns") and hasattr(table, "itertuples"):
         names, cells = _cells_of(table)
-        found = orientations_of(table_of_cells(names, cells, _IN_MEMORY), azimuth)
+        told = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
+        found = orientations_of(table_of_cells(names, cells, _IN_MEMORY, told), azimuth)
     else:
         found = orientations_of(_arrays(table), None)
     warn(_noticed(found), depth)
@@ -180,6 +185,7 @@ def frame_of_table(table: OrientationTable, warnings: Sequence[str]) -> Any:
     made.attrs["convention"] = table.convention
     made.attrs["dropped_lines"] = list(table.dropped)
     made.attrs["warnings"] = list(warnings)
+    made.attrs["registrations"] = registrations_in(table.table.comments)
     return made
 
 

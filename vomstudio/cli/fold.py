@@ -41,6 +41,22 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(_in_words(found.as_dict()))
 
 
+def _registered(beta: dict[str, Any]) -> list[tuple[str, str]]:
+    """What the registration adds, where it is known."""
+    if beta["registration_error_deg"] is None:
+        return []
+    said = tr("{error:.1f} deg (95 %)", error=beta["registration_error_deg"])
+    rows = [("  " + tr("registration"), said)]
+    if beta["total95_deg"] is not None:
+        said = tr(
+            "{largest:.1f} x {smallest:.1f} deg (semi-axes, joint 95 %)",
+            largest=beta["total95_deg"],
+            smallest=beta["total95_min_deg"],
+        )
+        rows.append(("  " + tr("together"), said))
+    return rows
+
+
 def _in_words(result: dict[str, Any]) -> str:
     beta, plane = result["beta"], result["pi_plane"]
     confidence = tr("undefined")
@@ -59,6 +75,7 @@ def _in_words(result: dict[str, Any]) -> str:
         ),
         (tr("beta"), tr("{line}  trend/plunge, deg", line=text_tables.line(beta))),
         ("  " + tr("confidence"), confidence),
+        *_registered(beta),
         (
             tr("pi-plane"),
             tr(
@@ -76,5 +93,5 @@ def _in_words(result: dict[str, Any]) -> str:
             ),
         ),
     ]
-    lines = [f"{label:<13} {value}" for label, value in rows]
+    lines = [f"{label:<14} {value}" for label, value in rows]
     return "\n".join([*lines, *(f"  - {reason}" for reason in result["reasons"])])

@@ -59,12 +59,25 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="N",
         help=tr("f-number (default 8), where the camera's aperture can be set"),
     )
+    parser.add_argument(
+        "--receiver",
+        type=float,
+        metavar="M",
+        help=tr("error of a horizontal coordinate of the camera's receiver, 1 sigma (default 3)"),
+    )
+    parser.add_argument(
+        "--control",
+        type=float,
+        metavar="M",
+        help=tr("error of a coordinate of the control points, 1 sigma (default 0.02)"),
+    )
     add_output(parser, tr("a field sheet to print (.pdf, .svg, .html)"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target
     from vomstudio.products.report.field_sheet import check_format, write_field_sheet
+    from vomstudio.survey.foretold_plan import foretold
     from vomstudio.survey.plan_camera import camera_of
     from vomstudio.survey.planning import plan_survey
 
@@ -82,6 +95,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         manner=args.manner,
         f_number=args.aperture,
     )
+    plan = foretold(plan, args.receiver, args.control)
     if args.output is not None:
         write_field_sheet(args.output, plan, force=args.force)
     out.result({**plan.as_dict(), "sheet": args.output})
@@ -92,6 +106,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _in_words(plan: SurveyPlan) -> str:
+    from vomstudio.survey.foretold_plan import forecast_in_words
     from vomstudio.survey.photo_limits import planes_in_short
 
     near, far = plan.depth_of_field_m
@@ -163,6 +178,7 @@ def _in_words(plan: SurveyPlan) -> str:
                 size=100 * plan.target_size_m,
             ),
         ),
+        *((tr("registration"), forecast_in_words(each)) for each in plan.registration),
     ]
     width = max(len(label) for label, _ in rows) + 1
     return "\n".join(f"{label:<{width}}{value}" for label, value in rows)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli import text_tables
-from vomstudio.cli.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.arguments import Parser, Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
@@ -17,8 +19,13 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from vomstudio.io.control.attitude_tables import AttitudeTable
+    from vomstudio.io.control.observation_tables import Positions
     from vomstudio.io.models.reader import LoadedModel
+    from vomstudio.io.photos.own_cameras.result import OwnCameras
+    from vomstudio.registration.attitude_evidence import AttitudeMiss
     from vomstudio.registration.evidence import Evidence, Segment
+    from vomstudio.registration.north import North
     from vomstudio.registration.results import Placed
     from vomstudio.workspace.reference_fitting import ReferenceFit
 
@@ -41,7 +48,6 @@ def add_parser(subparsers: Subparsers) -> None:
     for option, said in (
         ("--pairs", tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]")),
         ("--scale-bars", tr("table: from, to, length_m[, sigma_m, use]; labels of the pairs")),
-        ("--attitudes", tr("table: photo, yaw, pitch, roll[, sigma_yaw, …, north]")),
         ("--horizon", tr("table: photo, x1, y1, x2, y2: pixels of a level line")),
         ("--orientations", tr("orientation table with model_x, model_y, model_z (normals, lines)")),
         ("--gcp", tr("control points with coordinates; their marks are in it, or beside it")),
@@ -49,13 +55,42 @@ def add_parser(subparsers: Subparsers) -> None:
     ):
         parser.add_argument(option, metavar="FILE", help=said)
     parser.add_argument(
+        "--model-cameras",
+        metavar="FILE",
+        help=tr("where the model's own cameras are: cameras.json, a sparse model of COLMAP, "
+                "Metashape XML, reconstruction.json, shots.geojson (default: beside the model)"),
+    )  # fmt: skip
+    parser.add_argument(
         "--cameras",
         metavar="FILE",
         nargs="?",
         const=_BESIDE,
-        help=tr("table: photo, x, y, z (or longitude, latitude, altitude); without FILE the GPS "
-                "positions of the photos"),
+        help=tr("table: photo, x, y, z (or longitude, latitude, altitude), geo.txt, or a folder of "
+                "photos with GPS; without FILE the photos where they are found"),
     )  # fmt: skip
+    parser.add_argument(
+        "--attitudes",
+        metavar="FILE",
+        nargs="?",
+        const=_BESIDE,
+        help=tr("table: photo, yaw, pitch, roll[, sigma_yaw, …, north], or a folder of photos that "
+                "say how they were held; without FILE the photos where they are found"),
+    )  # fmt: skip
+    parser.add_argument(
+        "--north",
+        choices=("grid", "true", "magnetic"),
+        default="grid",
+        help=tr("what azimuths are counted from where a table does not say (default: grid)"),
+    )
+    parser.add_argument("--date", metavar="DAY", help=tr("of compass readings, for declination"))
+    parser.add_argument(
+        "--declination", metavar="DEG", help=tr("of magnetic north, east positive (default: IGRF)")
+    )
+    parser.add_argument(
+        "--north-sigma",
+        metavar="DEG",
+        help=tr("how far a compass may be off for all photos alike, one sigma (default: 10)"),
+    )
     parser.add_argument(
         "--scale",
         metavar="X1,Y1,Z1,X2,Y2,Z2,METRES",
@@ -70,6 +105,12 @@ def add_parser(subparsers: Subparsers) -> None:
         default=[],
         help=tr("two places on the model, and the azimuth from the first to the second"),
     )
+    _add_reference(parser)
+    parser.add_argument("--crs", metavar="EPSG", help=tr("the projected CRS that it is placed in"))
+    add_output(parser, tr("write the placed model"))
+
+
+def _add_reference(parser: Parser) -> None:
     parser.add_argument(
         "--reference",
         metavar="MODEL",
@@ -80,8 +121,6 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="MASK",
         help=tr("polygons, or a cloud, of the part of the reference that has not moved"),
     )
-    parser.add_argument("--crs", metavar="EPSG", help=tr("the projected CRS that it is placed in"))
-    add_output(parser, tr("write the placed model"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -102,18 +141,23 @@ def run(args: argparse.Namespace, out: Output) -> None:
         loaded = read_model(Path(args.model), progress_of(args))
     elif args.output is not None:
         check_target(args.output, force=args.force, inputs=[])
-    evidence, crs = _evidence(args, crs)
+    said: list[str] = []
+    evidence, crs = _evidence(args, crs, loaded, said)
     fitted = _fitted(args, evidence, loaded, crs)
     if fitted is not None:
         crs = fitted.crs
         evidence.reference = fitted.fitted.observation
+        said += fitted.warnings
     found = _solved(evidence, loaded)
     result: dict[str, Any] = found.as_dict()
-    warnings = [*found.warnings]
     if fitted is not None:
         result["reference"] = fitted.as_dict()
-        warnings = [*fitted.warnings, *warnings]
-    from vomstudio.registration.evidence import bars_as_checks
+    warnings = [*said, *found.warnings]
+    from vomstudio.registration.evidence import attitude_misses, bars_as_checks
+
+    photos = attitude_misses(evidence, found)
+    if photos:
+        result["attitudes"] = [asdict(photo) for photo in photos]
 
     for name, error in bars_as_checks(evidence, found):
         warnings.append(
@@ -128,6 +172,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if fitted is not None:
         out.text(_fit_in_words(fitted))
     out.text(in_words(found))
+    if photos:
+        out.text(_of_photos(photos))
+
+
+def _of_photos(photos: Sequence[AttitudeMiss]) -> str:
+    rows = [
+        [p.photo, *(text_tables.figures(v) for v in (p.yaw_deg, p.pitch_deg, p.roll_deg))]
+        for p in photos
+    ]
+    heads = [tr("photo"), tr("yaw"), tr("pitch"), tr("roll")]
+    return "\n" + text_tables.table(heads, ["", "°", "°", "°"], rows)
 
 
 def _fitted(
@@ -183,34 +238,44 @@ def _extent(loaded: LoadedModel) -> npt.NDArray[np.float64]:
     return np.asarray(points[:: max(1, len(points) // _FEW)], np.float64)
 
 
-def _evidence(args: argparse.Namespace, crs: str | None) -> tuple[Evidence, str | None]:
+def _evidence(
+    args: argparse.Namespace, crs: str | None, loaded: LoadedModel | None, said: list[str]
+) -> tuple[Evidence, str | None]:
     from vomstudio.io.control import observation_tables as tables
-    from vomstudio.io.gis.crs import from_degrees
+    from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.evidence import Evidence
+    from vomstudio.registration.north import on_grid
 
-    evidence = Evidence(to_grid=None if crs is None else from_degrees(crs))
+    evidence = Evidence()
+    if args.north_sigma is not None:
+        evidence.north_doubt_deg = _angle(args.north_sigma, "--north-sigma")
     if args.marks is not None and args.gcp is None:
         raise UsageError(tr("Marks need their points: give --gcp too."), field="--marks")
     if args.cameras or args.attitudes or args.horizon or args.gcp:
-        evidence.views = _views(args)
+        own = _own_cameras(args, loaded)
+        evidence.views, evidence.centres = own.views, own.centres
+        said += own.warnings
     if args.pairs is not None:
         evidence.pairs = tables.read_pairs(args.pairs)
     if args.gcp is not None:
         evidence.pairs, crs = _marked(args, evidence, crs)
     if args.scale_bars is not None:
         evidence.bars = tables.read_scale_bars(args.scale_bars)
-    if args.attitudes is not None:
-        evidence.attitudes = tables.read_attitudes(args.attitudes)
     if args.horizon is not None:
         evidence.level = tables.read_level_lines(args.horizon)
     if args.orientations is not None:
         evidence.compass = tables.read_compass(args.orientations)
-    if args.cameras == _BESIDE:
-        evidence.positions = _gps(args)
-    elif args.cameras is not None:
-        evidence.positions = tables.read_positions(args.cameras)
+    place = None
+    if args.cameras is not None:
+        evidence.positions, crs, place = in_metres(_positions(args, own), crs, said)
+    north = _north(args, evidence, crs, place)
+    if args.attitudes is not None:
+        table = _held(args, own)
+        said += table.notes
+        evidence.attitudes = on_grid(table, north, said)
     evidence.lengths = [_segment(text, "--scale") for text in args.scale]
     evidence.azimuths = [_segment(text, "--azimuth") for text in args.azimuth]
+    _turn_to_grid(args, evidence, north, said)
     for _, _, metres in evidence.lengths:
         if not metres > 0:
             raise UsageError(tr("A length must be positive. Correct it."), field="--scale")
@@ -224,55 +289,109 @@ def _evidence(args: argparse.Namespace, crs: str | None) -> tuple[Evidence, str 
     return evidence, crs
 
 
-def _cameras_file(args: argparse.Namespace) -> Path:
-    from vomstudio.io.photos.cameras_file import FILE_NAME
-
-    if args.model == "-":
-        raise UsageError(
-            tr("Photos can place a model that is there. Name it in place of -."), field="MODEL"
-        )
-    return Path(args.model).with_name(FILE_NAME)
-
-
-def _views(args: argparse.Namespace) -> dict[str, Any]:
+def _own_cameras(args: argparse.Namespace, loaded: LoadedModel | None) -> OwnCameras:
     """The cameras in the model's own frame."""
+    from vomstudio.io.photos.cameras_file import FILE_NAME
+    from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
+
+    path = args.model_cameras
+    if path is None:
+        if args.model == "-":
+            raise UsageError(
+                tr(
+                    "Photos can place a model that is there. Name it in place of -, or its cameras "
+                    "with --model-cameras."
+                ),
+                field="MODEL",
+            )
+        path = find_own_cameras(args.model) or Path(args.model).with_name(FILE_NAME)
+    return read_own_cameras(path, None if loaded is None else loaded.data.bounds)
+
+
+def _positions(args: argparse.Namespace, own: OwnCameras) -> Positions:
+    """Where the photos were taken: by a table, or by themselves."""
+    from vomstudio.io.control.observation_tables import read_positions
+    from vomstudio.registration.photo_evidence import positions_in
+
+    if args.cameras == _BESIDE or Path(args.cameras).is_dir():
+        return positions_in(_photos(args.cameras, own, "--cameras"))
+    return read_positions(args.cameras)
+
+
+def _held(args: argparse.Namespace, own: OwnCameras) -> AttitudeTable:
+    """How the photos were held: by a table, or by themselves."""
+    from vomstudio.io.control.attitude_tables import read_attitudes
+    from vomstudio.registration.photo_evidence import attitudes_in
+
+    if args.attitudes == _BESIDE or Path(args.attitudes).is_dir():
+        return attitudes_in(_photos(args.attitudes, own, "--attitudes"), own.views)
+    return read_attitudes(args.attitudes, args.north)
+
+
+def _north(
+    args: argparse.Namespace,
+    evidence: Evidence,
+    crs: str | None,
+    place: tuple[float, float] | None,
+) -> North:
+    """What is known of north, and of where and when the readings were made."""
     import numpy as np
 
-    from vomstudio.io.photos.cameras_file import read_cameras
+    from vomstudio.registration.north import North, parse_day, place_of
 
-    cameras = read_cameras(_cameras_file(args))
-    origin = np.array(cameras.origin, np.float64)
-    return {view.name: view.moved(1.0, np.eye(3), origin) for view in cameras.views}
+    known = [] if evidence.pairs is None else [evidence.pairs.world]
+    known += [] if evidence.positions is None else [evidence.positions.places]
+    if place is None and crs is not None and known:
+        place = place_of(crs, np.concatenate(known))
+    declination = None
+    if args.declination is not None:
+        declination = _angle(args.declination, "--declination", signed=True)
+    day = None if args.date is None else parse_day(args.date)
+    return North(crs, place, day, declination)
 
 
-def _gps(args: argparse.Namespace) -> Any:
-    import numpy as np
+def _turn_to_grid(
+    args: argparse.Namespace, evidence: Evidence, north: North, said: list[str]
+) -> None:
+    """Azimuths and compass readings from the north of the map."""
+    from vomstudio.registration.north import turn_of
 
-    from vomstudio.io.control.observation_tables import Positions
-    from vomstudio.io.photos.cameras_file import find_photos, read_cameras
-    from vomstudio.io.photos.reading import read_photo
+    if args.north == "grid" or not (evidence.azimuths or evidence.compass):
+        return
+    turn, sentence = turn_of(args.north, north, "--north")
+    said.append(sentence)
+    evidence.azimuths = [(a, b, (deg + turn) % 360.0) for a, b, deg in evidence.azimuths]
+    evidence.compass_turn_deg = turn
 
-    path = _cameras_file(args)
-    cameras = read_cameras(path)
-    folder = find_photos(cameras, path)
-    if folder is None:
+
+def _angle(text: str, option: str, *, signed: bool = False) -> float:
+    try:
+        value = float(text.strip().rstrip("°").replace(",", "."))
+    except ValueError:
+        value = math.nan
+    if not (abs(value) <= 180.0 and (signed or value > 0)):
         raise UsageError(
-            tr("The photos of the model were not found. Give a table of camera positions."),
-            field="--cameras",
+            tr("'{text}' is no angle in degrees that is possible here.", text=text[:40]),
+            field=option,
         )
-    names, places = [], []
-    for view in cameras.views:
-        photo = read_photo(folder / view.name)
-        if photo.longitude_deg is not None and photo.latitude_deg is not None:
-            names.append(view.name)
-            height = 0.0 if photo.altitude_m is None else photo.altitude_m
-            places.append((photo.longitude_deg, photo.latitude_deg, height))
-    if not names:
+    return value
+
+
+def _photos(given: str, own: OwnCameras, option: str) -> dict[str, Path]:
+    """The photos of the model's cameras, in the folder that is given or where they are found."""
+    from vomstudio.io.photos.own_cameras.photos import find_photos_of
+
+    photos = find_photos_of(own, None if given == _BESIDE else Path(given))
+    if not photos:
         raise UsageError(
-            tr("The photos have no GPS positions. Give a table of camera positions."),
-            field="--cameras",
+            tr(
+                "No photo of the model's cameras ({name}, …) was found. Name the folder of the "
+                "photos, or a table.",
+                name=next(iter(own.centres)),
+            ),
+            field=option,
         )
-    return Positions(tuple(names), np.array(places), True, np.full((len(names), 3), np.nan))
+    return photos
 
 
 def _marked(

@@ -52,6 +52,13 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
             f"R {text_tables.number(fisher['R'], 4)}"
         )
     lines.append(f"  {tr('Fisher mean'):<15} {said}")
+    if fisher is not None and fisher["registration_error_deg"] is not None:
+        said = tr(
+            "{registration} deg (95 %), with alpha95 {total} deg",
+            registration=text_tables.number(fisher["registration_error_deg"], 2),
+            total=text_tables.number(fisher["total95_deg"], 2),
+        )
+        lines.append(f"  {tr('registration'):<15} {said}")
     lines.append(f"  {tr('tensor'):<15} S1 {s1:.4f}, S2 {s2:.4f}, S3 {s3:.4f}")
     axes = ", ".join(text_tables.line(axis) for axis in found["tensor"]["axes"])
     lines.append(f"  {tr('axes'):<15} " + tr("{axes}  (trend/plunge, deg)", axes=axes))

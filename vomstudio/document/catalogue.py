@@ -129,6 +129,8 @@ def _profile(s: Subject) -> str | None:
 
 def _total(s: Subject) -> float | None:
     measured = s.measured
+    if measured.fit is None and measured.total is not None:
+        return measured.total.largest_deg
     if measured.fit is None or measured.fit.error is not None:
         return None
     return total_error_deg(

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from vomstudio.document.records import SURROUNDINGS_RULE, Model, Picked, Record, get
 from vomstudio.geology import orientation
+from vomstudio.geology.common_turns import Region
 from vomstudio.geology.intersections import UncertainPlane, uncertain_plane
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import Thresholds
@@ -51,6 +52,8 @@ class Measurement:
     judged_as : what kind of plane the verdict is on
     registration_error_deg : 95 % half-angle by which the model's registration can tilt it; None
         where the model was not registered, or its error is not known
+    total : joint 95 % region of a line, together with the registration as far as that is known;
+        None where its own is not
     """
 
     points: Floats
@@ -76,6 +79,7 @@ class Measurement:
     kind: str = ""
     judged_as: JudgedAs = "trace"
     registration_error_deg: float | None = None
+    total: Region | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,13 +9,14 @@ becomes where the scatter about the great circle is small. It is joint (both til
 and supposes that each pole strays from the great circle on its own and by the same law.
 Simulated coverage (arcs of 40 to 180 degrees, 5 to 100 planes) is 93 to 97 % where the larger
 semi-axis is under 20 degrees; it falls to 85 % where it is over 30, and from `WEAK_AXIS_DEG` on the
-result says that the axis is weak.
+result says that the axis is weak. What the registration of the models adds to it is common to their
+planes and does not shrink with their number (common_turns).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -23,6 +24,15 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.geology.common_turns import (
+    Moved,
+    Region,
+    Turns,
+    joined,
+    moved,
+    principal_axis,
+    region,
+)
 from vomstudio.geology.orientation import (
     Array,
     Line,
@@ -59,7 +69,8 @@ JUDGING_LATER = to_translate(
 
 @dataclass(frozen=True)
 class BetaFigures:
-    """A fold axis with the semi-axes of its joint 95 % region, degrees; as in `FoldAxis`."""
+    """A fold axis with the semi-axes of its joint 95 % region, degrees; as in `FoldAxis`. total95:
+    with the registration."""
 
     trend_deg: float
     plunge_deg: float
@@ -67,6 +78,10 @@ class BetaFigures:
     min_confidence95_deg: float | None
     confidence_direction_deg: float | None
     confidence_axis: LineFigures | None
+    registration_error_deg: float | None
+    total95_deg: float | None
+    total95_min_deg: float | None
+    total95_axis: LineFigures | None
 
 
 @dataclass(frozen=True)
@@ -106,6 +121,9 @@ class FoldAxis:
     rms_deg: of the poles' angles from the pi-plane. arc_deg: shortest arc of the pi-plane that
     holds all poles (axial, 0 to 180).
     valid: "yes", "conditional" or "no"; verdict: its name; reasons: sentences with numbers.
+    registration_error_deg: larger half-angle of the 95 % region by which the registrations of the
+    planes' models can turn beta, None where none is known. total: the joint 95 % region with it,
+    None where that of the planes is not known.
     """
 
     n: int
@@ -121,11 +139,18 @@ class FoldAxis:
     valid: str
     verdict: str
     reasons: tuple[str, ...]
+    registration_error_deg: float | None = None
+    total: Region | None = None
+
+    @property
+    def error95_deg(self) -> float | None:
+        """The larger half-angle of all that is known of beta's error."""
+        return self.max_confidence95_deg if self.total is None else self.total.largest_deg
 
     @property
     def figures(self) -> AxisFigures:
         """What is said of it, as plain numbers and words."""
-        swing = self.confidence_axis
+        swing, total = self.confidence_axis, self.total
         return AxisFigures(
             BetaFigures(
                 self.beta.trend_deg,
@@ -133,7 +158,11 @@ class FoldAxis:
                 self.max_confidence95_deg,
                 self.min_confidence95_deg,
                 self.confidence_direction_deg,
-                None if swing is None else LineFigures(swing.trend_deg, swing.plunge_deg),
+                _line_figures(swing),
+                self.registration_error_deg,
+                None if total is None else total.largest_deg,
+                None if total is None else total.smallest_deg,
+                None if total is None else _line_figures(total.line),
             ),
             PlaneFigures(
                 self.pi_plane.dip_direction_deg, self.pi_plane.dip_deg, self.pi_plane.strike_rhr_deg
@@ -151,9 +180,22 @@ class FoldAxis:
         return asdict(self.figures)
 
 
-def fold_axis(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FoldAxis:
-    """Pi-plane and beta of n >= 2 planes of one kind (arrays (n,), degrees). Raises GeometryError
-    for fewer than two planes or planes that are all parallel."""
+def _line_figures(line: Line | None) -> LineFigures | None:
+    return None if line is None else LineFigures(line.trend_deg, line.plunge_deg)
+
+
+def fold_axis(
+    dip_direction_deg: npt.ArrayLike,
+    dip_deg: npt.ArrayLike,
+    turns: Turns | None = None,
+    bowed_deg: float | None = None,
+) -> FoldAxis:
+    """Pi-plane and beta of n >= 2 planes of one kind (arrays (n,), degrees).
+
+    turns : what is known of their registrations, (n,)
+    bowed_deg : by how much dips differ from edge to edge of a model of theirs that is bowed
+    Raises GeometryError for fewer than two planes or planes that are all parallel.
+    """
     poles = planes_to_poles(dip_direction_deg, dip_deg).reshape(-1, 3)
     n = len(poles)
     if n < 2:
@@ -173,17 +215,22 @@ def fold_axis(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FoldA
         variance = values[2] * values[:2] / ((n - 2) * (values[:2] - values[2]) ** 2 + 1e-300)
         first, second = np.degrees(np.arctan(np.sqrt(variance * 2.0 * _f95(n - 2))))
         semi_axes = float(second), float(first)
-    return _axis(poles, values, axes, semi_axes, axes[1], _fold_reasons(poles, axes, n, semi_axes))
+    given = None if turns is None or not turns.known else moved(poles, turns)
+    turned = None if given is None else principal_axis(given, values, axes, 2)
+    reasons = [*_bowed(bowed_deg, _arc_deg(poles, axes)), *_fold_reasons(poles, axes, n, semi_axes)]
+    return _axis(poles, values, axes, semi_axes, axes[1], reasons, turned)
 
 
 def common_axis(
     sets: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
+    turns: Mapping[str, Turns] | None = None,
 ) -> FoldAxis:
     """The axis common to several sets of planes (hanging wall, footwall, fault ...): the pole of
     the best plane through the means of their poles, each set counting once however many planes it
     has; with two sets the intersection of their mean planes (textbook 4.2, fig. 31a, b).
 
-    sets: name -> (dip directions, dips) in degrees. The confidence carries the scatter of each
+    sets: name -> (dip directions, dips) in degrees. turns: what is known of their registrations, by
+    the same names and of the same rotations. The confidence carries the scatter of each
     set's mean along the axis, as F with the smallest set's degrees of freedom; it is None where a
     set has a single plane, whose scatter is unknown. Raises GeometryError for fewer than two sets,
     an empty one, or parallel means.
@@ -197,7 +244,8 @@ def common_axis(
         if len(poles) == 0:
             raise GeometryError(tr("Set {name} has no planes.", name=name))
         members.append(unit_vectors(poles))
-    means = np.array([orientation_tensor(poles)[1][0] for poles in members])
+    tensors = [orientation_tensor(poles) for poles in members]
+    means = np.array([of_set[0] for _, of_set in tensors])
     values, axes = orientation_tensor(means)
     if values[1] < MIN_ARC:
         raise GeometryError(
@@ -247,7 +295,19 @@ def common_axis(
     else:
         reasons.extend(_weakness(semi_axes))
     reasons.append(tr("whether the sets share one axis within their errors was not tested"))
-    return _axis(means, values, axes, semi_axes, swing, reasons)
+    turned = None
+    if turns is not None and any(turns[name].known for name in names):
+        own = [moved(poles, turns[name]) for name, poles in zip(names, members, strict=True)]
+        turned = _turned_axis(own, tensors, values, axes)
+    return _axis(means, values, axes, semi_axes, swing, reasons, turned)
+
+
+def _turned_axis(
+    members: Sequence[Moved], tensors: Sequence[tuple[Array, Array]], values: Array, axes: Array
+) -> Moved:
+    """The axis common to sets as the registrations of their planes move it."""
+    parts = [principal_axis(own, *of, 0) for own, of in zip(members, tensors, strict=True)]
+    return principal_axis(joined(parts), values, axes, 2)
 
 
 def _axis(
@@ -257,9 +317,16 @@ def _axis(
     semi_axes: tuple[float, float] | None,
     swing: Array,
     reasons: list[str],
+    turned: Moved | None,
 ) -> FoldAxis:
     beta = Line.from_vector(axes[2])
     pi_plane = beta.normal_plane()
+    covariance = None if turned is None else turned.covariance()[0]
+    total = None if semi_axes is None else region(axes[2], covariance, (*semi_axes, swing))
+    registration = None
+    if covariance is not None:
+        registration = region(axes[2], covariance).largest_deg
+        reasons = [*reasons, _registered(registration, total)]
     direction = None if semi_axes is None else Line.from_vector(swing)
     return FoldAxis(
         n=len(poles),
@@ -277,7 +344,41 @@ def _axis(
         valid="conditional",
         verdict="undetermined",
         reasons=tuple(reasons),
+        registration_error_deg=registration,
+        total=total,
     )
+
+
+def _bowed(bowed_deg: float | None, arc_deg: float) -> list[str]:
+    """A dome looks like an open fold: limbs that differ by no more prove none."""
+    if bowed_deg is None or arc_deg >= bowed_deg:
+        return []
+    return [
+        tr(
+            "the model is bowed: dips differ by {bowed:.1f} degrees from edge to edge of it, and "
+            "these poles by {arc:.1f} degrees only: the fold may be the bowing",
+            bowed=bowed_deg,
+            arc=arc_deg,
+        )
+    ]
+
+
+def _registered(registration: float, total: Region | None) -> str:
+    """What the registration adds, which is the same for all planes of a model."""
+    if total is None:
+        return tr(
+            "the registration can turn beta by {error:.1f} degrees (95 %)", error=registration
+        )
+    said = tr(
+        "with the registration, which can turn beta by {error:.1f} degrees however many planes "
+        "there are, it is known to {major:.1f} by {minor:.1f} degrees (joint 95 %)",
+        error=registration,
+        major=total.largest_deg,
+        minor=total.smallest_deg,
+    )
+    if total.largest_deg > WEAK_AXIS_DEG:
+        return tr("{text}: over {limit:.0f}, too weak to rely on", text=said, limit=WEAK_AXIS_DEG)
+    return said
 
 
 def _fold_reasons(

@@ -8,6 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.geology.common_turns import Turns
+
 Floats = NDArray[np.float64]
 
 
@@ -18,6 +20,8 @@ class OrientationRows(Protocol):
     ids, kinds, sets : (n,) words; kinds and sets are None where there is no such column
     convention : how the columns were understood, for people
     dropped : lines of the table without angles; warnings : sentences
+    turns : how the rows turn with the registrations of their models, None where nothing is said
+    bowed_deg : by how much dips differ from edge to edge of a model of theirs that is bowed
     """
 
     @property
@@ -42,6 +46,10 @@ class OrientationRows(Protocol):
     def dropped(self) -> tuple[int, ...]: ...
     @property
     def warnings(self) -> tuple[str, ...]: ...
+    @property
+    def turns(self) -> Turns | None: ...
+    @property
+    def bowed_deg(self) -> float | None: ...
 
     def __len__(self) -> int: ...
 

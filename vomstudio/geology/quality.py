@@ -384,11 +384,13 @@ def judge_line(
     plane_is_gone: bool = False,
     plane_is_known: bool = True,
     scatter_deg: float = 0.0,
+    registration_deg: float | None = None,
     thresholds: Thresholds = DEFAULTS,
 ) -> Verdict:
     """The verdict on a line: of a lineation, or, where it follows from planes, fit None.
 
-    confidence95_deg : larger semi-axis of its 95 % region, None: unknown
+    confidence95_deg : larger semi-axis of its 95 % region, with the registration; None: unknown
+    registration_deg : 95 % half-angle by which the registration of its models can turn it
     off_plane_deg : its angle from the plane it is said to lie on
     plane_is_known : that plane has an error, which is the line's across it
     scatter_deg : root mean square angle from its mean of the set of planes that scatters more
@@ -417,7 +419,9 @@ def judge_line(
             if poor
             else tr("({deg} wanted)", deg=_deg(t.good_confidence95_deg))
         )
-        if fit is None:
+        if registration_deg is not None and registration_deg > math.sqrt(0.5) * angle:
+            what = tr("Register the model better.")
+        elif fit is None:
             what = tr("Measure its planes better.")
         elif fit.confidence95_deg is not None and angle > fit.confidence95_deg:
             what = tr("Measure the plane it lies on better.")

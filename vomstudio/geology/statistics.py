@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.geology.common_turns import Region, Turns, cone, moved, region, resultant
 from vomstudio.geology.orientation import Array, Line
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
@@ -177,13 +178,20 @@ class LineFigures:
 
 @dataclass(frozen=True)
 class FisherFigures:
-    """Fisher's mean direction and statistics, as in `Fisher`."""
+    """Fisher's mean direction and statistics, as in `Fisher`.
+
+    registration_error_deg : larger half-angle of the 95 % region by which the registrations of the
+    models can turn the mean, None where none is known; it does not shrink with n. total95_deg :
+    that of alpha95 and the registration together, as far as they are known
+    """
 
     trend_deg: float
     plunge_deg: float
     kappa: float | None
     alpha95_deg: float | None
     R: float
+    registration_error_deg: float | None = None
+    total95_deg: float | None = None
 
 
 @dataclass(frozen=True)
@@ -234,13 +242,35 @@ class SetStatistics(Shown):
         return asdict(self)
 
 
+def mean_regions(
+    vectors: npt.ArrayLike, found: Fisher, directed: bool, turns: Turns | None
+) -> tuple[Region | None, Region | None]:
+    """The 95 % region by which the registrations of the vectors (n, 3) can turn their Fisher mean,
+    and that of mean and registration together; None where they are not known. Without an error of
+    registration the second is the mean's own."""
+    mean = found.mean.vector()
+    own = None if found.alpha95_deg is None else cone(mean, found.alpha95_deg)
+    if turns is None or not turns.known:
+        return None, None if own is None else region(mean, None, own)
+    v = unit_vectors(vectors)
+    signs = np.ones(len(v))
+    if not directed:
+        # Turned round as `fisher` does.
+        signs = np.where(v @ orientation_tensor(v)[1][0] < 0.0, -1.0, 1.0)
+    covariance = resultant(moved(v, turns), signs).covariance()[0]
+    return region(mean, covariance), None if own is None else region(mean, covariance, own)
+
+
 def set_statistics(
-    vectors: npt.ArrayLike, of: str = "poles", directed: bool = False
+    vectors: npt.ArrayLike,
+    of: str = "poles",
+    directed: bool = False,
+    turns: Turns | None = None,
 ) -> SetStatistics:
     """The statistics of one set.
 
-    vectors: (n, 3), poles of planes (of="poles") or lines (of="lines"). Raises GeometryError for an
-    empty set.
+    vectors: (n, 3), poles of planes (of="poles") or lines (of="lines"). turns: what is known of
+    their registrations. Raises GeometryError for an empty set.
     """
     if of not in ("poles", "lines"):
         raise ValueError(of)
@@ -250,7 +280,16 @@ def set_statistics(
     found: FisherFigures | None = None
     if reason is None:
         f = fisher(v, directed)
-        found = FisherFigures(f.mean.trend_deg, f.mean.plunge_deg, f.kappa, f.alpha95_deg, f.R)
+        alone, total = mean_regions(v, f, directed, turns)
+        found = FisherFigures(
+            f.mean.trend_deg,
+            f.mean.plunge_deg,
+            f.kappa,
+            f.alpha95_deg,
+            f.R,
+            None if alone is None else alone.largest_deg,
+            None if total is None else total.largest_deg,
+        )
         if f.kappa is None:
             reason = tr("all orientations are the same: kappa is infinite")
         elif f.alpha95_deg is None:

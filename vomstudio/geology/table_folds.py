@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.errors import GeometryError, UsageError, VomError
+from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.folds import AxisFigures, FoldAxis, common_axis, fold_axis
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.reprs import Shown
@@ -146,7 +147,13 @@ class _Choice:
                 self.left_out.append(LeftOut(what, n, tr("kind is not {kind}", kind=name)))
 
     def axis(self) -> FoldAxis:
-        return fold_axis(self.table.dip_direction_deg[self.use], self.table.dip_deg[self.use])
+        turns = None if self.table.turns is None else self.table.turns.of(self.use)
+        return fold_axis(
+            self.table.dip_direction_deg[self.use],
+            self.table.dip_deg[self.use],
+            turns,
+            self.table.bowed_deg,
+        )
 
     def common_axis(self, names: Sequence[str]) -> FoldAxis:
         """Each set by its mean, once."""
@@ -157,6 +164,7 @@ class _Choice:
             )
         present = Counter(name for name, use in zip(given, self.use, strict=True) if use)
         chosen: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+        turns: dict[str, Turns] = {}
         used = np.zeros(len(self.table), dtype=bool)
         for name in names:
             members = self.use & np.array([_same(s, name) for s in given], dtype=bool)
@@ -174,13 +182,15 @@ class _Choice:
                 self.table.dip_direction_deg[members],
                 self.table.dip_deg[members],
             )
+            if self.table.turns is not None:
+                turns[name] = self.table.turns.of(members)
             used |= members
         for name, n in present.items():
             if not any(_same(name, wanted) for wanted in names):
                 what = name or "no set"
                 self.left_out.append(LeftOut(what, n, tr("set was not named")))
         self.use = used
-        return common_axis(chosen)
+        return common_axis(chosen, turns or None)
 
     def _error(self, message: str, field: str) -> VomError:
         return UsageError(message, file=self.table.path, field=field)

@@ -43,7 +43,8 @@ def table_statistics(
     found: dict[str, SetStatistics] = {}
     for name, members in _sets(table, by, warnings).items():
         of = "poles" if table.is_plane[members[0]] else "lines"
-        found[name] = set_statistics(vectors[members], of=of, directed=directed)
+        turns = None if table.turns is None else table.turns.of(members)
+        found[name] = set_statistics(vectors[members], of=of, directed=directed, turns=turns)
     return TableStatistics(
         len(table), found, table.convention, tuple(table.dropped), tuple(warnings)
     )

@@ -1,7 +1,9 @@
-"""What an error of a model's rotation does to what is measured on it.
+"""What errors of a model's rotation and scale do to what is measured on it.
 
 A small turn w moves a unit vector u by w x u, so its covariance C gives the vector the covariance
 [u]x C [u]x', in the plane at right angles to it. That of a plane's normal is the plane's.
+With a relative change s of the scale a difference d of two places moves by w x d + s d: its length
+by s alone, its component along a direction that stays (up, say) by w . (d x u) + s d . u.
 """
 
 from __future__ import annotations
@@ -14,8 +16,11 @@ Array = npt.NDArray[np.float64]
 CHI2_TWO = 5.991464547107979
 """Of the 95 % region in two dimensions."""
 
+Z95 = 1.959963984540054
+"""Standard deviations either side that hold 95 % of one figure."""
 
-def _across(directions: Array) -> Array:
+
+def across(directions: Array) -> Array:
     """(n, 3, 3) the matrices of the cross product with unit vectors (n, 3)."""
     x, y, z = directions.T
     zero = np.zeros_like(x)
@@ -32,8 +37,8 @@ def _across(directions: Array) -> Array:
 def direction_covariance(rotation: Array, directions: Array) -> Array:
     """(n, 3, 3) of unit vectors (n, 3), by the (3, 3) covariance of the rotation, radians squared
     about east, north, up."""
-    across = _across(np.asarray(directions, np.float64).reshape(-1, 3))
-    return np.asarray(across @ rotation @ np.swapaxes(across, 1, 2))
+    skew = across(np.asarray(directions, np.float64).reshape(-1, 3))
+    return np.asarray(skew @ rotation @ np.swapaxes(skew, 1, 2))
 
 
 def errors_95_deg(rotation: Array, directions: Array) -> Array:
@@ -42,3 +47,29 @@ def errors_95_deg(rotation: Array, directions: Array) -> Array:
     spread = direction_covariance(rotation, directions)
     largest = np.linalg.eigvalsh(spread)[:, -1]
     return np.asarray(np.minimum(np.degrees(np.sqrt(CHI2_TWO * np.maximum(largest, 0.0))), 90.0))
+
+
+def component_error_95(shape: Array, step: Array, direction: Array) -> float:
+    """95 % error, of this figure alone, of the component of a difference of two places (3,) along a
+    unit vector (3,) that does not turn with the model.
+
+    shape : (4, 4) covariance of turns about east, north, up (rad) and of a relative change of scale
+    """
+    gradient = np.append(np.cross(step, direction), float(step @ direction))
+    return Z95 * float(np.sqrt(max(float(gradient @ shape @ gradient), 0.0)))
+
+
+def horizontal_error_95(shape: Array, step: Array) -> float:
+    """The same of the horizontal distance; of an upright one, whose horizontal part can only grow,
+    in the direction in which it does so most."""
+    flat = np.array([step[0], step[1], 0.0])
+    length = float(np.linalg.norm(flat))
+    if length > 1e-9 * float(np.linalg.norm(step)):
+        return component_error_95(shape, step, flat / length)
+    ways = np.array([[np.cos(t), np.sin(t), 0.0] for t in np.linspace(0.0, np.pi, 180, False)])
+    return max(component_error_95(shape, step, way) for way in ways)
+
+
+def scale_error_95(shape: Array) -> float:
+    """95 % error of the scale, as a share; shape as in `component_error_95`."""
+    return Z95 * float(np.sqrt(max(float(shape[3, 3]), 0.0)))

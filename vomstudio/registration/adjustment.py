@@ -36,6 +36,9 @@ _SURE = 0.99
 # them by: metres as a share of the model's size, radians.
 _USUAL_SHARE = 0.01
 _USUAL_RAD = np.radians(3.0)
+# Angles that nobody measures better: beside the doubt about a compass, errors that are much smaller
+# would leave that to rounding.
+_FINEST_RAD = 3e-4
 # Starts that end with this much more than the least sum of squares fit as well by chance.
 _AS_GOOD = 9.0
 # Rotations that differ by more than this (rad) are not the same one.
@@ -317,6 +320,8 @@ def _judged(kinds: Sequence[Observed], fit: Similarity, centre: Array, size: flo
     moves, misses, units = _system(rows, sigma, length)
     information = moves.T @ moves
     inverse, null = _inverse(information)
+    misses = _left_over(moves, misses, inverse, len(rows.misses))
+    rows = replace(rows, misses=misses[: len(rows.misses)] * sigma)
     redundancy = float(len(rows.misses) - (7 - null.shape[1]))
     share, spread, factor = _spread(rows, moves, misses, inverse)
     overdrawn = 1.0
@@ -340,6 +345,7 @@ def _estimated(
     each of these rests on."""
     moves, misses, _ = _system(rows, sigma, size)
     inverse, _ = _inverse(moves.T @ moves)
+    misses = _left_over(moves, misses, inverse, len(sigma))
     hat = np.einsum("ij,jk,ik->i", moves, inverse, moves)[: len(sigma)]
     groups = np.array(rows.groups)
     unknown = ~np.isfinite(rows.sigma)
@@ -351,8 +357,20 @@ def _estimated(
         if free >= 0.5:
             squares = float((misses[: len(sigma)][which] ** 2).sum())
             variance = float(sigma[which][0] ** 2) * squares / free
-            found[which] = np.sqrt(max(variance, (1e-12 * size) ** 2))
+            doubted = rows.shared.shape[1] and name not in _METRES
+            least = _FINEST_RAD if doubted else 1e-12 * size
+            found[which] = np.sqrt(max(variance, least**2))
     return found, free_of
+
+
+def _left_over(moves: Array, misses: Array, inverse: Array, m: int) -> Array:
+    """The misses without what the errors that rows have in common explain of them."""
+    k = len(misses) - m
+    if not k:
+        return misses
+    shared = (inverse @ (moves.T @ misses))[-k:]
+    left = misses - moves[:, -k:] @ shared
+    return np.asarray(left, np.float64)
 
 
 def _spread(rows: Rows, moves: Array, misses: Array, inverse: Array) -> tuple[Array, Array, Array]:
@@ -403,12 +421,13 @@ def _same_group(rows: Rows, parts: Sequence[npt.NDArray[np.int64]]) -> dict[str,
     return {name: np.array(numbers) for name, numbers in found.items()}
 
 
-def plain_covariance(found: Adjusted) -> Array:
-    """(7, 7) by the errors as they are, without the widening for few of them; of what nothing
+def weighed_rows(found: Adjusted) -> tuple[Array, Array]:
+    """(m, 7 + k) the rows divided by their errors, with what they share, and (7 + k, 7 + k) the
+    covariance by these errors as they are, without the widening for few of them; of what nothing
     determines zero."""
-    moves, _, units = _system(found.rows, found.sigma, found.size)
+    moves, _, _ = _system(found.rows, found.sigma, found.size)
     inverse, _ = _inverse(moves.T @ moves)
-    return np.asarray((inverse * np.outer(units, units))[:7, :7], np.float64)
+    return moves[: len(found.sigma)], inverse
 
 
 def _tilt_of(rotation: Array) -> float:

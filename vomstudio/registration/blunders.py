@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.registration.adjustment import Adjusted, adjust, plain_covariance
+from vomstudio.registration.adjustment import Adjusted, adjust, weighed_rows
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import Observed, Points
 
@@ -78,9 +78,8 @@ def _worst(kinds: Sequence[Observed], found: Adjusted) -> tuple[int, int, Blunde
 
     rows, sigma = found.rows, found.sigma
     stated = np.isfinite(rows.sigma)
-    moves = rows.moves / sigma[:, None]
+    moves, covariance = weighed_rows(found)
     misses = rows.misses / sigma
-    covariance = plain_covariance(found)
     free = found.redundancy
     squares = float((misses**2).sum())
     total = sum(len(kind.labels) for kind in kinds)

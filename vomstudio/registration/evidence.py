@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +14,8 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.places import why_no_coordinate
 from vomstudio.geometry.triangulation import triangulate
+from vomstudio.io.control.attitude_tables import AttitudeTable
 from vomstudio.io.control.observation_tables import (
-    AttitudeTable,
     CompassTable,
     LevelTable,
     Pairs,
@@ -22,9 +23,17 @@ from vomstudio.io.control.observation_tables import (
     ScaleBar,
 )
 from vomstudio.io.photos.photo_names import photo_finder
+from vomstudio.registration.attitude_checks import said_of_north
+from vomstudio.registration.attitude_evidence import (
+    NORTH_DOUBT_DEG,
+    AttitudeMiss,
+    Held,
+    held,
+    misses,
+)
+from vomstudio.registration.camera_positions import doubts_about
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import (
-    Attitudes,
     Azimuths,
     Directions,
     Lengths,
@@ -41,8 +50,6 @@ Array = npt.NDArray[np.float64]
 Segment = tuple[tuple[float, float, float], tuple[float, float, float], float]
 Marked = tuple[str, str, float, float]
 
-_MAGNETIC_DEG = 10.0
-"""One sigma of magnetic north until it has been checked: steel, rocks, declination of the day."""
 _READING_DEG = 3.0
 _TAPE = 0.005
 """One sigma of a length by tape whose ends are picked on a model, as a share of it."""
@@ -51,15 +58,23 @@ _UNSURE_DEG = 60.0
 
 @dataclass
 class Evidence:
-    """Everything that is given; `views` are of the model's cameras, in its own frame."""
+    """Everything that is given; `views` are of the model's cameras, in its own frame, and `centres`
+    where these stand, also those of which no more is known."""
 
     views: Mapping[str, View] = field(default_factory=dict)
+    centres: Mapping[str, Array] = field(default_factory=dict)
     pairs: Pairs | None = None
     bars: Sequence[ScaleBar] = ()
     positions: Positions | None = None
+    """In metres."""
     attitudes: AttitudeTable | None = None
+    """Yaws from the north of the map."""
+    north_doubt_deg: float = NORTH_DOUBT_DEG
+    """One sigma of what a compass is off for all photos alike."""
     level: LevelTable | None = None
     compass: CompassTable | None = None
+    compass_turn_deg: float = 0.0
+    """Added to all azimuths of `compass`."""
     lengths: Sequence[Segment] = ()
     """Two ends on the model, and the metres between them."""
     azimuths: Sequence[Segment] = ()
@@ -68,8 +83,6 @@ class Evidence:
     """Of control points in photos: label, photo, x, y."""
     reference: Combined | None = None
     """The model as it was fitted to another one."""
-    to_grid: Callable[[float, float], tuple[float, float] | None] | None = None
-    """From longitude and latitude to the CRS of the model, where positions are in degrees."""
 
     @property
     def empty(self) -> bool:
@@ -97,12 +110,14 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     kinds += _lengths(evidence, said)
     if evidence.positions is not None:
         kinds.append(_cameras(evidence, said))
+    attitudes = None
     if evidence.attitudes is not None:
-        kinds.append(_attitudes(evidence, evidence.attitudes, said))
+        attitudes = _attitudes(evidence, evidence.attitudes, said)
+        kinds += attitudes.kinds
     if evidence.level is not None:
         kinds.append(_level(evidence, evidence.level))
     if evidence.compass is not None:
-        kinds += _compass(evidence.compass)
+        kinds += _compass(evidence.compass, evidence.compass_turn_deg)
     if evidence.azimuths:
         kinds.append(_azimuths(evidence.azimuths))
     if evidence.reference is not None:
@@ -110,6 +125,9 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     placed = place(kinds, check, extent)
     if evidence.positions is not None and len(kinds) == 1:
         _refuse_unsure(placed)
+    if attitudes is not None:
+        rotation = np.array(placed.matrix)[:3, :3] / placed.scale
+        said += said_of_north(attitudes.angles, attitudes.model, rotation)
     return with_warnings(_with_pixels(placed, evidence), said)
 
 
@@ -219,41 +237,65 @@ def bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float]
 
 
 # --- cameras ----------------------------------------------------------------------------------
-def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
-    """By its name in the folder, or the last part of it, with or without ending."""
-    views = evidence.views
-    if not views:
+def _own(evidence: Evidence, known: Mapping[str, Any], field_: str) -> Callable[[str], str | None]:
+    """What finds the name of a camera of the model by that of a photo. Raises UsageError where
+    nothing is known of them."""
+    if not known:
         raise UsageError(
             tr(
+                "The file of the model's cameras holds their centres alone, without how they were "
+                "turned. Give a file with poses, such as cameras.json, Metashape XML or COLMAP."
+            )
+            if evidence.centres
+            else tr(
                 "The cameras of the model are not known. Put its cameras.json beside the model, "
-                "as a reconstruction here writes it."
+                "as a reconstruction here writes it, or name the file of another program with "
+                "--model-cameras."
             ),
             field=field_,
         )
-    names = list(views)
-    number = photo_finder(names)(photo.replace("\\", "/"))
-    return None if number is None else views[names[number]]
+    names = list(known)
+    find = photo_finder(names)
+
+    def found(photo: str) -> str | None:
+        number = find(photo.replace("\\", "/"))
+        return None if number is None else names[number]
+
+    return found
+
+
+def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
+    """By its name in the folder, or the last part of it, with or without ending."""
+    name = _own(evidence, evidence.views, field_)(photo)
+    return None if name is None else evidence.views[name]
 
 
 def _found(
-    evidence: Evidence, photos: Sequence[str], field_: str, said: list[str]
-) -> tuple[list[int], list[View]]:
-    rows, views = [], []
+    evidence: Evidence,
+    known: Mapping[str, Any],
+    photos: Sequence[str],
+    field_: str,
+    said: list[str],
+) -> tuple[list[int], list[str]]:
+    """Rows of photos that are cameras of the model, and their names there."""
+    rows, names = [], []
     unknown = []
+    find = _own(evidence, known, field_)
     for row, photo in enumerate(photos):
-        view = _view(evidence, photo, field_)
-        if view is None:
+        name = find(photo)
+        if name is None:
             unknown.append(photo)
         else:
             rows.append(row)
-            views.append(view)
+            names.append(name)
     if not rows:
         raise UsageError(
             tr(
                 "None of the {count} photos of the table is among the cameras of the model "
-                "({first}, …). Check their names.",
+                "({first}, …). They are called {known}, …. Check the names.",
                 count=len(photos),
                 first=photos[0],
+                known=next(iter(known)),
             ),
             field=field_,
         )
@@ -266,45 +308,20 @@ def _found(
                 names=", ".join(unknown[:8]),
             )
         )
-    return rows, views
+    return rows, names
 
 
 def _cameras(evidence: Evidence, said: list[str]) -> Points:
     positions = evidence.positions
     assert positions is not None
-    rows, views = _found(evidence, positions.photos, "--cameras", said)
+    own = {name: view.centre for name, view in evidence.views.items()} | dict(evidence.centres)
+    rows, names = _found(evidence, own, positions.photos, "--cameras", said)
     world = positions.places[rows].copy()
-    if positions.degrees:
-        if evidence.to_grid is None:
-            raise UsageError(
-                tr(
-                    "The positions are in degrees. Say with --crs into which projected coordinate "
-                    "reference system the model is placed, such as EPSG:32633."
-                ),
-                field="--crs",
-            )
-        for row, (longitude, latitude) in enumerate(world[:, :2].tolist()):
-            place_ = evidence.to_grid(longitude, latitude)
-            if place_ is None:
-                raise InputError(
-                    tr(
-                        "{photo} is outside of what the coordinate reference system covers.",
-                        photo=positions.photos[rows[row]],
-                    )
-                )
-            world[row, :2] = place_
-        said.append(
-            tr(
-                "The heights of the cameras were taken as they are written. Receivers give heights "
-                "above the ellipsoid, which differ from those above the sea by up to 100 m: check "
-                "one against a map."
-            )
-        )
     for row, there in enumerate(world.tolist()):
         if (why := why_no_coordinate((there[0], there[1], there[2]))) is not None:
             raise InputError(f"{positions.photos[rows[row]]}: {why}")
     labels = [positions.photos[row] for row in rows]
-    model = np.array([view.centre for view in views])
+    model = np.array([own[name] for name in names])
     sigma = positions.sigma[rows]
     alone = evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
     if alone and len(labels) >= 3 and (nearly_on_a_line(model) or nearly_on_a_line(world)):
@@ -314,6 +331,7 @@ def _cameras(evidence: Evidence, said: list[str]) -> Points:
                 "points, or photos from beside the line."
             )
         )
+    said += doubts_about(model, world)
     known = sigma[np.isfinite(sigma)]
     _, used = fit_robustly(model, world, floor=3 * float(known.max()) if len(known) else 0.0)
     if not used.all():
@@ -358,43 +376,27 @@ def marked_places(evidence: Evidence, marks: Sequence[Marked]) -> dict[str, Arra
     return {label: place_ for label, place_ in found.items() if np.isfinite(place_).all()}
 
 
-def _attitudes(evidence: Evidence, table: AttitudeTable, said: list[str]) -> Attitudes:
-    rows, views = _found(evidence, table.photos, "--attitudes", said)
-    world, axes = camera_rotations(table.angles[rows])
-    model = np.array([np.asarray(view.rotation).T for view in views])
-    return Attitudes(
-        [table.photos[row] for row in rows],
-        model,
-        world,
-        axes,
-        np.radians(table.sigma[rows]),
-        np.radians(_MAGNETIC_DEG) if table.magnetic else 0.0,
-    )
+def _attitudes(evidence: Evidence, table: AttitudeTable, said: list[str]) -> Held:
+    rows, names = _found(evidence, evidence.views, table.photos, "--attitudes", said)
+    views = [evidence.views[name] for name in names]
+    return held(table, rows, views, evidence.north_doubt_deg, said)
 
 
-def camera_rotations(angles: Array) -> tuple[Array, Array]:
-    """(n, 3, 3) rotations from cameras (x right, y down, z forward) to World, and (n, 3, 3) the
-    axes, as columns, about which yaw, pitch and roll turn them.
-
-    angles : (n, 3) degrees: azimuth of the view, clockwise; its elevation; roll clockwise
-    """
-    yaw, pitch, roll = np.radians(angles).T
-    zero = np.zeros_like(yaw)
-    forward = np.column_stack(
-        [np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)]
-    )
-    level = np.column_stack([np.cos(yaw), -np.sin(yaw), zero])
-    below = np.cross(forward, level)
-    right = level * np.cos(roll)[:, None] + below * np.sin(roll)[:, None]
-    down = below * np.cos(roll)[:, None] - level * np.sin(roll)[:, None]
-    vertical = np.column_stack([zero, zero, zero - 1.0])
-    return np.stack([right, down, forward], axis=2), np.stack([vertical, level, forward], axis=2)
+def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
+    """How far each photo's attitude is from that in the placed model."""
+    table = evidence.attitudes
+    if table is None:
+        return []
+    rows, names = _found(evidence, evidence.views, table.photos, "--attitudes", [])
+    rotation = np.array(placed.matrix)[:3, :3] / placed.scale
+    return misses(table, rows, [evidence.views[name] for name in names], rotation)
 
 
 def _level(evidence: Evidence, table: LevelTable) -> LevelLines:
-    rows, views = _found(evidence, table.photos, "--horizon", [])
+    rows, names = _found(evidence, evidence.views, table.photos, "--horizon", [])
     directions = []
-    for row, view in zip(rows, views, strict=True):
+    for row, name in zip(rows, names, strict=True):
+        view = evidence.views[name]
         flat = view.intrinsics.rays(table.ends[row])
         directions.append((flat[1] - flat[0]) @ view.rotation)
     model = np.array(directions)
@@ -403,8 +405,10 @@ def _level(evidence: Evidence, table: LevelTable) -> LevelLines:
 
 
 # --- compass ----------------------------------------------------------------------------------
-def _compass(table: CompassTable) -> list[Observed]:
-    world = table.read.vectors()
+def _compass(table: CompassTable, turn_deg: float) -> list[Observed]:
+    c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
+    # Azimuths run clockwise.
+    world = table.read.vectors() @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     kinds: list[Observed] = []
     for planes in (True, False):
         rows = np.flatnonzero(table.read.is_plane == planes)

@@ -136,6 +136,39 @@ class Directions:
 
 
 @dataclass(frozen=True, eq=False)
+class Verticals:
+    """Directions of the model that point straight down, such as by the accelerometer of a phone.
+
+    model : (n, 3) unit vectors; sigma : (n, 2) rad, NaN where not stated
+    cameras : (n, 3, 3) rotations from the cameras to the model; mount_sigma : as of `Attitudes`
+    """
+
+    labels: Sequence[str]
+    model: Array
+    sigma: Array
+    cameras: Array
+    mount_sigma: float = 0.0
+
+    def rows(self, fit: Similarity, centre: Array) -> Rows:
+        placed = self.model @ fit.rotation.T
+        aside = np.hypot(placed[:, 0], placed[:, 1])
+        # The whole angle, also where it is more than a right one; upwards it is of no side.
+        angle = np.arctan2(aside, -placed[:, 2])
+        factor = np.where(aside > 1e-12, angle / np.maximum(aside, 1e-12), 1.0)
+        misses = placed[:, :2] * factor[:, None]
+        misses[(aside <= 1e-12) & (placed[:, 2] > 0), 0] = np.pi
+        moves = np.zeros((len(placed), 2, 7))
+        # Turns about east and north move it north and west, or the other way; those about itself
+        # do not, however much it trembles.
+        moves[:, 0, 1] = -1.0
+        moves[:, 1, 0] = 1.0
+        rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("verticals",))
+        axes = fit.rotation @ self.cameras
+        aside_by = np.cross(axes, placed[:, :, None], axisa=1, axisb=1, axisc=1)[:, :2, :]
+        return _sharing(rows, aside_by.reshape(-1, 3), self.mount_sigma)
+
+
+@dataclass(frozen=True, eq=False)
 class LevelLines:
     """Directions of the model that are horizontal, such as horizons in photos.
 
@@ -160,12 +193,14 @@ class Azimuths:
 
     model : (n, 3) unit vectors, not vertical; azimuth : (n,) rad from north to east
     sigma : (n,) rad, NaN where not stated
+    north_sigma : rad, how far north may be off for all alike (a compass)
     """
 
     labels: Sequence[str]
     model: Array
     azimuth: Array
     sigma: Array
+    north_sigma: float = 0.0
 
     def rows(self, fit: Similarity, centre: Array) -> Rows:
         placed = self.model @ fit.rotation.T
@@ -176,7 +211,9 @@ class Azimuths:
         slope = np.column_stack([north / flat, -east / flat, np.zeros(len(flat))])
         moves = np.zeros((len(flat), 7))
         moves[:, :3] = np.cross(placed, slope)
-        return _rows(misses, moves, self.sigma, ("azimuths",))
+        rows = _rows(misses, moves, self.sigma, ("azimuths",))
+        # A wrong north turns all about the vertical.
+        return _sharing(rows, moves[:, 2:3], self.north_sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,9 +221,12 @@ class Attitudes:
     """Rotations of cameras that were measured.
 
     model, world : (n, 3, 3) rotations from the camera to the model's frame and to World
-    axes : (n, 3, 3) columns: the World axes about which yaw, pitch and roll turn
+    axes : (n, 3, 3) columns, at right angles: the World axes about which errors of yaw, pitch and
+        roll turn
     sigma : (n, 3) rad of yaw, pitch and roll, NaN where not stated
     north_sigma : rad, how far north may be off for all photos alike (a compass)
+    mount_sigma : rad, how far what measures may be out of line with the camera, about each of its
+        axes, for all photos alike
     """
 
     labels: Sequence[str]
@@ -195,6 +235,7 @@ class Attitudes:
     axes: Array
     sigma: Array
     north_sigma: float = 0.0
+    mount_sigma: float = 0.0
 
     def rows(self, fit: Similarity, centre: Array) -> Rows:
         from scipy.spatial.transform import Rotation
@@ -202,16 +243,16 @@ class Attitudes:
         placed = fit.rotation @ self.model
         between = placed @ np.swapaxes(self.world, 1, 2)
         turns = Rotation.from_matrix(between).as_rotvec()
-        # Turn = axes @ (yaw, pitch, roll); at a camera that looks straight down yaw and roll turn
-        # about one axis, and share what is seen of them.
-        inverse = np.asarray(np.linalg.pinv(self.axes, rcond=1e-3), np.float64)
+        # Turn = axes @ (yaw, pitch, roll).
+        inverse = np.swapaxes(self.axes, 1, 2)
         misses = np.einsum("nij,nj->ni", inverse, turns)
         n = len(misses)
         moves = np.zeros((n, 3, 7))
         moves[:, :, :3] = inverse
         rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("yaw", "pitch", "roll"))
         # The turn of all that a wrong north is, seen as yaw, pitch and roll of each.
-        return _sharing(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma)
+        rows = _sharing(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma)
+        return _sharing(rows, (inverse @ placed).reshape(-1, 3), self.mount_sigma)
 
 
 def _rows(
@@ -235,10 +276,14 @@ def _rows(
 
 
 def _sharing(rows: Rows, shared: Array, sigma: float) -> Rows:
-    """With an error that all rows have in common, where there is one."""
+    """With errors that all rows have in common, where there are some; shared : (m, k)"""
     if not sigma > 0:
         return rows
-    return replace(rows, shared=np.ascontiguousarray(shared), shared_sigma=np.array([sigma]))
+    return replace(
+        rows,
+        shared=np.hstack([rows.shared, shared]),
+        shared_sigma=np.concatenate([rows.shared_sigma, np.full(shared.shape[1], sigma)]),
+    )
 
 
 def _tangents(directions: Array) -> tuple[Array, Array]:

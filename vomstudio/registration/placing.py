@@ -9,12 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.geology.bowing import Bowing, bowing_of
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import find_blunders
 from vomstudio.registration.observations import Observed, Points
 from vomstudio.registration.remarks import (
     said_of_blunders,
+    said_of_bowing,
     said_of_errors,
     said_of_fit,
     said_of_mirrors,
@@ -78,6 +80,7 @@ def place(
         *said_of_errors(rotation, scale95, known),
         *said_of_blunders(kinds, blunders, found, centre, size),
         *said_of_mirrors(points, found.fit),
+        *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
     matrix = np.eye(4)
     matrix[:3, :3] = found.fit.scale * found.fit.rotation
@@ -229,6 +232,26 @@ def _residuals(points: Points | None, fit: Similarity) -> tuple[PointResidual, .
             points.labels, (fit(points.model) - points.world).tolist(), strict=True
         )
     )
+
+
+def _bowing(
+    control: Points | None,
+    check: Points | None,
+    wrong: set[str],
+    fit: Similarity,
+    extent: Array | None,
+) -> Bowing | None:
+    """By control and check points together; those that are wrong are left out."""
+    given = [points for points in (control, check) if points is not None and len(points.labels)]
+    if not given:
+        return None
+    right = np.array([label not in wrong for points in given for label in points.labels])
+    model, world, sigma = (
+        np.concatenate([getattr(points, name) for points in given])[right]
+        for name in ("model", "world", "sigma")
+    )
+    reach = None if extent is None or not len(extent) else fit(extent)
+    return bowing_of(world, fit(model) - world, sigma, reach)
 
 
 def _rms(points: Sequence[PointResidual]) -> float | None:

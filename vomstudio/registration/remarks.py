@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.geology.bowing import Bowing
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import Blunder, chosen
 from vomstudio.registration.observations import Observed, Points
@@ -20,6 +21,7 @@ Array = npt.NDArray[np.float64]
 
 _Z95 = 1.959963984540054
 _WARN_DEG = 1.0
+_WORTH_TELLING_DEG = 0.1
 
 
 def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
@@ -74,20 +76,23 @@ def said_of_points(
     return said
 
 
+def said_of_turn(error_deg: float, trend_deg: float, plunge_deg: float) -> str:
+    """error_deg : 95 %, about the axis of that trend and plunge"""
+    return tr(
+        "The model may be turned by {error:.2g}° (95 %) about the axis "
+        "{trend:03.0f}/{plunge:02.0f}: dips and dip directions by as much.",
+        error=error_deg,
+        trend=trend_deg,
+        plunge=plunge_deg,
+    )
+
+
 def said_of_worst(placed: Placed) -> list[str]:
     """How far the model may be turned, and where one more point would help most."""
     said = []
     worst, adding = placed.rotation_error_95_deg.weakest, placed.worth_adding
     if worst.error_deg is not None:
-        said.append(
-            tr(
-                "The model may be turned by {error:.2g}° (95 %) about the axis "
-                "{trend:03.0f}/{plunge:02.0f}: dips and dip directions by as much.",
-                error=worst.error_deg,
-                trend=worst.trend_deg,
-                plunge=worst.plunge_deg,
-            )
-        )
+        said.append(said_of_turn(worst.error_deg, worst.trend_deg, worst.plunge_deg))
     if adding is not None:
         said.append(
             tr(
@@ -167,6 +172,26 @@ def said_of_blunders(
             turn=float(np.degrees(turned)),
         )
     ]  # fmt: skip
+
+
+def said_of_bowing(found: Bowing | None) -> list[str]:
+    """Whether the model is bent like a dome, in degrees of dip."""
+    if found is None or not found.significant or found.across_deg < _WORTH_TELLING_DEG:
+        return []
+    return [
+        tr(
+            "The model is bowed: by the residuals of {count} points its edges are {rise:.2g} m off "
+            "the plane through its middle, so that dips at an edge differ by {side:.1f}° ± "
+            "{error:.1f}° (95 %) from those in the middle, and by {across:.1f}° from those at the "
+            "opposite edge. A fold whose limbs differ by less may be the bowing. Calibrate the "
+            "lens, add oblique photos or control, and reconstruct again.",
+            count=found.n,
+            rise=found.rise_m,
+            side=found.side_deg,
+            error=found.side_error95_deg,
+            across=found.across_deg,
+        )
+    ]
 
 
 def said_of_mirrors(points: Points | None, fit: Similarity) -> list[str]:

@@ -20,6 +20,7 @@ from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.reprs import Shown
 from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane
 from vomstudio.survey.plan_camera import PlanCamera
+from vomstudio.survey.registration_forecast import Forecast
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
@@ -99,7 +100,7 @@ class ControlPoint:
 class SurveyPlan(Shown):
     """footprint_m, spacing_m : along and up the outcrop. depth_of_field_m : nearest and farthest
     sharp distance, the latter None for infinity. views_least, views_median : photos that see a
-    place of the outcrop."""
+    place of the outcrop. registration : how well it will be known, where that was asked for."""
 
     camera: PlanCamera
     manner: Manner
@@ -117,6 +118,7 @@ class SurveyPlan(Shown):
     views_least: int
     views_median: float
     warnings: tuple[str, ...] = field(default=())
+    registration: tuple[Forecast, ...] = ()
 
     @property
     def smallest_plane_m(self) -> float:
@@ -169,6 +171,7 @@ class SurveyPlan(Shown):
             "positions": [station.as_dict() for station in self.stations],
             "control_points": [point.as_dict() for point in self.control_points],
             "target_size_m": self.target_size_m,
+            "registration": [each.as_dict() for each in self.registration],
             "warnings": list(self.warnings),
         }
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from vomstudio.document.catalogue import IN_WORLD, NO_MODEL
 from vomstudio.document.figures import Subject
@@ -18,6 +19,7 @@ from vomstudio.document.records.frames import crs_label
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.tables.orientation_table import Row, rows_of
+from vomstudio.tables.registration_lines import registrations_of
 from vomstudio.words import tr
 
 __all__ = ["IN_WORLD", "NO_MODEL", "ProjectTable", "feature_rows", "project_table"]
@@ -41,6 +43,8 @@ class ProjectTable:
     """What is known of x, y, z and lengths of all rows."""
     limits: Thresholds = DEFAULTS
     """By which all rows were judged."""
+    registrations: tuple[dict[str, Any], ...] = ()
+    """As `registration_lines.registrations_of` tells them."""
 
 
 def project_table(
@@ -64,7 +68,10 @@ def project_table(
     crs, north, unit_m = _frame(records, features)
     axes = _axes(records, features)
     limits = limits_of(records, measurements.otherwise)
-    return ProjectTable(rows, skipped, crs, north, unit_m=unit_m, axes=axes, limits=limits)
+    told = tuple(registrations_of(records, features))
+    return ProjectTable(
+        rows, skipped, crs, north, unit_m=unit_m, axes=axes, limits=limits, registrations=told
+    )
 
 
 def feature_rows(subjects: Sequence[Subject]) -> list[Row | None]:

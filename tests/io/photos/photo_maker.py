@@ -122,3 +122,22 @@ def drone_xmp(**tags: object) -> bytes:
         'xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#"><rdf:Description '
         f'xmlns:drone-dji="http://www.dji.com/drone-dji/1.0/" {said}/></rdf:RDF></x:xmpmeta>'
     ).encode()
+
+
+def apple_note(right: float, top: float, out: float) -> tuple[int, int, bytes]:
+    """The field of an Apple maker note with an acceleration by the phone's axes, after ExifTool's
+    "Apple" tags: a big-endian directory with tag 1 (version) before tag 8 (three signed ratios)."""
+    version = struct.pack(">HHIi", 1, 9, 1, 14)
+    at_ = 16 + 2 * 12 + 4
+    entry = struct.pack(">HHII", 8, 10, 3, at_)
+    ratios = b"".join(struct.pack(">ii", round(v * 10**6), 10**6) for v in (right, top, out))
+    note = b"Apple iOS\0\0\1MM" + struct.pack(">H", 2) + version + entry + bytes(4) + ratios
+    return 7, len(note), note
+
+
+def looking(direction: float, north: str | None = "T") -> Fields:
+    """GPS fields of the azimuth of a view."""
+    fields: dict[int, tuple[int, int, bytes]] = {17: rational(direction, 1000)}
+    if north is not None:
+        fields[16] = text(north)
+    return fields

@@ -287,8 +287,14 @@ _FORM = (
         (
             'xmlns:Camera="http://pix4d.com/camera/1.0/"',
             "<Camera:Yaw>10/1</Camera:Yaw><Camera:Pitch>30</Camera:Pitch>"
-            "<Camera:Roll>2</Camera:Roll>",
-            (10, -60, 2),
+            "<Camera:Roll>0</Camera:Roll>",
+            (10, -60, 0),
+        ),
+        (
+            # An aircraft that flies north and banks to the right looks to the west.
+            'xmlns:Camera="http://pix4d.com/camera/1.0/"',
+            "<Camera:Yaw>0</Camera:Yaw><Camera:Pitch>0</Camera:Pitch><Camera:Roll>20</Camera:Roll>",
+            (270, -70, 90),
         ),
         (
             'xmlns:drone-parrot="http://www.parrot.com/drone-parrot/1.0/"',
@@ -317,7 +323,7 @@ _FORM = (
 )
 def test_the_angles_of_every_maker_mean_the_same(space: str, body: str, angles) -> None:
     tags = read_drone_tags(_FORM.format(space, body))
-    assert (tags.yaw_deg, tags.pitch_deg, tags.roll_deg) == angles
+    assert (tags.yaw_deg, tags.pitch_deg, tags.roll_deg) == pytest.approx(angles, abs=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -94,6 +94,34 @@ def test_noise_is_estimated_and_its_tilt_is_what_happens() -> None:
     assert 1.5 < report.sigma_m < 2.6
 
 
+def test_the_covariance_holds_the_stated_turns_and_is_about_the_cameras() -> None:
+    ground = made(flight())
+    _, report = place_by_gps(scene_of(ground.views, ground.points), ground.with_gps(2.0, seed=1))
+    turns = np.degrees(np.sqrt(np.diag(report.covariance)[:3]))
+    assert turns == pytest.approx(report.rotation_error_deg)
+    assert np.sqrt(report.covariance[3, 3]) == pytest.approx(report.scale_error)
+    assert report.centre == pytest.approx(report.positions.mean(axis=0))
+    assert report.bowing is not None
+    assert report.bowing.side_error95_deg > 1.0
+
+
+def test_a_block_that_is_bowed_says_so_in_degrees() -> None:
+    """Cameras that stand 2 mm m^-2 too low at the edges: 2 c r is 8 degrees at 36 m."""
+    ground = made(flight())
+    photos = []
+    for photo, view in zip(ground.with_gps(0.03, seed=2), ground.views, strict=True):
+        x, y = view.centre[:2]
+        assert photo.altitude_m is not None
+        photos.append(replace(photo, altitude_m=photo.altitude_m + 0.002 * (x * x + y * y)))
+    _, report = place_by_gps(scene_of(ground.views, ground.points), photos)
+    bowing = report.bowing
+    assert bowing is not None
+    # The model less the positions: the other way round.
+    assert bowing.curvature_per_m == pytest.approx(-0.002, rel=0.1)
+    assert bowing.side_deg == pytest.approx(np.degrees(2 * 0.002 * 36.06), rel=0.1)
+    assert any("bowed" in said for said in report.warnings)
+
+
 def test_a_small_face_with_phone_gps_is_told_to_be_tilted_by_many_degrees() -> None:
     views = [
         looking((x, -20.0 - 6 * (i % 2), 1.6), (x / 2, 0, 2), LENS, f"{i}.jpg")

@@ -28,7 +28,17 @@ from vomstudio.document.measurement import (
     nothing_measured,
 )
 from vomstudio.document.records import Feature, Group, Typed
+from vomstudio.document.registration_errors import model_of, turns_of
 from vomstudio.errors import GeometryError
+from vomstudio.geology.common_turns import (
+    Moved,
+    Turns,
+    meeting,
+    moved,
+    principal_axis,
+    region,
+    region_of_line,
+)
 from vomstudio.geology.intersections import (
     UncertainPlane,
     intersection_line,
@@ -36,6 +46,7 @@ from vomstudio.geology.intersections import (
     scatter_deg,
 )
 from vomstudio.geology.quality import judge_line
+from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
 
@@ -82,7 +93,11 @@ def _measure(at: Measuring, feature: Intersection) -> Measurement:
     groups = [members(at.records, group) for group in (feature.first, feature.second)]
     measured = [[at.known[plane.id] for plane in group] for group in groups]
     means = []
+    turned = []
     scatter = 0.0
+    every = [plane for group in groups for plane in group if at.known[plane.id].plane is not None]
+    turns = turns_of(model_of(at.records, plane) for plane in every)
+    start = 0
     try:
         for own in measured:
             with_plane = [m for m in own if m.plane is not None]
@@ -94,13 +109,27 @@ def _measure(at: Measuring, feature: Intersection) -> Measurement:
             sound = [plane for plane in planes if plane is not None]
             means.append(mean_plane(sound))
             scatter = max(scatter, scatter_deg(sound, means[-1]))
+            rows = np.arange(start, start + len(with_plane))
+            start += len(with_plane)
+            turned.append(_turned(sound, turns.of(rows)))
         found = intersection_line(*means)
     except GeometryError as error:
         return nothing_measured(np.zeros((0, 3)), None, str(error), kind="intersection")
+    covariance = meeting(*turned).covariance()[0] if turns.known else None
+    direction = found.line.vector()
+    registration = None if covariance is None else region(direction, covariance).largest_deg
+    total = region_of_line(
+        direction,
+        covariance,
+        found.max_confidence95_deg,
+        found.min_confidence95_deg,
+        found.confidence_axis,
+    )
     verdict = judge_line(
         None,
-        confidence95_deg=found.max_confidence95_deg,
+        confidence95_deg=None if total is None else total.largest_deg,
         scatter_deg=scatter,
+        registration_deg=registration,
         thresholds=at.thresholds,
     )
     return Measurement(
@@ -116,7 +145,18 @@ def _measure(at: Measuring, feature: Intersection) -> Measurement:
         confidence_axis=found.confidence_axis,
         angle_deg=found.angle_deg,
         kind="intersection",
+        registration_error_deg=registration,
+        total=total,
     )
+
+
+def _turned(planes: list[UncertainPlane], turns: Turns) -> Moved:
+    """The mean of a group's planes as their registrations move it."""
+    normals = np.array([plane.normal for plane in planes])
+    given = moved(normals, turns)
+    if len(planes) == 1:
+        return given
+    return principal_axis(given, *orientation_tensor(normals), 0)
 
 
 def _normal(measured: Measurement) -> Floats:
@@ -174,7 +214,8 @@ KIND = Kind(
     icon="vector-intersection",
     measure=measure,
     figures=(
-        *of.NAMED, *of.LINE, *of.PLACE, of.ANGLE, *of.CONFIDENCE, *of.VERDICT, of.FRAME, of.NOTES,
+        *of.NAMED, *of.LINE, *of.PLACE, of.ANGLE, *of.CONFIDENCE, of.REGISTRATION_ERROR, of.TOTAL,
+        *of.VERDICT, of.FRAME, of.NOTES,
     ),
     attributes=(kind.NAME, kind.TYPE, kind.SET, kind.NOTES),
     sketch=sketch,

@@ -27,17 +27,18 @@ from vomstudio.document.measurement import (
     Floats,
     Measurement,
     Measuring,
-    ToWorld,
     in_world,
     is_metric,
     nothing_measured,
     rows_of,
     world_points,
 )
-from vomstudio.document.records import Picked, Point, Typed
+from vomstudio.document.records import Picked, Point, Typed, get_feature
+from vomstudio.document.registration_errors import model_of, turns_of
 from vomstudio.document.slip_figures import SLIP
 from vomstudio.errors import GeometryError
 from vomstudio.geology import orientation
+from vomstudio.geology.common_turns import laid_into, moved, region, region_of_line
 from vomstudio.geology.intersections import UncertainPlane, stray95
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geology.quality import judge_line
@@ -96,10 +97,13 @@ def _measure(at: Measuring, feature: Lineation) -> Measurement:
             largest, smallest, axis = _in_plane_error(line.vector(), fit, base)
     except GeometryError as error:
         return nothing_measured(points, resolution, str(error), kind="lineation", metric=metric)
-    tilt = ToWorld.of(model).tilt_deg(line.vector())
+    covariance = _turned(at, feature, line.vector(), base)
+    registration = None if covariance is None else region(line.vector(), covariance).largest_deg
+    total = region_of_line(line.vector(), covariance, largest, smallest, axis)
     verdict = judge_line(
         fit,
-        confidence95_deg=largest if largest is None else float(np.hypot(largest, tilt or 0.0)),
+        confidence95_deg=None if total is None else total.largest_deg,
+        registration_deg=registration,
         off_plane_deg=off,
         plane_is_gone=gone,
         plane_is_known=base is None or base.spread95 is not None,
@@ -123,8 +127,24 @@ def _measure(at: Measuring, feature: Lineation) -> Measurement:
         on_plane=plane,
         metric=metric,
         kind="lineation",
-        registration_error_deg=tilt,
+        registration_error_deg=registration,
+        total=total,
     )
+
+
+def _turned(
+    at: Measuring, feature: Lineation, direction: Floats, base: UncertainPlane | None
+) -> Floats | None:
+    """(3, 3) covariance by the registrations of the models of the line and of the plane that it
+    lies on; None where neither is known."""
+    plane = None if base is None else get_feature(at.records, feature.plane_id)
+    turns = turns_of([at.model(feature.model_id), model_of(at.records, plane)])
+    if not turns.of([0] if base is None else [0, 1]).known:
+        return None
+    line = moved(direction, turns.of([0]))
+    if base is not None:
+        line = laid_into(line, moved(base.normal, turns.of([1])))
+    return np.asarray(line.covariance()[0])
 
 
 def _in_plane_error(
@@ -199,7 +219,7 @@ KIND = Kind(
     measure=measure,
     figures=(
         *of.NAMED, *of.LINE, *SLIP, *of.PLACE, *of.SIZE, *of.CONFIDENCE,
-        of.REGISTRATION_ERROR, *of.VERDICT, of.METHOD, *of.ON_A_MODEL, of.NOTES,
+        of.REGISTRATION_ERROR, of.TOTAL, *of.VERDICT, of.METHOD, *of.ON_A_MODEL, of.NOTES,
     ),
     attributes=(
         kind.NAME, kind.TYPE, kind.SET,

@@ -72,6 +72,20 @@ class Registration:
         up, east, north = np.radians(self.rotation_error_deg)
         return np.diag([east**2, north**2, up**2])
 
+    def shape_covariance(self) -> npt.NDArray[np.float64] | None:
+        """(4, 4) of the same turns, radians, and of a relative change of scale; None where not
+        known."""
+        import numpy as np
+
+        if self.covariance is not None:
+            return np.array(self.covariance, np.float64)[:4, :4]
+        rotation = self.rotation_covariance()
+        if rotation is None or self.scale_error is None:
+            return None
+        shape = np.zeros((4, 4))
+        shape[:3, :3], shape[3, 3] = rotation, self.scale_error**2
+        return shape
+
     def placing_error_m(self, bounds: npt.NDArray[np.float64]) -> float | None:
         """How far the model may be off because of it, one sigma along any direction, metres: the
         mean (RMS) over the corners of its box in World (2, 3), else that of check or control

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.io.photos.apple_maker_note import Vector, acceleration
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -29,6 +30,9 @@ class Exif:
     pixels : width and height as taken, which later programs may have changed
     altitude_m : negative below the reference
     altitude_reference : "sea level", "below sea level" or "ellipsoid"
+    direction_deg : azimuth of the view; direction_north : "true", "magnetic", or None where the
+        photo does not say
+    acceleration : of an Apple phone, by its own axes, in units of g
     """
 
     make: str | None = None
@@ -50,6 +54,9 @@ class Exif:
     altitude_m: float | None = None
     altitude_reference: str | None = None
     gps_accuracy_m: float | None = None
+    direction_deg: float | None = None
+    direction_north: str | None = None
+    acceleration: Vector | None = None
     problems: tuple[str, ...] = field(default=())
 
 
@@ -117,6 +124,9 @@ def from_tags(
         altitude_m=altitude,
         altitude_reference=reference,
         gps_accuracy_m=_positive(gps.get(0x1F)),
+        direction_deg=_direction(gps, said),
+        direction_north={"T": "true", "M": "magnetic"}.get((_text(gps.get(0x10)) or "").upper()),
+        acceleration=acceleration(tags.get(0x927C)),
         problems=tuple(said),
     )
 
@@ -169,6 +179,18 @@ def _altitude(gps: Mapping[int, Any]) -> tuple[float | None, str | None]:
     below = code in (1, 3)
     reference = "ellipsoid" if code in (2, 3) else "below sea level" if below else "sea level"
     return (-value if below else value), reference
+
+
+def _direction(gps: Mapping[int, Any], said: list[str]) -> float | None:
+    value = _number(gps.get(0x11))
+    if value is None:
+        return None
+    if not 0 <= value <= 360:
+        said.append(
+            tr("direction of the view {value:g}, which is no azimuth, not used", value=value)
+        )
+        return None
+    return value % 360.0
 
 
 def _sexagesimal(value: Any) -> float | None:

@@ -21,6 +21,10 @@ class Photo:
         "ellipsoid"; relative_altitude_m : of a drone, above the place of take-off
     gps_accuracy_m : what the receiver states, horizontally
     yaw_deg, pitch_deg, roll_deg : of the optical axis: from north, above the horizon, about it
+    direction_deg : azimuth of the view by the phone's compass, from direction_north: "true",
+        "magnetic", or None where the photo does not say
+    down : the direction in which things fall, by the phone's accelerometer, in the frame of the
+        camera (x right, y down, z forward, in the photo as stored), a unit vector
     digital_zoom : factor, 1 for none
     mask : picture of the same size; white is used
     """
@@ -51,6 +55,9 @@ class Photo:
     yaw_deg: float | None = None
     pitch_deg: float | None = None
     roll_deg: float | None = None
+    direction_deg: float | None = None
+    direction_north: str | None = None
+    down: tuple[float, float, float] | None = None
     digital_zoom: float | None = None
     mask: Path | None = None
 

@@ -7,13 +7,17 @@ from collections.abc import Callable, Sequence
 
 def photo_finder(names: Sequence[str]) -> Callable[[str], int | None]:
     """What finds the number of a photo by its name as it stands in `names`, else by the last part
-    of it, else by that without its ending; the latter two whatever their case, and only where they
-    are those of one photo."""
+    of it, else by that without its ending, where one of the two has none; the latter two whatever
+    their case, and only where they are those of one photo."""
     exact = {name: number for number, name in enumerate(names)}
     looser: list[dict[str, list[int]]] = [{}, {}]
+    bare: dict[str, list[int]] = {}
     for number, name in enumerate(names):
-        for table, key in zip(looser, _keys(name), strict=True):
+        keys = _keys(name)
+        for table, key in zip(looser, keys, strict=True):
             table.setdefault(key, []).append(number)
+        if keys[0] == keys[1]:
+            bare.setdefault(keys[0], []).append(number)
 
     def find(name: str) -> int | None:
         if name in exact:
@@ -25,7 +29,9 @@ def photo_finder(names: Sequence[str]) -> Callable[[str], int | None]:
             same = table.get(last, [])
             if len(same) == 1:
                 return same[0]
-        return None
+        # Names of other programs' cameras may have none.
+        same = bare.get(stem, [])
+        return same[0] if len(same) == 1 else None
 
     return find
 

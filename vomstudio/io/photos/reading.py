@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.errors import InputError
+from vomstudio.io.photos.apple_maker_note import down_in_photo
 from vomstudio.io.photos.camera_table import camera_label, find_camera
 from vomstudio.io.photos.exif import Exif, read_exif
 from vomstudio.io.photos.mask_files import PICTURES, SAME_SHAPE, MaskFinder, is_mask
@@ -323,9 +324,19 @@ def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
         yaw_deg=drone.yaw_deg,
         pitch_deg=drone.pitch_deg,
         roll_deg=drone.roll_deg,
+        direction_deg=tags.direction_deg,
+        direction_north=tags.direction_north,
+        down=_down(tags, width, height),
         digital_zoom=tags.digital_zoom,
     )
     return photo, [*tags.problems, *said]
+
+
+def _down(tags: Exif, width: int, height: int) -> tuple[float, float, float] | None:
+    # The camera at the front looks the other way.
+    if tags.acceleration is None or "front" in (tags.lens or "").casefold():
+        return None
+    return down_in_photo(tags.acceleration, tags.orientation, width, height)
 
 
 def _packet(image: object) -> bytes | str | None:

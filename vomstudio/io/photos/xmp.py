@@ -5,7 +5,8 @@ above the horizon (-90 looks straight down), roll about the axis.
 - DJI and Autel (`GimbalYawDegree` ...): as ours.
 - Parrot (`CameraYawDegree` ...): as ours (Parrot's "Embedded Photo Metadata").
 - Skydio (`CameraOrientationNED`: Yaw, Pitch, Roll): as ours.
-- Pix4D's `Camera` tags (senseFly, Parrot Sequoia, XAG ...): pitch 0 looks straight down.
+- Pix4D's `Camera` tags (senseFly, Parrot Sequoia, XAG ...): of the aircraft, below which the camera
+  looks straight down; its roll tilts the view sideways.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from vomstudio.errors import InputError
+from vomstudio.geology.view_attitudes import of_nadir_body
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.xml_tree import Element, parse_xml
 
@@ -118,7 +120,8 @@ def _angles(tags: Mapping[str, str]) -> tuple[float | None, float | None, float 
     # All zero is what a camera without a sensor writes.
     if yaw is None or pitch is None or not (yaw or pitch or roll):
         return None, None, None
-    return wrap360(yaw), pitch - 90.0, roll
+    yaw, pitch, roll = of_nadir_body([yaw, pitch, roll or 0.0])[0].tolist()
+    return wrap360(yaw), pitch, roll
 
 
 def _number(tags: Mapping[str, str], *names: str) -> float | None:

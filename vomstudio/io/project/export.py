@@ -16,6 +16,7 @@ from vomstudio.geology.profiles import Thresholds
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.tables.orientation_table import write_orientation_csv
 from vomstudio.tables.project_table import ProjectTable, project_table
+from vomstudio.tables.registration_lines import registration_lines
 from vomstudio.words import tr
 
 FORMATS = ("csv", "gpkg", "shp", "dxf")
@@ -71,7 +72,7 @@ def export_records(
             named = tr("{crs}, its axes in metres", crs=table.crs)
         write_orientation_csv(
             out, table.rows, crs=named, north=table.north, axes=table.axes, limits=table.limits,
-            force=force,
+            notes=registration_lines(table.registrations), force=force,
         )  # fmt: skip
         return replace(table, files=(out,))
     if format_ == "gpkg":

@@ -11,7 +11,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vomstudio.document.edits import new_id
-from vomstudio.document.records import Frame, Point, Reconstruction, Registration
+from vomstudio.document.records import (
+    Frame,
+    Reconstruction,
+    Registration,
+    RegistrationPoint,
+)
+from vomstudio.document.records.basics import Point
 from vomstudio.errors import InputError
 from vomstudio.words import tr
 
@@ -62,10 +68,13 @@ def read_reconstruction(
         str(versions.get("vomstudio", "")) if isinstance(versions, dict) else "",
         finished,
     )
-    return reconstruction, _registration(found, reconstruction)
+    return reconstruction, registration_of(found, reconstruction.name, reconstruction.id)
 
 
-def _registration(found: Mapping[str, Any], reconstruction: Reconstruction) -> Registration:
+def registration_of(
+    found: Mapping[str, Any], name: str, reconstruction_id: str = ""
+) -> Registration:
+    """The registration that the result of a reconstruction with this name states."""
     told = found.get("registration")
     told = told if isinstance(told, dict) else {}
     method: Literal["gps", "control", "local"]
@@ -81,10 +90,10 @@ def _registration(found: Mapping[str, Any], reconstruction: Reconstruction) -> R
     turned = [_number(errors.get(axis)) for axis in axes] if isinstance(errors, dict) else []
     return Registration(
         new_id("registration"),
-        f"{words[method]}, {reconstruction.name}",
+        f"{words[method]}, {name}",
         method,
         frame,
-        reconstruction_id=reconstruction.id,
+        reconstruction_id=reconstruction_id,
         rotation_error_deg=(
             (turned[0], turned[1], turned[2])
             if len(turned) == 3
@@ -94,10 +103,11 @@ def _registration(found: Mapping[str, Any], reconstruction: Reconstruction) -> R
             else None
         ),
         scale_error=_number(told.get("scale_error")),
-        covariance=_covariance(told.get("covariance")),
-        centre=_centre(told.get("centre")),
         rms_control_m=_number(told.get("rms_control_m")),
         rms_check_m=_number(told.get("rms_check_m")),
+        control=_judged_by(told),
+        covariance=_covariance(told.get("covariance")),
+        centre=_place(told.get("centre")),
     )
 
 
@@ -113,6 +123,48 @@ def placing_error_m(model: Path) -> float | None:
     return None if rms is None else rms / math.sqrt(3.0)
 
 
+def _judged_by(told: Mapping[str, Any]) -> tuple[RegistrationPoint, ...]:
+    """The control points, or positions of cameras, that count. The model is in World already, so
+    that a place in it is the surveyed one and what is left over."""
+    found = []
+    for row in _rows(told.get("points")):
+        if row.get("role") in ("control", "check"):
+            found.append((row.get("label"), row.get("residual_m"), row, row["role"] == "check"))
+    for row in _rows(told.get("residuals")):
+        if row.get("used") is True:
+            found.append(
+                (row.get("name"), [row.get(axis) for axis in ("dx", "dy", "dz")], row, False)
+            )
+    points = []
+    for label, left, row, check in found:
+        residual, world = _place(left), _place(row.get("surveyed"))
+        if residual is not None and world is not None:
+            x, y, z = (a + b for a, b in zip(world, residual, strict=True))
+            points.append(RegistrationPoint(str(label), (x, y, z), world, residual, None, check))
+    return tuple(points)
+
+
+def _rows(value: object) -> list[dict[str, Any]]:
+    return [row for row in value if isinstance(row, dict)] if isinstance(value, list) else []
+
+
+def _place(value: object) -> Point | None:
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        return None
+    x, y, z = (_number(v) for v in value)
+    return None if x is None or y is None or z is None else (x, y, z)
+
+
+def _covariance(value: object) -> tuple[tuple[float, ...], ...] | None:
+    if not isinstance(value, list) or len(value) != 7:
+        return None
+    rows = [[_number(v) for v in row] for row in value if isinstance(row, list) and len(row) == 7]
+    if len(rows) != 7:
+        return None
+    known = tuple(tuple(v for v in row if v is not None) for row in rows)
+    return known if all(len(row) == 7 for row in known) else None
+
+
 def _pairs(settings: object) -> tuple[tuple[str, str], ...]:
     if not isinstance(settings, dict):
         return ()
@@ -121,19 +173,6 @@ def _pairs(settings: object) -> tuple[tuple[str, str], ...]:
 
 def _count(value: object) -> int:
     return value if isinstance(value, int) else 0
-
-
-def _covariance(value: object) -> tuple[tuple[float, ...], ...] | None:
-    """7 rows of 7 numbers; None where a report of before has none."""
-    rows = value if isinstance(value, list) else []
-    found = [tuple(map(_number, row)) for row in rows if isinstance(row, list)]
-    numbers = [tuple(v for v in row if v is not None) for row in found]
-    return tuple(numbers) if [len(row) for row in numbers] == [7] * 7 else None
-
-
-def _centre(value: object) -> Point | None:
-    x, y, z = map(_number, value) if isinstance(value, list) and len(value) == 3 else (None,) * 3
-    return None if x is None or y is None or z is None else (x, y, z)
 
 
 def _number(value: object) -> float | None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -17,15 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.errors import InputError, UsageError, VomError
+from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.notation import parse_plane
-from vomstudio.geology.orientation import (
-    Plane,
-    lines_to_vectors,
-    planes_to_poles,
-)
+from vomstudio.geology.orientation import Plane, lines_to_vectors, planes_to_poles
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.orientation_columns import Columns
 from vomstudio.io.text.rows import shortened
+from vomstudio.io.text.table_turns import bowed_in, turns_of_table
 from vomstudio.io.text.tables import TextTable, lines_in_words, plain, read_table
 from vomstudio.words import tr, tr_n
 
@@ -62,6 +61,14 @@ class OrientationTable:
 
     def __len__(self) -> int:
         return len(self.kept)
+
+    @cached_property
+    def turns(self) -> Turns | None:
+        return turns_of_table(self.table, self.kept)
+
+    @property
+    def bowed_deg(self) -> float | None:
+        return bowed_in(self.table.comments)
 
     @property
     def path(self) -> Path:

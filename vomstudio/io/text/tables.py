@@ -266,16 +266,16 @@ def read_table(path: str | Path, *, named: bool = False) -> TextTable:
 
 
 def table_of_cells(
-    names: Sequence[str] | None, rows: Sequence[Sequence[str]], called: str
+    names: Sequence[str] | None,
+    rows: Sequence[Sequence[str]],
+    called: str,
+    comments: Sequence[str] = (),
 ) -> TextTable:
-    """A table that is in memory already; its lines are its rows, counted from 1.
-
-    names : of the columns, None for none. called : what errors call it
-    """
+    """A table that is in memory already; its lines are its rows, counted from 1. names : of the
+    columns, None for none. called : what errors call it. comments : as in a file"""
     width = len(names) if names is not None else len(rows[0]) if rows else 0
     cells = [list(row) for row in rows]
-    header = None if names is None else list(names)
-    numbers = list(range(1, len(cells) + 1))
+    header, numbers = None if names is None else list(names), list(range(1, len(cells) + 1))
     text = TextRows(header, None, width, ",", [], cells, numbers, [], [], [])
     return TextTable(
         path=Path(called),
@@ -283,7 +283,7 @@ def table_of_cells(
         header_line=None,
         width=width,
         delimiter=",",
-        comments=(),
+        comments=tuple(comments),
         notes=(),
         separators=(),
         line_numbers=np.asarray(numbers, dtype=np.int64),

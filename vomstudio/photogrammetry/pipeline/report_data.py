@@ -101,8 +101,11 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
             "dz": float(miss[2]),
             "error_m": float(np.linalg.norm(miss)),
             "used": bool(used),
+            "surveyed": at.tolist(),
         }
-        for name, miss, used in zip(report.names, report.residuals_m, report.used, strict=True)
+        for name, miss, used, at in zip(
+            report.names, report.residuals_m, report.used, report.positions, strict=True
+        )
     ]
     return {
         "method": "camera positions (GPS)",
@@ -121,10 +124,10 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
             "about_east": about_east,
             "about_north": about_north,
         },
-        "covariance": report.covariance.tolist(),
-        "centre": report.centre.tolist(),
         "lenses": [asdict(lens) for lens in report.lenses],
         "residuals": residuals,
+        "covariance": report.covariance.tolist(),
+        "centre": list(report.centre),
         "warnings": list(report.warnings),
     }
 
@@ -147,10 +150,10 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
             "about_east": about_east,
             "about_north": about_north,
         },
-        "covariance": report.covariance.tolist(),
-        "centre": report.centre.tolist(),
         "lenses": [asdict(lens) for lens in report.lenses],
         "points": [asdict(point) for point in report.points],
+        "covariance": report.covariance.tolist(),
+        "centre": list(report.centre),
         "warnings": list(report.warnings),
     }
 

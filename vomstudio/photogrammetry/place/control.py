@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of
 from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -32,6 +33,7 @@ from vomstudio.photogrammetry.place.wrong_marks import (
     without_wrong_marks,
 )
 from vomstudio.progress import Progress
+from vomstudio.registration.remarks import said_of_bowing
 from vomstudio.registration.scatter import scale_warning
 from vomstudio.registration.similarity import (
     fit_similarity,
@@ -57,6 +59,7 @@ class PointFit:
     residual_m : (3,) its place in the model less the surveyed one, east, north, up; None where it
         cannot be had, being marked in fewer than two placed photos
     residual_px : root mean square distance of the surveyed point's projections from its marks
+    surveyed : (3,) World, as given
     """
 
     label: str
@@ -64,6 +67,7 @@ class PointFit:
     photos: int
     residual_m: tuple[float, float, float] | None
     residual_px: float | None
+    surveyed: tuple[float, float, float]
 
     @property
     def error_m(self) -> float | None:
@@ -80,9 +84,9 @@ class ControlReport:
     scale : units of the scene to metres; scale_error : relative, one sigma
     rotation_error_deg : (about east, about north, about up), one sigma; tilt_error_deg : of the
         vertical
-    covariance : (7, 7) as in `Scatter`, about centre (3,), in the frame of the points
     adjusted : whether cameras and points were adjusted together with the control points
     decisions : what became of the lenses then, in words; lenses : the same in numbers
+    covariance : (7, 7) as in `Scatter`, about `centre` (World)
     """
 
     points: tuple[PointFit, ...]
@@ -94,13 +98,25 @@ class ControlReport:
     scale_error: float
     rotation_error_deg: tuple[float, float, float]
     tilt_error_deg: float
-    covariance: Array
-    centre: Array
     crs: str | None
     adjusted: bool
     decisions: tuple[str, ...]
     lenses: tuple[LensVerdict, ...]
     warnings: tuple[str, ...]
+    covariance: Array
+    centre: tuple[float, float, float]
+
+    @property
+    def bowing(self) -> Bowing | None:
+        """By the residuals; where the model was bent to its control, by check points alone if they
+        are enough."""
+        known = [p for p in self.points if p.role in ("control", "check") and p.residual_m]
+        judges = [p for p in known if p.role == "check"]
+        if self.adjusted and len(judges) >= FEWEST:
+            known = judges
+        places = np.array([p.surveyed for p in known], np.float64).reshape(-1, 3)
+        residuals = np.array([p.residual_m for p in known], np.float64).reshape(-1, 3)
+        return bowing_of(places, residuals)
 
 
 def place_by_control_files(
@@ -178,16 +194,22 @@ def place_by_control(
         scatter.scale_error,
         (float(turn[0]), float(turn[1]), float(turn[2])),
         math.hypot(turn[0], turn[1]),
-        scatter.covariance,
-        np.array([control[i].position for i in used]).mean(axis=0),
         crs,
         made.scene is not None,
         made.decisions,
         made.lenses,
         (),
+        scatter.covariance,
+        _centre(ground, used),
     )
     warnings = [*said, *_warnings(report), *([made.refusal] if made.refusal else [])]
     return placed, replace(report, warnings=tuple(warnings))
+
+
+def _centre(ground: GroundPoints, used: Sequence[int]) -> tuple[float, float, float]:
+    """Of the points that count, in World."""
+    x, y, z = (float(v) for v in ground.local[list(used)].mean(axis=0) + np.array(ground.origin))
+    return x, y, z
 
 
 def _marked_points(
@@ -304,7 +326,7 @@ def _fit_of(
     role = "check" if point.check else "control" if used else "left out"
     role = "unseen" if residual is None else role
     pixel_rms = math.sqrt(sum(d * d for d in finite) / len(finite)) if finite else None
-    return PointFit(point.label, role, len(rows), residual, pixel_rms)
+    return PointFit(point.label, role, len(rows), residual, pixel_rms, point.position)
 
 
 def _rms(points: Sequence[PointFit], role: str) -> float | None:
@@ -322,6 +344,7 @@ def _apart(labels: Sequence[str]) -> str:
 
 def _warnings(report: ControlReport) -> Iterator[str]:
     used = [p for p in report.points if p.role == "control"]
+    yield from said_of_bowing(report.bowing)
     out = [p.label for p in report.points if p.role == "left out"]
     unseen = [p.label for p in report.points if p.role == "unseen" and p.photos < 2]
     apart = [p.label for p in report.points if p.role == "unseen" and p.photos >= 2]

@@ -11,12 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geology.bowing import Bowing, bowing_of
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.gps_priors import HEIGHTS_WORSE, adjust_to_positions
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
-from vomstudio.registration.scatter import Scatter, scale_warning, scatter_of
+from vomstudio.registration.remarks import said_of_bowing
+from vomstudio.registration.scatter import scale_warning, scatter_of
 from vomstudio.registration.similarity import (
     fit_robustly,
     nearly_on_a_line,
@@ -50,10 +52,10 @@ class GpsReport:
     scale_error : relative, one sigma
     rotation_error_deg : (about east, about north, about up), one sigma
     tilt_error_deg : of the vertical; what dips may be wrong by
-    covariance : (7, 7) as in `Scatter`, about centre (3,), in the CRS
     heights : "above sea level" or "above the ellipsoid", as the photos state
     adjusted : whether the positions entered the adjustment; decisions : why or why not, and what
         became of the lenses, in words; lenses : the latter in numbers
+    covariance : (7, 7) as in `Scatter`, about `centre` (World); positions : (n, 3) World, as stated
     """
 
     names: tuple[str, ...]
@@ -66,14 +68,20 @@ class GpsReport:
     scale_error: float
     rotation_error_deg: tuple[float, float, float]
     tilt_error_deg: float
-    covariance: Array
-    centre: Array
     crs: str
     heights: str
     adjusted: bool
     decisions: tuple[str, ...]
     lenses: tuple[LensVerdict, ...]
     warnings: tuple[str, ...]
+    covariance: Array
+    centre: tuple[float, float, float]
+    positions: Array
+
+    @property
+    def bowing(self) -> Bowing | None:
+        """By the residuals of the positions that count."""
+        return bowing_of(self.positions[self.used], self.residuals_m[self.used])
 
 
 def place_by_gps(
@@ -124,27 +132,27 @@ def place_by_gps(
     if entered.adjusted:
         _, used = fit_robustly(better.centres[rows], local, floor=floor)
         quality = _quality(better.centres[rows], local, used, stated)
-    scatter = quality.scatter
-    turn = np.degrees(np.sqrt(np.diag(scatter.rotation)))
+    turn, middle = quality.turn_deg, world[used].mean(axis=0)
     report = GpsReport(
         tuple(photo.name for photo in placed),
         quality.residuals,
         used,
         float(np.sqrt((quality.residuals[used] ** 2).sum(1).mean())),
         quality.sigma,
-        float(scatter.sigma[2]),
+        quality.sigma_height,
         fit.scale,
-        scatter.scale_error,
+        quality.scale_error,
         (float(turn[0]), float(turn[1]), float(turn[2])),
         math.hypot(turn[0], turn[1]),
-        scatter.covariance,
-        world[used].mean(axis=0),
         crs,
         _heights(placed),
         entered.adjusted,
         (entered.reason, *(lens.reason for lens in entered.lenses)),
         entered.lenses,
         (),
+        quality.covariance,
+        (float(middle[0]), float(middle[1]), float(middle[2])),
+        world,
     )
     report = replace(report, warnings=tuple(_warnings(report, scene, placed)))
     return better, report
@@ -176,11 +184,14 @@ def _photos_with_position(
 
 @dataclass(frozen=True, eq=False)
 class _Quality:
-    """residuals : (n, 3); sigma : of a horizontal coordinate"""
+    """residuals : (n, 3); sigma : of a horizontal coordinate; turn_deg : (3,) about the axes"""
 
     residuals: Array
     sigma: float
-    scatter: Scatter
+    sigma_height: float
+    scale_error: float
+    turn_deg: Array
+    covariance: Array
 
 
 def _quality(
@@ -214,7 +225,15 @@ def _quality(
                 angle=worst,
             )
         )
-    return _Quality(residuals, sigma, scatter)
+    turn = np.degrees(np.sqrt(np.diag(scatter.rotation)))
+    return _Quality(
+        residuals,
+        sigma,
+        float(scatter.sigma[2]),
+        scatter.scale_error,
+        turn,
+        scatter.covariance,
+    )
 
 
 def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
@@ -296,6 +315,7 @@ def _warnings(report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]
         )
     if warning := scale_warning(report.scale_error):
         yield warning
+    yield from said_of_bowing(report.bowing)
     left = [n for n, u in zip(report.names, report.used, strict=True) if not u]
     if left:
         yield tr_n(

@@ -9,6 +9,7 @@ import numpy as np
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology import stereonet as nets
+from vomstudio.geology.common_turns import Region, Turns, cone, moved, principal_axis, region
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geology.orientation import (
@@ -18,7 +19,12 @@ from vomstudio.geology.orientation import (
     lines_to_vectors,
     planes_to_poles,
 )
-from vomstudio.geology.statistics import axial_mean
+from vomstudio.geology.statistics import (
+    axial_mean,
+    fisher,
+    no_fisher_reason,
+    orientation_tensor,
+)
 from vomstudio.words import tr
 
 OKABE_ITO = (
@@ -38,7 +44,8 @@ class NetSet:
 
     kind "plane": azimuth_deg, angle_deg (n,) are dip direction and dip; "line": trend and plunge.
     ids name the features for picking and selecting (empty: they can't be). variant tells sets of
-    one type apart without leaving its colour: full, open, pale, deep, then over again.
+    one type apart without leaving its colour: full, open, pale, deep, then over again. turns: how
+    they turn with the registrations of their models, None where nothing is known of that.
     """
 
     name: str
@@ -49,6 +56,12 @@ class NetSet:
     color: str = OKABE_ITO[0]
     marker: str = MARKERS[0]
     variant: int = 0
+    turns: Turns | None = None
+
+    @property
+    def registered(self) -> bool:
+        """Whether the error of a registration is known for any of them."""
+        return self.turns is not None and self.turns.known
 
     def vectors(self) -> Array:
         """(n, 3) unit vectors: poles of planes, lines as they are."""
@@ -62,13 +75,15 @@ class NetSet:
 @dataclass(frozen=True)
 class NetMean:
     """A mean of a set: a line to mark, and the text beside it. orientation : the line, or the mean
-    plane, in the net's notation"""
+    plane, in the net's notation. total : its 95 % ellipse with the registration, None where no
+    error of a registration is known"""
 
     line: Line
     label: str
     color: str
     marker: str
     orientation: str = ""
+    total: NetLineEllipse | None = None
 
 
 @dataclass(frozen=True)
@@ -97,6 +112,12 @@ class NetLineEllipse:
     min_angle_deg: float
     axis: Array
 
+    @classmethod
+    def of(cls, vector: Array, region: Region) -> NetLineEllipse:
+        """Of a region about a unit vector (3,)."""
+        line = Line.from_vector(vector)
+        return cls(line, region.largest_deg, region.smallest_deg, region.axis)
+
     def outline(self, projection: str) -> list[Array]:
         """Polylines (k, 2) on the net."""
         return nets.confidence_ellipse(
@@ -113,6 +134,7 @@ class NetContents:
 
     circles: great circles of planes always (True), never (False), or while there are few (None).
     selected: ids that are emphasised; their great circles are always drawn.
+    registered: those of the same features with the errors of their registrations, where known.
     contour: one of `stereonet.DENSITY_METHODS`, of all poles and lines shown.
     notation, decimals: how orientations are written on the net.
     title, notes: over the net, and above its caption (frame, north, what was left out).
@@ -128,6 +150,7 @@ class NetContents:
     fold: FoldAxis | None = None
     selected: frozenset[str] = frozenset()
     ellipses: tuple[AnyEllipse, ...] = ()
+    registered: tuple[AnyEllipse, ...] = ()
     contour: str | None = None
     notation: str = "dipdir/dip"
     decimals: int = 0
@@ -135,19 +158,37 @@ class NetContents:
     notes: tuple[str, ...] = ()
     compact: bool = False
 
+    @property
+    def with_registration(self) -> tuple[AnyEllipse, ...]:
+        """All ellipses that hold the error of a registration."""
+        of_means = [mean.total for mean in self.means if mean.total is not None]
+        fold = self.fold
+        if fold is None or fold.registration_error_deg is None or fold.total is None:
+            return (*self.registered, *of_means)
+        return (*self.registered, NetLineEllipse.of(fold.beta.vector(), fold.total), *of_means)
+
     def with_selection(
-        self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()
+        self,
+        selected: Iterable[str],
+        ellipses: Sequence[AnyEllipse] = (),
+        registered: Sequence[AnyEllipse] = (),
     ) -> NetContents:
         """The same net with other features emphasised."""
-        return replace(self, selected=frozenset(selected), ellipses=tuple(ellipses))
+        return replace(
+            self,
+            selected=frozenset(selected),
+            ellipses=tuple(ellipses),
+            registered=tuple(registered),
+        )
 
 
 def make_sets(
     groups: Mapping[str, tuple[str, Sequence[float] | Array, Sequence[float] | Array]],
     ids: Mapping[str, Sequence[str]] | None = None,
+    turns: Mapping[str, Turns] | None = None,
 ) -> tuple[NetSet, ...]:
     """Sets of {name: (kind, azimuths, angles)} with the colours and symbols of the house, in
-    order; rows that are not numbers are left out."""
+    order; rows that are not numbers are left out. turns: of each, where known."""
     sets = []
     for i, (name, (kind, azimuth, angle)) in enumerate(groups.items()):
         if kind not in ("plane", "line"):
@@ -158,7 +199,8 @@ def make_sets(
         kept = tuple(k for k, ok in zip(names, sound, strict=True) if ok) if names else ()
         color = OKABE_ITO[i % len(OKABE_ITO)]
         marker = MARKERS[(i + i // len(OKABE_ITO)) % len(MARKERS)]
-        sets.append(NetSet(name, kind, a[sound], b[sound], kept, color, marker))
+        turned = turns[name].of(sound) if turns and name in turns else None
+        sets.append(NetSet(name, kind, a[sound], b[sound], kept, color, marker, turns=turned))
     return tuple(sets)
 
 
@@ -182,8 +224,23 @@ def means_of(
             text = format_line(line, decimals)
         # Colour and symbol tell whose mean it is; a name would not fit where sets are many.
         label = text if len(chosen) > 1 else tr("Mean {orientation}", orientation=text)
-        means.append(NetMean(line, label, s.color, s.marker, text))
+        means.append(NetMean(line, label, s.color, s.marker, text, _total(s)))
     return tuple(means)
+
+
+def _total(s: NetSet) -> NetLineEllipse | None:
+    """The 95 % ellipse of a set's mean with the registration: about the cone of Fisher, where the
+    set is a cluster."""
+    if s.turns is None or not s.turns.known:
+        return None
+    vectors = s.vectors()
+    values, axes = orientation_tensor(vectors)
+    covariance = principal_axis(moved(vectors, s.turns), values, axes, 0).covariance()[0]
+    own = None
+    if no_fisher_reason(vectors, False) is None:
+        alpha = fisher(vectors, False).alpha95_deg
+        own = None if alpha is None else cone(axes[0], alpha)
+    return NetLineEllipse.of(axes[0], region(axes[0], covariance, own))
 
 
 def circles_shown(net: NetContents) -> bool:

@@ -102,12 +102,17 @@ class NetArtists:
             for i in np.flatnonzero(outline.contains_points(at))
         )
 
-    def select(self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()) -> None:
+    def select(
+        self,
+        selected: Iterable[str],
+        ellipses: Sequence[AnyEllipse] = (),
+        registered: Sequence[AnyEllipse] = (),
+    ) -> None:
         """Emphasises other features and leaves the rest; the caller redraws the canvas. All is
         drawn anew only where the legend gains, loses or renames the ellipse."""
-        before = [type(e) for e in self.contents.ellipses]
-        self.contents = self.contents.with_selection(selected, ellipses)
-        if before != [type(e) for e in ellipses] and not self.contents.compact:
+        before = _named_in_legend(self.contents)
+        self.contents = self.contents.with_selection(selected, ellipses, registered)
+        if before != _named_in_legend(self.contents) and not self.contents.compact:
             figure = self.axes.get_figure(root=True)
             assert figure is not None
             anew = draw_stereonet(figure, self.contents, self.style)
@@ -176,6 +181,11 @@ def write_stereonet(
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
     with rc_context({"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}):
         figure.savefig(target, format=format, dpi=dpi, facecolor=style.paper, metadata=metadata)
+
+
+def _named_in_legend(net: NetContents) -> tuple[list[type], bool]:
+    """What of the selection's ellipses the legend names."""
+    return [type(e) for e in net.ellipses], bool(net.with_registration)
 
 
 def _distance_to_arcs(point: Array, arcs: Array) -> Array:

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from vomstudio.geology.notation import format_plane
 from vomstudio.products.net.contents import NetContents, NetEllipse, NetSet, circles_shown
-from vomstudio.products.net.style import NetStyle
+from vomstudio.products.net.style import REGISTERED_LINE, NetStyle
 from vomstudio.words import tr
 
 
@@ -61,6 +61,10 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
             else tr("Joint 95 % of the selected line")
         )
         entries.append(Entry(text, style.ink, None, "-"))
+    # On the screen not by what is selected: the net would move at every click.
+    registered = any(s.registered for s in net.sets) if net.compact else net.with_registration
+    if registered:
+        entries.append(Entry(tr("95 % with registration"), style.soft, None, REGISTERED_LINE))
     return entries
 
 

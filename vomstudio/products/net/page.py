@@ -13,9 +13,15 @@ from vomstudio.geology import stereonet as nets
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Array
-from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents, circles_shown
+from vomstudio.products.net.contents import (
+    AUTO_CIRCLES,
+    NetContents,
+    NetLineEllipse,
+    circles_shown,
+)
 from vomstudio.products.net.labels import Box, free_place
 from vomstudio.products.net.legend import Entry, legend_entries, shortened, text_width
+from vomstudio.products.net.selection_highlight import draw_registered
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding, layer
 from vomstudio.words import to_translate, tr
 
@@ -331,6 +337,10 @@ class Page:
                     *part.T, color=style.ink, linewidth=style.line_pt, zorder=layer("fold")
                 )
                 self.outlines.append(part)
+        if fold.registration_error_deg is not None and fold.total is not None:
+            ellipse = NetLineEllipse.of(fold.beta.vector(), fold.total)
+            draw_registered(self.axes, ellipse, net.projection, style)
+            self.outlines += ellipse.outline(net.projection)
         x, y = nets.project(fold.beta.vector(), net.projection)[0]
         self.axes.plot(
             [x], [y], marker="*", markersize=2.4 * style.marker_pt, markerfacecolor=style.ink,
@@ -350,13 +360,16 @@ class Page:
                 markeredgewidth=2.4 * style.line_pt, linestyle="none", zorder=layer("means"),
             )  # fmt: skip
             wanted.append((at, mean.label, style.ink))
+            if mean.total is not None:
+                draw_registered(self.axes, mean.total, net.projection, style)
+                self.outlines += mean.total.outline(net.projection)
         if net.fold is not None:
             at = nets.project(net.fold.beta.vector(), net.projection)[0]
             text = f"β {format_line(net.fold.beta, net.decimals)}"
             wanted.append((at, text, style.ink))
         crowd = np.vstack(
             [np.zeros((0, 2)), *self.outlines]
-            + [part for e in net.ellipses for part in e.outline(net.projection)]
+            + [part for e in (*net.ellipses, *net.registered) for part in e.outline(net.projection)]
             + [nets.project(s.vectors(), net.projection) for s in net.sets if net.poles and len(s)]
         )
         crowd = np.array([self.cx, self.cy]) + self.radius * crowd

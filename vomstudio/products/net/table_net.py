@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import no_fisher_reason
 from vomstudio.products.net.contents import NetContents, make_sets, means_of
@@ -21,6 +22,7 @@ def net_of_table(
     """by : name or number of the column that tells the sets apart; None for `set`, else `kind`.
     Raises UsageError for a column that is not there."""
     groups: dict[str, tuple[str, Any, Any]] = {}
+    turns: dict[str, Turns] = {}
     for name, members in _members(table, by).items():
         for kind, wanted in (("plane", True), ("line", False)):
             rows = [i for i in members if table.is_plane[i] == wanted]
@@ -34,7 +36,9 @@ def net_of_table(
                 else (table.trend_deg, table.plunge_deg)
             )
             groups[label] = (kind, azimuth[rows], angle[rows])
-    sets = make_sets(groups)
+            if table.turns is not None:
+                turns[label] = table.turns.of(rows)
+    sets = make_sets(groups, turns=turns)
     # A mean of a girdle, or of a scatter, is a mark that means nothing.
     clustered = [s for s in sets if no_fisher_reason(s.vectors(), False) is None]
     return NetContents(

@@ -155,7 +155,7 @@ def request_picture(
 
 def _fold_view(fold: TableFold, planned: Plan) -> FoldView:
     deep = float(np.ptp(planned.points[:, 2]))
-    off = fold.beta.max_confidence95_deg
+    off = fold.beta.total95_deg
     cost = cost_of_direction(off, deep, metric=planned.view.metric)
     return FoldView(
         fold.beta, fold.valid, fold.verdict, fold.reasons, fold.used, fold.left_out, cost

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.errors import UsageError
+from vomstudio.survey.foretold_plan import forecast_in_short
 from vomstudio.survey.photo_limits import planes_in_short
 from vomstudio.words import to_translate, tr
 
@@ -213,6 +214,13 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
             tr("{near:.3g} m to infinity", near=near)
             if far is None
             else tr("{near:.3g} m to {far:.3g} m", near=near, far=far),
+        ),
+        *(
+            (
+                tr("Turned, by GPS") if each.by == "receiver" else tr("Turned, by control"),
+                forecast_in_short(each),
+            )
+            for each in plan.registration
         ),
     ]
 

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 
 from vomstudio.files.atomic import atomic_write
+from vomstudio.io.project.reconstructions import registration_of
+from vomstudio.registration.summary import summary_of
 from vomstudio.words import to_translate, tr, tr_n
 
 _STYLE = """
@@ -44,6 +46,7 @@ def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
             _heading(tr("Cameras")),
             *map(_camera, result["calibration"]),
             _heading(tr("Frame")),
+            _frame(result),
             _registration(result),
             _heading(tr("Model")),
             _facts(result["model"], "m" if result["scaled"] else tr("units")),
@@ -172,13 +175,26 @@ def _camera(camera: Mapping[str, Any]) -> str:
     return text
 
 
-def _registration(result: Mapping[str, Any]) -> str:
+def _frame(result: Mapping[str, Any]) -> str:
     found = result["registration"]
     if refused := found.get("refused"):
         text = tr("The model was not registered. {reason}", reason=refused)
         return f"<p>{escape(text)}</p>"
     facts = _facts({key: value for key, value in found.items() if not isinstance(value, list)})
     return facts + _points(found.get("points", []))
+
+
+def _registration(result: Mapping[str, Any]) -> str:
+    """What the registration is worth, and what is to be minded about it; "" without one."""
+    found = result["registration"]
+    if found.get("refused") or "rotation_error_deg" not in found:
+        return ""
+    told = summary_of(registration_of(result, ""))
+    text = f"<p>{escape(told.sentence)}</p>" if told.sentence else ""
+    text += _table(["", ""], [("", fact) for fact in told.facts])
+    warnings = dict.fromkeys((*found.get("warnings", ()), *told.warnings))
+    text += "".join(f'<p class="note">{escape(said)}</p>' for said in warnings)
+    return _heading(tr("Registration")) + text
 
 
 def _points(points: Sequence[Mapping[str, Any]]) -> str:

@@ -23,7 +23,9 @@ from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import FeatureType, Typed, get_feature
+from vomstudio.document.registration_errors import model_of, pole_region, turns_of
 from vomstudio.errors import VomError
+from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Plane
@@ -186,6 +188,8 @@ class StereonetPanel(QWidget):
             if shown.get(f.type_id, True) and studio.visible(f.id)
         ]
         measured = studio.measured(f.id for f in features)
+        turned = turns_of(model_of(studio.records, f) for f in features)
+        turns = {f.id: row for row, f in enumerate(features)}, turned
         groups: dict[str, dict[str, list[Typed]]] = {}
         for feature in features:
             groups.setdefault(feature.type_id, {}).setdefault(feature.set_name, []).append(feature)
@@ -198,7 +202,9 @@ class StereonetPanel(QWidget):
                 title = f"{kind.name}: {name}" if name else kind.name
                 for look, evidence, alike in _alike(own[name]):
                     marker = look.marker or _MARKERS.get(kind.symbol, "o")
-                    new = _sets(kind, f"{title}{look.suffix}", alike, measured, marker, variant)
+                    new = _sets(
+                        kind, f"{title}{look.suffix}", alike, measured, marker, turns, variant
+                    )
                     if kind.id == "bedding" and evidence == "picked":
                         beds += [s for s in new if s.kind == "plane"]
                     sets += new
@@ -211,6 +217,7 @@ class StereonetPanel(QWidget):
             fold=_fold(beds) if self._beta.isChecked() else None,
             selected=frozenset(studio.selection.ids),
             ellipses=self._ellipses(),
+            registered=self._registered(),
             notation=studio.settings.notation,
             compact=True,
         )
@@ -245,6 +252,23 @@ class StereonetPanel(QWidget):
             ),
         )
 
+    def _registered(self) -> tuple[AnyEllipse, ...]:
+        """That of the current plane or line with the error of its registration, where known."""
+        records, current = self._studio.records, self._studio.selection.current
+        feature = get_feature(records, current)
+        if current is None or feature is None:
+            return ()
+        measured = self._studio.measured([current])[current]
+        if measured.registration_error_deg is None:
+            return ()
+        if measured.line is not None:
+            total = measured.total
+            return () if total is None else (NetLineEllipse.of(measured.line.vector(), total),)
+        pole = pole_region(measured, model_of(records, feature))
+        if pole is None or measured.plane is None:
+            return ()
+        return (NetLineEllipse.of(-measured.plane.normal(), pole),)
+
     def redraw(self) -> None:
         """Draw the net anew, unless it is hidden; it is then drawn when it is painted next."""
         # Behind another tab nobody sees it (Qt calls it visible): it is drawn when it is painted.
@@ -277,7 +301,7 @@ class StereonetPanel(QWidget):
             return
         self._wanted = None
         if wanted.contents.selected != frozenset(self._studio.selection.ids):
-            net.artists.select(self._studio.selection.ids, self._ellipses())
+            net.artists.select(self._studio.selection.ids, self._ellipses(), self._registered())
         self._show(net)
 
     def _show(self, net: DrawnNet) -> None:
@@ -294,7 +318,9 @@ class StereonetPanel(QWidget):
 
     def _emphasise(self) -> None:
         if self._net is not None and self.up_to_date:
-            self._net.artists.select(self._studio.selection.ids, self._ellipses())
+            self._net.artists.select(
+                self._studio.selection.ids, self._ellipses(), self._registered()
+            )
             self.canvas.show_net(self._net)
         self._show_selected()
 
@@ -394,8 +420,12 @@ def _fold(beds: Sequence[NetSet]) -> FoldAxis | None:
     angle = np.concatenate([np.zeros(0), *(s.angle_deg for s in beds)])
     if len(azimuth) < 3:
         return None
+    turns = None
+    if any(s.registered for s in beds):
+        own = [s.turns for s in beds if s.turns is not None]
+        turns = Turns(np.concatenate([t.group for t in own]), own[0].rotations)
     try:
-        return fold_axis(azimuth, angle)
+        return fold_axis(azimuth, angle, turns)
     except VomError:
         return None
 
@@ -421,6 +451,7 @@ def _sets(
     features: Sequence[Typed],
     measured: Mapping[str, Measurement],
     marker: str,
+    turns: tuple[Mapping[str, int], Turns],
     variant: int = 0,
 ) -> list[NetSet]:
     """The planes and the lines among features, each as a set; those without orientation are left
@@ -433,14 +464,17 @@ def _sets(
         elif (line := figures.line) is not None:
             lines.append((feature.id, line))
     result = []
+    rows, turned = turns
     if planes:
         azimuth = np.array([p.dip_direction_deg for _, p in planes], dtype=float)
         angle = np.array([p.dip_deg for _, p in planes], dtype=float)
         ids = tuple(id_ for id_, _ in planes)
-        result.append(NetSet(name, "plane", azimuth, angle, ids, kind.color, marker, variant))
+        own = turned.of([rows[id_] for id_ in ids])
+        result.append(NetSet(name, "plane", azimuth, angle, ids, kind.color, marker, variant, own))
     if lines:
         azimuth = np.array([line.trend_deg for _, line in lines], dtype=float)
         angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
         ids = tuple(id_ for id_, _ in lines)
-        result.append(NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant))
+        own = turned.of([rows[id_] for id_ in ids])
+        result.append(NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant, own))
     return result

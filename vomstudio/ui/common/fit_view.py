@@ -46,8 +46,18 @@ _SIZE = _Line(
     catalogue.EXTENT,
     catalogue.RMS,
 )
+_REGISTRATION = _Line(
+    to_translate("Reg. / total"),
+    to_translate(
+        "95 % half-angle by which the model's registration can tilt it, and that of fit, "
+        "resolution and registration together, which decides the verdict."
+    ),
+    catalogue.REGISTRATION_ERROR,
+    catalogue.TOTAL,
+)
 _LINES = (
     _CONFIDENCE,
+    _REGISTRATION,
     _Line(
         to_translate("± dip / dir."),
         to_translate(
@@ -191,7 +201,7 @@ def _text(line: _Line, measured: Measurement) -> str:
     subject = Subject(None, measured)
     first, second = line.first.text(subject), line.second.text(subject)
     if measured.fit is None:
-        if line not in (_CONFIDENCE, _SIZE) or line.first.value(subject) is None:
+        if line not in (_CONFIDENCE, _REGISTRATION, _SIZE) or line.first.value(subject) is None:
             return "–"
         # Without an axis it is a round cone.
         if line is _CONFIDENCE and measured.confidence_axis is None:

@@ -79,9 +79,18 @@ def relation_lines(measured: Measurement) -> list[str]:
             largest=degrees(error),
             smallest=degrees(measured.min_confidence95_deg),
         )
+    registered = []
+    if measured.registration_error_deg is not None:
+        values = {
+            "registration": degrees(measured.registration_error_deg),
+            "total": degrees(measured.total.largest_deg if measured.total else None),
+        }
+        said = tr("By the registration {registration}, together {total} (95 %)", **values)
+        registered.append(said)
     return [
         tr("Angle between the planes: {angle}", angle=degrees(measured.angle_deg)),
         intersection,
+        *registered,
         *(f"• {reason}" for reason in (measured.verdict.reasons if measured.verdict else ())),
     ]
 

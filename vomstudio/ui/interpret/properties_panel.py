@@ -24,6 +24,7 @@ from vomstudio.document.kinds import ATTRIBUTES, kind_of
 from vomstudio.document.records import Feature, Model, get_feature
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
+from vomstudio.registration.summary import summary_of
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.plane_box import PlaneBox
@@ -265,6 +266,11 @@ class PropertiesPanel(QWidget):
             resolution = length(spacing, metric=model.frame.has_metres)
             lines.append(tr("Resolution: {length}", length=resolution))
         lines.append(tr("Frame: {frame}", frame=model.frame.name()))
+        if model.registration is not None:
+            told = summary_of(model.registration)
+            lines += [f"{name}: {value}" for name, value in told.facts]
+            lines += [f"<b>{told.sentence}</b>"] if told.sentence else []
+            lines += [f"• {said}" for said in told.warnings]
         if opened is not None:
             lines += list(opened.warnings)
         self._model.setText("<br>".join(lines))

@@ -20,9 +20,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.document.catalogue import TOTAL
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import is_picked_plane
 from vomstudio.document.records import Matrix, Model, Record, Typed, get_feature
+from vomstudio.document.registration_errors import bowed_deg, model_of, turns_of
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line, parse_line
@@ -207,11 +209,11 @@ class ViewPanel(QWidget):
                 "verdict: {verdict}, valid: {valid}.",
                 len(self._beds),
                 line=format_line(axis.beta, 0),
-                error=degrees(axis.max_confidence95_deg),
+                error=degrees(axis.error95_deg),
                 verdict=axis.verdict,
                 valid=axis.valid,
             )
-            return text, axis.max_confidence95_deg
+            return text, axis.error95_deg
         for id_ in reversed(self._studio.selection.ids):
             feature = get_feature(self._studio.records, id_)
             if feature is None:
@@ -220,6 +222,8 @@ class ViewPanel(QWidget):
             line = measured.line or (measured.plane.pole() if measured.plane else None)
             if line is not None and angle_between_lines(line, direction) < SAME_DEG:
                 error = measured.max_confidence95_deg
+                if measured.registration_error_deg is not None:
+                    error = TOTAL.value(self._studio.subject(feature, measured))
                 values = {"feature": feature.name, "error": degrees(error)}
                 if measured.line is not None:
                     return tr("Along {feature}, 95 %: {error}.", **values), error
@@ -265,9 +269,12 @@ class ViewPanel(QWidget):
         return self._axis_kept
 
     def _find_axis(self) -> FoldAxis | str:
-        measured = self._studio.measured(self._beds).values()
-        self._poor = sum(m.verdict is not None and m.verdict.quality == "poor" for m in measured)
-        fits = [m.fit for m in measured if m.fit is not None]
+        measured = self._studio.measured(self._beds)
+        self._poor = sum(
+            m.verdict is not None and m.verdict.quality == "poor" for m in measured.values()
+        )
+        fitted = {id_: m.fit for id_, m in measured.items() if m.fit is not None}
+        fits = list(fitted.values())
         if len(fits) < 2:
             if self.only_selected.isChecked():
                 return tr(
@@ -279,7 +286,9 @@ class ViewPanel(QWidget):
             )
         try:
             azimuths, dips, _ = normals_to_planes(np.array([fit.normal for fit in fits]))
-            return fold_axis(azimuths, dips)
+            records = self._studio.records
+            models = [model_of(records, get_feature(records, id_)) for id_ in fitted]
+            return fold_axis(azimuths, dips, turns_of(models), bowed_deg(models))
         except VomError as error:
             return str(error)
 

@@ -29,6 +29,7 @@ from PySide6.QtWidgets import (
 from vomstudio.errors import VomError
 from vomstudio.io.photos.camera_table import camera_models
 from vomstudio.products.report.field_sheet import figures, write_field_sheet
+from vomstudio.survey.foretold_plan import foretold
 from vomstudio.survey.plan_camera import camera_of
 from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, SurveyPlan, plan_survey
 from vomstudio.ui.common import file_filters
@@ -431,7 +432,7 @@ def _plan(values: dict[str, Any]) -> SurveyPlan | str:
     given = {target[1]: (numbers["value"] or 0.0) / target[3]}
     try:
         camera = camera_of(values["camera"], numbers["focal"])
-        return plan_survey(
+        made = plan_survey(
             camera,
             numbers["width"] or 0.0,
             numbers["height"] or 0.0,
@@ -441,6 +442,7 @@ def _plan(values: dict[str, Any]) -> SurveyPlan | str:
             f_number=(numbers["aperture"] or 0.0) if camera.f_number is None else None,
             **given,
         )
+        return foretold(made)
     except VomError as error:
         text = as_sentence(error.message.replace("--focal MM", tr("the field Lens")))
         name = _FIELDS.get(error.field or "", "")

@@ -136,14 +136,16 @@ def read_odm(path: str | Path) -> OdmControl:
     if not points:
         raise InputError(tr("The file has no points. Add some, or choose another file."), file=path)
     return OdmControl(
-        _crs(path, first, header),
+        projection_of(path, first, header),
         first,
         tuple(point for _, point in points.values()),
         tuple(mark for _, mark in marks.values()),
     )
 
 
-def _crs(path: Path, line: int, header: str) -> str:
+def projection_of(path: Path, line: int, header: str) -> str:
+    """What the first line of a file of OpenDroneMap names, as pyproj understands it. Raises
+    InputError."""
     if header.casefold().startswith("wgs84"):
         found = _UTM.fullmatch(header)
         if found is None or not 1 <= int(found[1]) <= 60:

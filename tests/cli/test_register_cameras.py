@@ -1,0 +1,240 @@
+"""`vomstudio register` of models whose cameras other programs wrote: a known move comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.io.photos import camera_files as files
+from tests.io.photos.photo_maker import at, text, write_photo
+
+Array = npt.NDArray[np.float64]
+Write = Callable[..., Path]
+
+VIEWS = files.ring()
+TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
+SCALE, SHIFT = 2.5, np.array([398_000.0, 4_980_000.0, 320.0])
+CORNERS = np.array([[x, y, z] for x in (-5, 5) for y in (-4, 4) for z in (-3, 3)], float)
+
+
+def world(model: Array) -> Array:
+    return SCALE * np.asarray(model) @ TURN.T + SHIFT
+
+
+def off_deg(told: dict) -> float:
+    turn = np.array(told["matrix"])[:3, :3] / told["scale"]
+    return float(np.degrees(Rotation.from_matrix(turn @ TURN.T).magnitude()))
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    folder = tmp_path / "model"
+    folder.mkdir()
+    path = folder / "model.ply"
+    corners = "".join(f"{x} {y} {z}\n" for x, y, z in CORNERS)
+    path.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 8\nproperty double x\nproperty double y\n"
+        "property double z\nend_header\n" + corners
+    )
+    return path
+
+
+def colmap(folder: Path) -> Path:
+    return files.colmap_text(folder / "sparse" / "0", VIEWS)
+
+
+def metashape(folder: Path) -> Path:
+    turn = Rotation.from_euler("zyx", [50.0, -20.0, 35.0], degrees=True).as_matrix()
+    return files.metashape_xml(folder / "cameras.xml", VIEWS, 3.0, turn, np.array([90.0, 8, -5]))
+
+
+def opensfm(folder: Path) -> Path:
+    return files.opensfm_json(folder / "reconstruction.json", VIEWS)
+
+
+def shots(folder: Path) -> Path:
+    return files.shots_geojson(folder / "shots.geojson", VIEWS)
+
+
+def reference(folder: Path) -> Path:
+    return files.metashape_reference(folder / "reference.txt", VIEWS)
+
+
+@pytest.mark.parametrize("kind", [colmap, metashape, opensfm, shots, reference])
+def test_positions_place_a_model_of_any_program(run, write: Write, model: Path, kind) -> None:
+    path = kind(model.parent)
+    rows = ["photo,x,y,z"]
+    rows += [f"{v.name},{','.join(f'{c:.6f}' for c in world(v.centre))}" for v in VIEWS]
+    table = write("\n".join(rows))
+    words = [model, "--cameras", table, "--json"]
+    named = run("register", *words, "--model-cameras", path).json
+    assert off_deg(named) < 1e-4
+    assert named["scale"] == pytest.approx(SCALE, rel=1e-6)
+    if kind is not reference:
+        # Under the names that the programs give them, they are found.
+        assert run("register", *words).json["matrix"] == named["matrix"]
+    # The placement alone needs no model.
+    alone = run("register", "-", *words[1:], "--model-cameras", path).json
+    np.testing.assert_allclose(alone["matrix"], named["matrix"], rtol=1e-6)
+
+
+def test_centres_alone_take_no_attitudes(run, write: Write, model: Path) -> None:
+    path = reference(model.parent)
+    table = write("photo,yaw,pitch,roll\nIMG_01.jpg,10,0,0\n")
+    ran = run("register", model, "--attitudes", table, "--model-cameras", path)
+    assert ran.code == 2
+    assert "centres alone" in ran.said
+
+
+def test_photos_of_other_names_are_said(run, write: Write, model: Path) -> None:
+    colmap(model.parent)
+    ran = run("register", model, "--cameras", write("photo,x,y,z\nDSC1.jpg,1,2,3\n"))
+    assert ran.code == 2
+    assert "DSC1.jpg" in ran.said
+    assert "IMG_00.jpg" in ran.said
+
+
+# --- given positions ------------------------------------------------------------------------------
+THERE = world(np.array([view.centre for view in VIEWS]))
+
+
+def degrees(places: Array) -> Array:
+    from pyproj import Transformer
+
+    back = Transformer.from_crs("EPSG:32633", "EPSG:4326", always_xy=True)
+    return np.column_stack([*back.transform(places[:, 0], places[:, 1]), places[:, 2]])
+
+
+def table_of(places: Array, head: str, places_figures: int = 4, join: str = ",") -> str:
+    rows = [
+        join.join([v.name, *(f"{c:.{places_figures}f}" for c in there)])
+        for v, there in zip(VIEWS, places, strict=True)
+    ]
+    return "\n".join([head, *rows]) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("head", "more"),
+    [
+        ("EPSG:32633", ""),
+        ("WGS84 UTM 33N", " 10 0 0"),
+        ("+proj=utm +zone=33 +datum=WGS84 +units=m +no_defs", " 10 0 0 0.05 0.1 and more"),
+    ],
+)
+def test_geo_txt_names_its_crs(run, write: Write, model: Path, head: str, more: str) -> None:
+    colmap(model.parent)
+    text_ = table_of(THERE, "", join=" ").splitlines()
+    table = write("\n".join([head, *(row + more for row in text_[1:])]), "geo.txt")
+    told = run("register", model, "--cameras", table, "--json").json
+    assert off_deg(told) < 0.01
+    np.testing.assert_allclose(np.array(told["matrix"])[:3, 3], SHIFT, atol=0.01)
+
+
+def test_geo_txt_in_another_crs_is_converted(run, write: Write, model: Path) -> None:
+    colmap(model.parent)
+    table = write(table_of(degrees(THERE), "EPSG:4326", 9, " "), "geo.txt")
+    ran = run("register", model, "--cameras", table)
+    assert ran.code == 2
+    # The zone of the photos is proposed.
+    assert "EPSG:32633" in ran.said
+    told = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json").json
+    assert off_deg(told) < 0.01
+    assert any("no geoid model is installed" in said for said in told["warnings"])
+    stated = write("# EPSG:4326\n" + table_of(degrees(THERE), "photo,x,y,z", 9), "in.csv")
+    again = run("register", model, "--cameras", stated, "--crs", "EPSG:32633", "--json").json
+    np.testing.assert_allclose(again["matrix"], told["matrix"], rtol=1e-6)
+
+
+def test_positions_in_feet_by_their_crs_are_converted(run, write: Write, model: Path) -> None:
+    colmap(model.parent)
+    foot = 1200 / 3937
+    head = "+proj=utm +zone=33 +datum=WGS84 +units=us-ft +no_defs"
+    table = write(table_of(THERE / [foot, foot, 1], head, join=" "), "geo.txt")
+    ran = run("register", model, "--cameras", table)
+    assert ran.code == 2
+    assert "not in metres" in ran.said
+    told = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json").json
+    assert off_deg(told) < 0.01
+    assert told["scale"] == pytest.approx(SCALE, rel=1e-5)
+
+
+def test_the_reference_of_metashape_gives_positions(run, write: Write, model: Path) -> None:
+    colmap(model.parent)
+    rows = ["# CoordinateSystem: WGS 84 (EPSG::4326)",
+            "#Label,X/Longitude,Y/Latitude,Z/Altitude,X_est,Y_est,Z_est"]  # fmt: skip
+    for view, (longitude, latitude, z) in zip(VIEWS, degrees(THERE), strict=True):
+        rows.append(f"{view.name},{longitude:.10f},{latitude:.10f},{z:.4f},1,2,3")
+    table = write("\n".join(rows), "reference.txt")
+    told = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json").json
+    assert off_deg(told) < 0.01
+
+
+def test_gps_of_a_folder_of_photos_with_heights_of_two_kinds(run, model: Path) -> None:
+    colmap(model.parent)
+    folder = model.parent / "taken here"
+    for number, (view, (longitude, latitude, z)) in enumerate(
+        zip(VIEWS, degrees(THERE), strict=True)
+    ):
+        # One receiver wrote heights above the ellipsoid, the geoid is 45 m above that.
+        other = number == 4
+        gps = at(latitude, longitude, z + 45.0 * other, 2 if other else 0)
+        if number == 5:
+            gps = {tag: value for tag, value in gps.items() if tag not in (5, 6)}
+        write_photo(folder / view.name, seed=number, main={0x0110: text("A")}, gps=gps)
+    told = run("register", model, "--cameras", folder, "--crs", "EPSG:32633", "--json").json
+    assert off_deg(told) < 0.1
+    said = told["warnings"]
+    assert any("IMG_05" in s and "without a height" in s for s in said)
+    assert any("IMG_04" in s and "something else" in s for s in said)
+    assert any("above the sea, as the photos say" in s for s in said)
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (THERE[:, [1, 0, 2]], "x and y of the camera positions look exchanged"),
+        (THERE / [1, 1, 0.3048], "heights of the camera positions look like feet"),
+        (THERE / [0.3048, 0.3048, 1], "x and y of the camera positions look like feet"),
+    ],
+)
+def test_positions_that_mean_something_else_are_named(
+    run, write: Write, model: Path, changed: Array, said: str
+) -> None:
+    colmap(model.parent)
+    told = run("register", model, "--cameras", write(table_of(changed, "photo,x,y,z")), "--json")
+    assert any(said in each for each in told.json["warnings"])
+
+
+def test_longitude_and_latitude_exchanged_are_refused(run, write: Write, model: Path) -> None:
+    colmap(model.parent)
+    table = write(table_of(degrees(THERE)[:, [1, 0, 2]], "photo,longitude,latitude,altitude", 9))
+    ran = run("register", model, "--cameras", table, "--crs", "EPSG:32633")
+    assert ran.code == 2
+    assert "exchanged" in ran.said
+
+
+@pytest.mark.parametrize(
+    ("text_", "line", "said"),
+    [
+        ("EPSG:32633\nIMG_00.jpg 1,5 2,5 3,5\n", 2, "decimal comma"),
+        ("EPSG:32633\nIMG_00.jpg 1\n", 2, "x and y behind it"),
+        ("EPSG:32633\nIMG_00.jpg 1 2 3 0 0 0 -1 1\n", 2, "must be positive"),
+        ("EPSG:32633\nA 1 2 3\nA 1 2 3\n", 3, "also in line 2"),
+        ("WGS84 UTM 99N\nA 1 2 3\n", 1, "not a UTM zone"),
+        ("EPSG:99999\nA 1 2 3\n", 1, "unknown"),
+        ("EPSG:32633\nA 1 2\n", None, "has a height"),
+    ],
+)
+def test_what_is_wrong_with_geo_txt_is_said(
+    run, write: Write, model: Path, text_: str, line: int | None, said: str
+) -> None:
+    colmap(model.parent)
+    ran = run("register", model, "--cameras", write(text_, "geo.txt"))
+    assert ran.code == 2
+    assert said in ran.said
+    assert line is None or f"line {line}" in ran.said

@@ -1,0 +1,111 @@
+"""Bowed models: known curvature is found again, and flat ones are called bowed once in twenty."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from vomstudio.geology.bowing import bowing_of
+from vomstudio.registration.placing import register_points
+
+CLIFF = Rotation.from_euler("xz", [90.0, 35.0], degrees=True).as_matrix()
+
+
+def face(n: int, seed: int) -> np.ndarray:
+    """(n, 3) places on an upright face 60 m long and 30 m high, somewhere."""
+    rng = np.random.default_rng(seed)
+    flat = np.stack([rng.uniform(-30, 30, n), rng.uniform(-15, 15, n), 0.5 * rng.normal(size=n)])
+    return np.asarray(flat.T @ CLIFF.T + [400.0, 900.0, 50.0])
+
+
+def bowed(places: np.ndarray, curvature: float) -> np.ndarray:
+    """The same on a model whose middle is pushed back along its normal, by c r^2 at the edges."""
+    local = (places - places.mean(axis=0)) @ CLIFF
+    local[:, 2] += curvature * (local[:, :2] ** 2).sum(axis=1)
+    return np.asarray(local @ CLIFF.T + places.mean(axis=0))
+
+
+@pytest.mark.parametrize("curvature", [0.001, -0.0005])
+def test_a_known_curvature_is_found_from_control_and_check_points(curvature: float) -> None:
+    """A registration by ten of sixteen points takes shift, tilt and scale away, and the curvature
+    is there all the same."""
+    inside = 0
+    for seed in range(60):
+        world = face(16, seed)
+        rng = np.random.default_rng(1000 + seed)
+        model = bowed(world, curvature)
+        noisy = world + 0.01 * rng.normal(size=world.shape)
+        check = np.arange(16) >= 10
+        fit = register_points(model, noisy, check=check)
+        found = bowing_of(noisy, fit(model) - noisy)
+        assert found is not None
+        assert found.significant
+        inside += abs(abs(found.curvature_per_m) - abs(curvature)) <= found.error95_per_m
+    assert inside >= 50
+
+
+def test_the_change_of_dip_is_that_of_the_bent_surface() -> None:
+    """z = c r^2 slopes by 2 c r: 1 mm in 1 m squared at 30 m is 3.4 degrees on each side."""
+    x, y = np.meshgrid(np.linspace(-30, 30, 7), np.linspace(-30, 30, 7))
+    places = np.stack([x.ravel(), y.ravel(), np.zeros(49)], axis=1)
+    places = places[np.hypot(places[:, 0], places[:, 1]) <= 30.0]
+    residuals = np.zeros_like(places)
+    residuals[:, 2] = 0.001 * (places[:, :2] ** 2).sum(axis=1)
+    found = bowing_of(places, residuals)
+    assert found is not None
+    assert found.curvature_per_m == pytest.approx(0.001)
+    assert found.reach_m == pytest.approx(30.0)
+    assert found.side_deg == pytest.approx(np.degrees(0.06))
+    assert found.across_deg == pytest.approx(2.0 * np.degrees(0.06))
+    assert found.rise_m == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize("n", [6, 9, 30])
+def test_flat_models_are_called_bowed_once_in_twenty(n: int) -> None:
+    alarms, rounds = 0, 1500
+    rng = np.random.default_rng(n)
+    for seed in range(rounds):
+        places = face(n, seed)
+        # As a registration leaves them: noise with a shift and a tilt.
+        turn = np.cross(0.01 * rng.normal(size=3), places - places.mean(axis=0))
+        noise = rng.normal(size=places.shape) * [0.02, 0.02, 0.04]
+        found = bowing_of(places, noise + turn + rng.normal(size=3))
+        # Six points may happen to lie all at one distance.
+        assert found is not None or n == 6
+        alarms += found is not None and found.significant
+    assert 0.035 < alarms / rounds < 0.067
+
+
+def test_stated_accuracies_weigh_the_points() -> None:
+    """Twelve good points and twelve that are a hundred times worse: the good ones decide."""
+    world = face(24, 5)
+    rng = np.random.default_rng(6)
+    sigma = np.where(np.arange(24)[:, None] < 12, 0.01, 1.0) * np.ones(3)
+    residuals = bowed(world, 0.001) - world + sigma * rng.normal(size=world.shape)
+    weighed, alike = bowing_of(world, residuals, sigma), bowing_of(world, residuals)
+    assert weighed is not None
+    assert alike is not None
+    assert weighed.error95_per_m < 0.05 * alike.error95_per_m
+    assert abs(weighed.curvature_per_m) == pytest.approx(0.001, rel=0.1)
+
+
+def test_the_edge_is_that_of_the_model_where_it_is_known() -> None:
+    world = face(10, 7)
+    residuals = bowed(world, 0.001) - world
+    wide = face(4000, 8)
+    found = bowing_of(world, residuals, extent=wide)
+    assert found is not None
+    assert found.reach_m == pytest.approx(np.hypot(30.0, 15.0), rel=0.03)
+
+
+@pytest.mark.parametrize("case", ["few", "line", "ring", "spot"])
+def test_what_tells_nothing_of_it_is_not_judged(case: str) -> None:
+    t = np.linspace(0.0, 2.0 * np.pi, 20, endpoint=False)
+    places = {
+        "few": face(5, 1),
+        "line": np.outer(np.linspace(0, 50, 20), [1.0, 2.0, 0.1]),
+        "ring": np.stack([10 * np.cos(t), 10 * np.sin(t), np.zeros(20)], axis=1),
+        "spot": np.ones((9, 3)),
+    }[case]
+    assert bowing_of(places, np.random.default_rng(2).normal(size=places.shape)) is None

@@ -1,0 +1,62 @@
+"""Declination, against values that others have published."""
+
+from __future__ import annotations
+
+from datetime import date
+
+import pytest
+
+from vomstudio.errors import InputError
+from vomstudio.io.gis.magnetic_north import declination_deg
+
+
+@pytest.mark.parametrize(
+    ("latitude", "longitude", "height_km", "year", "wanted"),
+    [
+        # By IAGA's own Fortran program. The definitive models up to 2015 have not changed since.
+        (59.9, -109.9, 1.1, 1900, 33.01),
+        (59.9, -109.9, 1.1, 1950, 27.82),
+        (59.9, -109.9, 1.1, 1990, 21.95),
+        (59.9, -109.9, 1.1, 2010, 15.20),
+        (-59.9, 0.0, 100.1, 1945, -22.68),
+        (-59.9, 0.0, 100.1, 2000, -19.63),
+        (-59.9, 0.0, 100.1, 2012, -20.06),
+    ],
+)
+def test_values_of_the_reference_program(latitude, longitude, height_km, year, wanted) -> None:
+    # Its years are those and a half.
+    found = declination_deg(longitude, latitude, date(year, 7, 2), 1000 * height_km)
+    assert found == pytest.approx(wanted, abs=0.011)
+
+
+@pytest.mark.parametrize(
+    ("when", "height_m", "latitude", "longitude", "wanted"),
+    [
+        (date(2025, 1, 1), 0, 80, 0, 1.28),
+        (date(2025, 1, 1), 0, 0, 120, -0.16),
+        (date(2025, 1, 1), 0, -80, 240, 68.78),
+        (date(2025, 1, 1), 100_000, 80, 0, 0.85),
+        (date(2027, 7, 2), 0, 80, 0, 2.59),
+    ],
+)
+def test_the_world_magnetic_model_agrees(when, height_m, latitude, longitude, wanted) -> None:
+    """The test values of WMM2025 (NOAA and BGS), another model of the same field: they differ by
+    some hundredths of a degree, by more near the poles."""
+    found = declination_deg(longitude, latitude, when, height_m)
+    assert found == pytest.approx(wanted, abs=0.03 if latitude == 0 else 0.3)
+
+
+@pytest.mark.parametrize(
+    ("place", "when", "said"),
+    [
+        ((13.0, 45.0), date(1899, 12, 31), "from 1900 to 2029"),
+        ((13.0, 45.0), date(2030, 1, 1), "from 1900 to 2029"),
+        ((-150.0, 86.0), date(2025, 1, 1), "magnetic pole"),
+    ],
+)
+def test_where_there_is_none(place, when, said, capsys) -> None:
+    with pytest.raises(InputError, match=said):
+        declination_deg(*place, when)
+    assert not capsys.readouterr().out
+    assert abs(declination_deg(13.0, 45.0, date(2029, 12, 31))) < 10
+    assert not capsys.readouterr().out

@@ -1,0 +1,76 @@
+"""What the registrations of models do to the features on them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from vomstudio.document.measurement import Floats, Measurement, Records
+from vomstudio.document.records import Feature, Model, OnAModel, Registration, get
+from vomstudio.geology import orientation
+from vomstudio.geology.bowing import Bowing, bowing_of
+from vomstudio.geology.common_turns import Region, Turns, region, together
+from vomstudio.geometry.tilts import direction_covariance
+
+_WRONG = 6.0
+"""A point is wrong that is so many times further off than half of the points are."""
+
+
+def model_of(records: Records, feature: Feature | None) -> Model | None:
+    """The model that a feature is on; None for one that is on none, or whose model is gone."""
+    return get(records, feature.model_id, Model) if isinstance(feature, OnAModel) else None
+
+
+def turns_of(models: Iterable[Model | None]) -> Turns:
+    """How features on these models, one each, turn with the registrations; models that were placed
+    by one registration turn together."""
+    known: dict[int, tuple[object, Floats | None]] = {}
+    found = []
+    for model in models:
+        if id(model) not in known:
+            registration = None if model is None else model.registration
+            rotation = None if registration is None else registration.rotation_covariance()
+            known[id(model)] = (None if registration is None else registration.id, rotation)
+        found.append(known[id(model)])
+    return together(found)
+
+
+def pole_region(measured: Measurement, model: Model | None) -> Region | None:
+    """The joint 95 % region of a fitted plane's normal together with the registration of its model;
+    None where one of the two is not known."""
+    fit = measured.fit
+    registration = None if model is None else model.registration
+    rotation = None if registration is None else registration.rotation_covariance()
+    if rotation is None or fit is None or measured.plane is None:
+        return None
+    if fit.max_confidence95_deg is None or fit.error_rake_deg is None:
+        return None
+    toward = orientation.line_from_rake(measured.plane, fit.error_rake_deg).vector()
+    own = (fit.max_confidence95_deg, fit.min_confidence95_deg or 0.0, toward)
+    normal = measured.plane.normal()
+    return region(normal, direction_covariance(rotation, normal)[0], own)
+
+
+def bowing_of_registration(registration: Registration | None) -> Bowing | None:
+    """The bowing that the residuals of its points show, wrong ones left out; None where there are
+    too few, or they tell nothing of it."""
+    if registration is None or not registration.control:
+        return None
+    world, left = (
+        np.array([getattr(p, name) for p in registration.control], np.float64)
+        for name in ("world", "residual")
+    )
+    sigma = np.array([p.sigma_m or (np.nan,) * 3 for p in registration.control], np.float64)
+    length = np.linalg.norm(left, axis=1)
+    right = length <= _WRONG * float(np.median(length))
+    return bowing_of(world[right], left[right], sigma[right])
+
+
+def bowed_deg(models: Iterable[Model | None]) -> float | None:
+    """By how much dips differ from edge to edge of the worst bowed of these models; None where none
+    shows bowing."""
+    registrations = {m.registration.id: m.registration for m in models if m and m.registration}
+    found = [bowing_of_registration(each) for each in registrations.values()]
+    bent = [each.across_deg for each in found if each is not None and each.significant]
+    return max(bent) if bent else None

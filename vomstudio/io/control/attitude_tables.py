@@ -1,0 +1,189 @@
+"""How cameras were held, as tables of apps, gimbals and other programs have it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geology.view_attitudes import camera_rotations, of_nadir_body
+from vomstudio.io.control.geo_file import is_geo, read_geo
+from vomstudio.io.text.named_columns import PHOTO, NamedTable
+from vomstudio.io.text.rows import shortened
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+_ANGLES = (
+    ("yaw", "heading", "azimuth", "bearing", "compass", "direction", "true heading",
+     "magnetic heading", "camera yaw", "gimbal yaw", "gimbalyawdegree",
+     "camerayawdegree", "gps img direction"),
+    ("pitch", "elevation angle", "inclination", "camera pitch", "gimbal pitch",
+     "gimbalpitchdegree", "camerapitchdegree"),
+    ("roll", "bank", "camera roll", "gimbal roll", "gimbalrolldegree", "camerarolldegree"),
+)  # fmt: skip
+_NAMES = ("yaw", "pitch", "roll")
+_NORTHS = {
+    **dict.fromkeys(("", "grid", "g"), "grid"),
+    **dict.fromkeys(("true", "t", "geographic"), "true"),
+    **dict.fromkeys(("magnetic", "m", "mag"), "magnetic"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class AttitudeTable:
+    """How n cameras were held.
+
+    angles, sigma : (n, 3) degrees of yaw, pitch and roll; NaN where not given. yaw : azimuth of the
+        view, clockwise; pitch : 0 level, -90 straight down; roll : 0 with the image's long side
+        level, clockwise as the photographer tilts the camera
+    down : (n, 3) the direction in which things fall, in the frame of the camera (x right, y down, z
+        forward), unit vectors; NaN where pitch and roll say it, or nothing does
+    norths : what each yaw is counted from: "grid", "true" or "magnetic"
+    doubted : yaws are of a compass, which may be wrong for all photos alike
+    days : when each was read, None where that is not known; places : (n, 2) longitude and latitude,
+        NaN where not known
+    notes : what was assumed
+    """
+
+    photos: tuple[str, ...]
+    angles: Array
+    sigma: Array
+    norths: tuple[str, ...]
+    doubted: bool
+    down: Array
+    days: tuple[date | None, ...]
+    places: Array
+    notes: tuple[str, ...] = ()
+
+
+def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
+    """`photo, yaw, pitch, roll[, sigma_yaw, sigma_pitch, sigma_roll][, north]`, in the words of
+    other programs too; yaw, or pitch and roll, may be missing; or the `geo.txt` of OpenDroneMap.
+
+    north : from which yaws are counted where the table does not say: "grid", "true", "magnetic"
+    Raises InputError with file, line and column.
+    """
+    path = Path(path)
+    if is_geo(path):
+        return _of_geo(path)
+    table = NamedTable(path, ("photo", *_NAMES))
+    photos = table.words(PHOTO, "photo")
+    table.require_once(photos)
+    angles = np.full((len(photos), 3), np.nan)
+    there = [table.has(names) for names in _ANGLES]
+    if there[1] != there[2] or not any(there):
+        missing = _NAMES[there.index(False)]
+        table.columns((_ANGLES[there.index(False)],), (missing,))
+    for column, names in enumerate(_ANGLES):
+        if there[column]:
+            angles[:, column] = table.columns((names,), (_NAMES[column],))[:, 0]
+    _require_angles(table, angles)
+    sigma = np.column_stack(
+        [
+            table.positive((f"sigma {n}", f"accuracy {n}", f"error {n}"), f"sigma_{n}")
+            for n in _NAMES
+        ]
+    )
+    norths = _norths(table, len(photos), north)
+    return attitude_table(photos, angles, sigma, norths, doubted="magnetic" in norths)
+
+
+def attitude_table(
+    photos: tuple[str, ...],
+    angles: Array,
+    sigma: Array | None = None,
+    norths: tuple[str, ...] | None = None,
+    *,
+    doubted: bool = False,
+    down: Array | None = None,
+    days: tuple[date | None, ...] | None = None,
+    places: Array | None = None,
+    notes: tuple[str, ...] = (),
+) -> AttitudeTable:
+    """With what is not known left empty."""
+    n = len(photos)
+    return AttitudeTable(
+        photos,
+        angles,
+        np.full((n, 3), np.nan) if sigma is None else sigma,
+        ("grid",) * n if norths is None else norths,
+        doubted,
+        np.full((n, 3), np.nan) if down is None else down,
+        (None,) * n if days is None else days,
+        np.full((n, 2), np.nan) if places is None else places,
+        notes,
+    )
+
+
+def down_of(table: AttitudeTable) -> Array:
+    """(n, 3) the direction in which things fall, in the frame of each camera: as it was measured,
+    or as pitch and roll say; NaN where neither is known."""
+    down = table.down.copy()
+    told = np.isnan(down[:, 0]) & np.isfinite(table.angles[:, 1:]).all(axis=1)
+    tilts = np.column_stack([np.zeros(int(told.sum())), table.angles[told, 1:]])
+    down[told] = -camera_rotations(tilts)[:, 2, :]
+    return down
+
+
+def _require_angles(table: NamedTable, angles: Array) -> None:
+    """And bring roll within half a turn. Raises InputError."""
+    angles[:, 2] = np.where(angles[:, 2] > 180.0, angles[:, 2] - 360.0, angles[:, 2])
+    for column, lowest, highest in ((0, -360.0, 360.0), (1, -90.0, 90.0), (2, -180.0, 180.0)):
+        outside = (angles[:, column] < lowest) | (angles[:, column] > highest)
+        for row in np.flatnonzero(outside):
+            said = tr("{name} is between {lowest:g} and {highest:g} degrees. Correct it.",
+                      name=_NAMES[column], lowest=lowest, highest=highest)  # fmt: skip
+            if column == 1 and (angles[:, 1] >= -1e-9).all() and angles[row, 1] <= 180.0:
+                said = tr(
+                    "pitch is between -90 (straight down) and 90 degrees. These seem to be counted "
+                    "from straight down: subtract 90."
+                )
+            raise table.at(int(row), said, _NAMES[column])
+
+
+def _norths(table: NamedTable, n: int, usual: str) -> tuple[str, ...]:
+    if table.has(("north",)):
+        found = []
+        for row, word in enumerate(table.words(("north",), "north", empty=True)):
+            north = _NORTHS.get(word.casefold())
+            if north is None:
+                said = tr(
+                    "'{word}' is no north. Write grid, true or magnetic.", word=shortened(word)
+                )
+                raise table.at(row, said, "north")
+            found.append(north if word else usual)
+        return tuple(found)
+    if table.has(("magnetic heading",)):
+        return ("magnetic",) * n
+    heads = " ".join(table.table.names or ()).casefold()
+    if "(magnetic)" in heads:
+        return ("magnetic",) * n
+    if "(true)" in heads or table.has(("true heading",)):
+        return ("true",) * n
+    return (usual,) * n
+
+
+def _of_geo(path: Path) -> AttitudeTable:
+    geo = read_geo(path)
+    rows = np.flatnonzero(np.isfinite(geo.angles).all(axis=1))
+    if not len(rows):
+        raise InputError(
+            tr("The lines of the file have no yaw, pitch and roll behind x, y and z. Add them."),
+            file=path,
+            line=geo.lines[0],
+            field="yaw",
+        )
+    note = tr(
+        "Yaw, pitch and roll of {file} were taken as OpenDroneMap has them: pitch 0 looks straight "
+        "down, 90 ahead.",
+        file=path.name,
+    )
+    photos = tuple(geo.photos[i] for i in rows)
+    angles = of_nadir_body(geo.angles[rows])
+    norths = ("true",) * len(rows)
+    return attitude_table(photos, angles, None, norths, doubted=True, notes=(note,))

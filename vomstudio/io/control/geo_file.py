@@ -1,0 +1,140 @@
+"""OpenDroneMap's `geo.txt`: a line that names the coordinate system, then for every photo
+`image x y [z] [yaw pitch roll] [horizontal_accuracy vertical_accuracy]`.
+
+Yaw, pitch and roll are those of OpenDroneMap: of a camera whose pitch is 0 where it looks straight
+down and 90 where it looks ahead, with the top of the photo ahead.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.io.control.formats.opendronemap import is_odm, projection_of
+from vomstudio.io.text.rows import is_comma_number, read_text, shortened
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+_COLUMNS = ("x", "y", "z", "yaw", "pitch", "roll", "horizontal_accuracy", "vertical_accuracy")
+
+
+@dataclass(frozen=True, eq=False)
+class GeoFile:
+    """crs : as pyproj understands it; line : of the header
+    places : (n, 3) as written, NaN where there is no height; angles : (n, 3) and sigma : (n, 2)
+    horizontal and vertical, NaN where not given
+    """
+
+    path: Path
+    crs: str
+    line: int
+    photos: tuple[str, ...]
+    lines: tuple[int, ...]
+    places: Array
+    angles: Array
+    sigma: Array
+
+
+def is_geo(path: Path) -> bool:
+    """Whether it begins with a coordinate system, and goes on with the name of a photo."""
+    if not is_odm(path):
+        return False
+    rows = _rows(path)
+    cells = rows[1][1] if len(rows) > 1 else []
+    return bool(cells) and _number(cells[0]) is None
+
+
+def read_geo(path: Path) -> GeoFile:
+    """Raises InputError with line and column."""
+    rows = _rows(path)
+    line, header = rows[0][0], " ".join(rows[0][1])
+    crs = projection_of(path, line, header)
+    photos, lines, values = list[str](), list[int](), list[list[float]]()
+    first: dict[str, int] = {}
+    for number, cells in rows[1:]:
+        at = _end_of_name(cells)
+        name = " ".join(cells[:at]).replace("\\", "/")
+        if name in first:
+            raise InputError(
+                tr(
+                    "{photo} is also in line {line}. Leave one of them out.",
+                    photo=shortened(name),
+                    line=first[name],
+                ),
+                file=path,
+                line=number,
+                field="image",
+            )
+        first[name] = number
+        given = cells[at : at + len(_COLUMNS)]
+        if len(given) < 2:
+            raise InputError(
+                tr("The line needs a photo and x and y behind it."),
+                file=path,
+                line=number,
+                field="x",
+            )
+        found = [_value(path, number, n, c) for n, c in zip(_COLUMNS, given, strict=False)]
+        found += [float("nan")] * (len(_COLUMNS) - len(found))
+        photos.append(name)
+        lines.append(number)
+        values.append(found)
+    if not photos:
+        raise InputError(
+            tr("There is no photo below the coordinate system. Add lines."), file=path, line=line
+        )
+    table = np.array(values, np.float64)
+    for row, column in np.argwhere(table[:, 6:] <= 0):
+        raise InputError(
+            tr("An accuracy must be positive. Correct it."),
+            file=path,
+            line=lines[int(row)],
+            field=_COLUMNS[6 + int(column)],
+        )
+    return GeoFile(
+        path, crs, line, tuple(photos), tuple(lines), table[:, :3], table[:, 3:6], table[:, 6:]
+    )
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    text, _ = read_text(path)
+    return [
+        (number, [c.strip() for c in line.split("\t")] if "\t" in line else line.split())
+        for number, line in enumerate(text.split("\n"), 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+
+
+def _end_of_name(cells: list[str]) -> int:
+    """Names may have spaces: two numbers end them."""
+    for at in range(1, len(cells) - 1):
+        if _number(cells[at]) is not None and _number(cells[at + 1]) is not None:
+            return at
+    return 1
+
+
+def _number(cell: str) -> float | None:
+    try:
+        value = float(cell)
+    except ValueError:
+        return None
+    return value if isfinite(value) else None
+
+
+def _value(path: Path, line: int, name: str, cell: str) -> float:
+    value = _number(cell)
+    if value is not None:
+        return value
+    if name not in ("x", "y") and not is_comma_number(cell):
+        # What stands behind the numbers is for others.
+        return float("nan")
+    said = tr("'{cell}' is not a number. Correct it.", cell=shortened(cell))
+    if is_comma_number(cell):
+        said = tr("'{cell}' has a decimal comma. Write a point.", cell=shortened(cell))
+    raise InputError(said, file=path, line=line, field=name)

@@ -1,0 +1,82 @@
+"""Tables of camera centres in the frame of a model: our own `cameras.csv`, the reference and the
+angle tables of Metashape, and what other programs write alike.
+
+Where a table has both given and estimated centres, the estimated ones are the model's. Angles of
+such tables are left alone, since programs do not agree on what they mean; our own rotations count.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, InputError
+from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+from vomstudio.io.photos.own_cameras.result import OwnCameras, from_centre, of_views
+from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+_ESTIMATED = (
+    ("x est", "x estimated", "x east est", "x longitude est", "east est"),
+    ("y est", "y estimated", "y north est", "y latitude est", "north est"),
+    ("z est", "z estimated", "z altitude est", "altitude est"),
+)
+_OURS = tuple((f"r{row}{column}",) for row in "123" for column in "123")
+
+
+def read_centres(path: Path) -> OwnCameras:
+    """Raises InputError with line and column."""
+    table = NamedTable(path, ("photo", "x", "y", "z"))
+    names = [name.replace("\\", "/") for name in table.words(PHOTO, "photo")]
+    table.require_once(names)
+    estimated = all(table.has(column) for column in _ESTIMATED)
+    degrees = table.has(("lon", "longitude", "x longitude")) and not estimated
+    columns = _ESTIMATED if estimated else WORLD
+    places = table.columns(columns, ("x", "y", "z"))
+    if degrees or (estimated and _look_like_degrees(places)):
+        raise InputError(
+            tr(
+                "The centres are in longitude and latitude, in which no model is. Export them in "
+                "the coordinate system of the model."
+            ),
+            file=path,
+            line=table.table.header_line,
+            field=table.table.label(0),
+        )
+    table.require_places(places)
+    ours = all(table.has(column) for column in (*_OURS, ("model",), ("params",), ("width",)))
+    if ours:
+        return of_views(path, _views(table, names, places))
+    return OwnCameras(path, {}, dict(zip(names, places, strict=True)))
+
+
+def _views(table: NamedTable, names: list[str], places: Array) -> list[View]:
+    rotations = table.columns(_OURS, [name for (name,) in _OURS]).reshape(-1, 3, 3)
+    sizes = table.columns((("width",), ("height",)), ("width", "height")).astype(int)
+    models, params = table.words(("model",), "model"), table.words(("params",), "params")
+    views = []
+    for row, name in enumerate(names):
+        try:
+            given = dict(cell.split("=", 1) for cell in params[row].split())
+            wanted = MODELS.get(models[row], ())
+            lens = Intrinsics(
+                models[row],
+                int(sizes[row, 0]),
+                int(sizes[row, 1]),
+                tuple(float(given[key]) for key in wanted),
+            )
+            views.append(from_centre(name, lens, rotations[row], places[row]))
+        except (KeyError, ValueError, GeometryError) as error:
+            said = tr("The lens or pose is damaged ({error}).", error=str(error).rstrip("."))
+            raise table.at(row, said, "params") from error
+    return views
+
+
+def _look_like_degrees(places: Array) -> bool:
+    reach = np.ptp(places, axis=0)
+    within = (np.abs(places[:, 0]) <= 180).all() and (np.abs(places[:, 1]) <= 90).all()
+    return bool(within and max(reach[:2]) < 0.1 and reach[2] > 100 * max(reach[:2]))

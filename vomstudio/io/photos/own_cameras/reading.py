@@ -1,0 +1,112 @@
+"""The cameras of a model from whatever program wrote them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
+from vomstudio.io.photos.own_cameras import centres, colmap, metashape, opensfm
+from vomstudio.io.photos.own_cameras.frames import Candidate, best_of
+from vomstudio.io.photos.own_cameras.result import OwnCameras, of_views
+from vomstudio.io.text.rows import require_file
+from vomstudio.io.text.xml_tree import is_xml, read_xml
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+_BESIDE = (
+    FILE_NAME, "cameras.xml", *opensfm.NAMES, "odm_report/shots.geojson",
+    "../odm_report/shots.geojson", "sparse/0", "sparse", "../sparse/0", "../sparse", ".",
+)  # fmt: skip
+
+
+def read_own_cameras(path: str | Path, bounds: Array | None = None) -> OwnCameras:
+    """The cameras in the frame of the model, recognised by what is in the file: our own
+    `cameras.json`, COLMAP (a folder, or `images` and `cameras` as text or binary), Metashape XML,
+    `reconstruction.json` and `shots.geojson` of OpenSfM and OpenDroneMap, or a table of centres.
+
+    bounds : (2, 3) lowest and highest corner of the model, by which programs' several frames are
+        told apart; None takes the first
+    Raises InputError with file and line or field.
+    """
+    path = Path(path)
+    folder = colmap.folder_of(path)
+    if folder is not None:
+        return colmap.read_colmap(folder)
+    if path.is_dir():
+        inside = find_own_cameras(path / "model", beside=False)
+        if inside is None:
+            raise InputError(
+                tr(
+                    "The folder holds no cameras that can be read. Name cameras.json, a sparse "
+                    "model of COLMAP, an XML of Metashape, reconstruction.json or shots.geojson."
+                ),
+                file=path,
+            )
+        return read_own_cameras(inside, bounds)
+    require_file(path)
+    if is_xml(path):
+        root = read_xml(path)
+        if metashape.is_metashape(root):
+            return best_of(path, metashape.read_metashape(path, root), bounds)
+        raise InputError(
+            tr("The XML holds no cameras of Metashape. Export them as Agisoft XML."),
+            file=path,
+            line=root.sourceline,
+            field=root.tag,
+        )
+    if _is_json(path):
+        return _of_json(path, bounds)
+    return centres.read_centres(path)
+
+
+def find_own_cameras(model: str | Path, *, beside: bool = True) -> Path | None:
+    """The file of cameras beside a model, by the names that programs give it; our own first.
+
+    beside : folders above count too
+    """
+    folder = Path(model).parent
+    for name in _BESIDE:
+        path = folder / name
+        if not beside and name.startswith(".."):
+            continue
+        if path.is_file() and name != "." and not _of_lenses(path):
+            return path
+        if colmap.folder_of(path) is not None:
+            return path
+    return None
+
+
+def _of_lenses(path: Path) -> bool:
+    """OpenDroneMap calls its file of lenses alone `cameras.json` too."""
+    with path.open("rb") as stream:
+        head = stream.read(4096)
+    return path.name == FILE_NAME and b"vomstudio" not in head
+
+
+def _of_json(path: Path, bounds: Array | None) -> OwnCameras:
+    data = opensfm.load_json(path)
+    candidates: list[Candidate]
+    if opensfm.is_opensfm(data):
+        candidates = opensfm.read_reconstruction(path, data)
+    elif opensfm.is_shots(data):
+        candidates = opensfm.read_shots(path, data)
+    else:
+        cameras = read_cameras(path)
+        origin = np.array(cameras.origin, np.float64)
+        views = [view.moved(1.0, np.eye(3), origin) for view in cameras.views]
+        return of_views(path, views, find_photos(cameras, path))
+    return best_of(path, candidates, bounds)
+
+
+def _is_json(path: Path) -> bool:
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(64).removeprefix(b"\xef\xbb\xbf").lstrip()
+    except OSError:
+        return False
+    return head[:1] in (b"{", b"[")

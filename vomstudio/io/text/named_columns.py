@@ -1,0 +1,180 @@
+"""Text tables whose columns go by several names, as the tables of other programs have them.
+
+Headers are found by what they say, in any order; one that begins with `#` counts too, as Metashape
+writes it. Without a header the columns stand in an order that the caller names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry.places import why_no_coordinate
+from vomstudio.io.text.rows import shortened
+from vomstudio.io.text.tables import TextTable, plain, read_table
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+PHOTO = (
+    "photo", "image", "image name", "photo id", "source file", "picture", "photo name", "file",
+    "filename", "file name", "name", "label", "camera",
+)  # fmt: skip
+WORLD = (
+    ("x", "east", "easting", "e", "world x", "lon", "longitude", "x east", "x longitude"),
+    ("y", "north", "northing", "n", "world y", "lat", "latitude", "y north", "y latitude"),
+    ("z", "up", "height", "elevation", "altitude", "alt", "h", "world z", "z altitude"),
+)
+"""Names of columns that hold photos, and World coordinates."""
+_SIGMA = (
+    ("sigma x", "accuracy x", "error x", "sx", "sigma east", "sigma e"),
+    ("sigma y", "accuracy y", "error y", "sy", "sigma north", "sigma n"),
+    ("sigma z", "accuracy z", "error z", "sz", "sigma up", "sigma h"),
+)
+_SIGMA_ALL = ("sigma", "accuracy", "sigma m", "accuracy m")
+_CONTROL = {"", "control", "yes", "true", "1", "gcp"}
+_CHECK = {"check", "no", "false", "0"}
+
+
+class NamedTable:
+    """A text table whose columns have several names."""
+
+    def __init__(self, path: str | Path, order: Sequence[str]) -> None:
+        """order : of the columns where there is no header"""
+        table = read_table(path, named=True)
+        if table.names is None:
+            table = _with_header(table, order)
+        if not len(table):
+            raise InputError(
+                tr("There is nothing below the header. Add rows."),
+                file=table.path,
+                line=table.header_line,
+            )
+        self.table, self.path = table, table.path
+        self._plain = [plain(name) for name in table.names or ()]
+
+    def _find(self, names: Sequence[str]) -> int | None:
+        for name in names:
+            found = [i for i, each in enumerate(self._plain) if each == plain(name)]
+            if found:
+                return found[0]
+        return None
+
+    def has(self, names: Sequence[str]) -> bool:
+        return self._find(names) is not None
+
+    def _column(self, names: Sequence[str], called: str) -> int:
+        found = self._find(names)
+        if found is None:
+            raise InputError(
+                tr(
+                    "There is no column '{called}'. The columns are {columns}.",
+                    called=called,
+                    columns=shortened(", ".join(self.table.names or ()), 120),
+                ),
+                file=self.path,
+                line=self.table.header_line,
+                field=called,
+            )
+        return found
+
+    def words(self, names: Sequence[str], called: str, *, empty: bool = False) -> tuple[str, ...]:
+        found = tuple(self.table.labels(self._column(names, called)))
+        if not empty:
+            for row, word in enumerate(found):
+                if not word:
+                    raise self.at(row, tr("The cell is empty. Fill it in."), called)
+        return found
+
+    def columns(self, names: Sequence[Sequence[str]], called: Sequence[str]) -> Array:
+        """(n, columns) finite numbers."""
+        which = [self._column(some, word) for some, word in zip(names, called, strict=True)]
+        values = np.asarray(self.table.numbers(which), np.float64)
+        for row, column in np.argwhere(~np.isfinite(values)):
+            raise self.at(
+                int(row), tr("The value is missing or not a number."), called[int(column)]
+            )
+        return values
+
+    def positive(self, names: Sequence[str], called: str) -> Array:
+        """(n,) positive numbers, NaN where the cell is empty or there is no column."""
+        which = self._find(names)
+        if which is None:
+            return np.full(len(self.table), np.nan)
+        values = np.asarray(self.table.numbers([which])[:, 0], np.float64)
+        for row in np.flatnonzero(values <= 0):
+            raise self.at(int(row), tr("An accuracy must be positive. Correct it."), called)
+        return values
+
+    def sigma(self) -> Array:
+        """(n, 3) metres."""
+        if any(self.has(names) for names in _SIGMA):
+            called = ("sigma_x", "sigma_y", "sigma_z")
+            return np.column_stack(
+                [self.positive(n, c) for n, c in zip(_SIGMA, called, strict=True)]
+            )
+        return np.repeat(self.positive(_SIGMA_ALL, "sigma")[:, None], 3, axis=1)
+
+    def uses(self) -> npt.NDArray[np.bool_]:
+        """(n,) whether it judges only."""
+        which = self._find(("use", "role", "type"))
+        if which is None:
+            return np.zeros(len(self.table), bool)
+        words = [cell.casefold() for cell in self.table.cells(which)]
+        for row, word in enumerate(words):
+            if word not in _CONTROL | _CHECK:
+                raise self.at(
+                    row, tr("'{use}' is neither control nor check.", use=shortened(word)), "use"
+                )
+        return np.array([word in _CHECK for word in words], bool)
+
+    def require_once(self, labels: Sequence[str]) -> None:
+        seen: dict[str, int] = {}
+        for row, label in enumerate(labels):
+            first = seen.setdefault(label, row)
+            if first != row:
+                raise self.at(
+                    row,
+                    tr(
+                        "The label '{name}' is also in line {line}. Give each point its own label.",
+                        name=shortened(label),
+                        line=int(self.table.line_numbers[first]),
+                    ),
+                    "label",
+                )
+
+    def require_places(self, places: Array) -> None:
+        for row, place in enumerate(places.tolist()):
+            if (said := why_no_coordinate((place[0], place[1], place[2]))) is not None:
+                raise self.at(row, said, "x")
+
+    def at(self, row: int, said: str, called: str) -> InputError:
+        return InputError(
+            said, file=self.path, line=int(self.table.line_numbers[row]), field=called
+        )
+
+
+def _with_header(table: TextTable, order: Sequence[str]) -> TextTable:
+    """The last comment, where it names as many columns as there are; else our own order."""
+    for comment in reversed(table.comments):
+        cells = [c.strip() for c in comment.replace(";", ",").replace("\t", ",").split(",")]
+        if len(cells) == 1:
+            cells = comment.split()
+        if len(cells) == table.width and any(cell.isalpha() for cell in cells):
+            return replace(table, names=tuple(cells))
+    if not order or table.width < len(order):
+        raise InputError(
+            tr(
+                "The table has no header. Name its columns in the first line: {names}.",
+                names=", ".join(order) if order else "dip_direction, dip, model_x, …",
+            ),
+            file=table.path,
+            line=1,
+        )
+    more = [f"column {i + 1}" for i in range(len(order), table.width)]
+    return replace(table, names=(*order, *more))

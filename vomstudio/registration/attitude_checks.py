@@ -1,0 +1,299 @@
+"""Whether the attitudes of cameras agree among each other, and what they look like that do not.
+
+Every photo tells the turn of the model by itself: its attitude in World against that in the model.
+Where conventions differ, or a photo was turned, these turns scatter, and one change of the angles
+makes them agree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geology.view_attitudes import camera_rotations
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+# Turns that scatter by less are those of good instruments, in whatever convention.
+_AGREE_DEG = 5.0
+_CLOSE_DEG = 10.0
+_BETTER = 0.3
+_FEWEST = 4
+# A photo further from the others than this, and than so many times their scatter, is left out.
+_FAR_DEG = 15.0
+_TIMES = 5.0
+# More photos than this are judged by some of them.
+_MOST = 600
+# A turn of which so much is about the vertical leaves that as it is.
+_LEVEL = 0.95
+_NAMED = 8
+# A yaw that is off for all photos alike by more is told.
+_OFF_DEG = 5.0
+
+
+def left_out(
+    labels: Sequence[str], angles: Array, model: Array, said: list[str]
+) -> tuple[Flags, Flags]:
+    """(n,) which photos do not agree with most others, and of which not even the vertical does.
+
+    angles : (n, 3) yaw, pitch, roll in World; model : (n, 3, 3) from the cameras to the model
+    said : gets what the angles look like
+    """
+    none = np.zeros(len(labels), bool)
+    if len(labels) < _FEWEST:
+        return none, none
+    turns = camera_rotations(angles) @ np.swapaxes(model, 1, 2)
+    usual, scatter = _agreed(turns)
+    if scatter > _AGREE_DEG:
+        better = [
+            (_agreed(camera_rotations(change(angles)) @ np.swapaxes(model, 1, 2))[1], sentence)
+            for change, sentence in _conventions()
+        ]
+        least, sentence = min(better)
+        if least < min(_BETTER * scatter, _CLOSE_DEG):
+            said.append(
+                tr(
+                    "The attitudes of the photos disagree by {scatter:.0f}° and would agree within "
+                    "{least:.1f}° if {what}. Check the convention of the table.",
+                    scatter=scatter,
+                    least=least,
+                    what=sentence,
+                )
+            )
+            return none, none
+    off = _apart(turns, usual)
+    limit = _limit(off)
+    out = np.asarray(off > limit)
+    tilted = none.copy()
+    if out.any():
+        tilted[out] = _described(labels, angles, model, usual, out, limit, said)
+    return out, tilted
+
+
+def verticals_left_out(
+    labels: Sequence[str], down: Array, model: Array, told: Flags, said: list[str]
+) -> Flags:
+    """(n,) which photos' verticals do not agree with most others.
+
+    down : (n, 3) the direction in which things fall, in the frame of each camera; model : as above
+    told : (n,) of which it is asked
+    """
+    if len(labels) < _FEWEST or not told.any():
+        return np.zeros(len(labels), bool)
+    turned = [down]
+    for _ in range(3):
+        # By a quarter turn of the photo, clockwise.
+        right, below, ahead = turned[-1].T
+        turned.append(np.column_stack([-below, right, ahead]))
+    each = [np.einsum("nij,nj->ni", model, one) for one in turned]
+    usual, scatter = _agreed_down(each[0])
+    if scatter > _AGREE_DEG:
+        least, quarter = min((_agreed_down(one)[1], k) for k, one in enumerate(each))
+        if quarter and least < min(_BETTER * scatter, _CLOSE_DEG):
+            said.append(
+                tr(
+                    "The verticals of the photos disagree by {scatter:.0f}° and would agree within "
+                    "{least:.1f}° if the photos were turned by {turn}°. Check whether a program "
+                    "turned them upright.",
+                    scatter=scatter,
+                    least=least,
+                    turn=90 * quarter,
+                )
+            )
+            return np.zeros(len(labels), bool)
+    off = _from(each[0], usual)
+    out = np.asarray(told & (off > _limit(off)))
+    if out.any():
+        away = np.array([_from(one, usual) for one in each])[:, out]
+        close = away.min(axis=0) < _CLOSE_DEG
+        quarters = np.unique(90 * away.argmin(axis=0)[close]).tolist()
+        said.append(
+            tr(
+                "The verticals of {count} photos do not agree with the others and were left out: "
+                "{names}.",
+                count=int(out.sum()),
+                names=_some([labels[int(i)] for i in np.flatnonzero(out)]),
+            )
+        )
+        if quarters:
+            said.append(
+                tr(
+                    "These verticals would agree if the photos were turned by {turns}°.",
+                    turns=", ".join(map(str, quarters)),
+                )
+            )
+    return out
+
+
+def said_of_north(angles: Array, model: Array, rotation: Array) -> list[str]:
+    """How far the yaws are off for all photos alike, by what else placed the model.
+
+    rotation : (3, 3) of the placed model
+    """
+    from scipy.spatial.transform import Rotation
+
+    if not len(angles):
+        return []
+    turns = camera_rotations(angles) @ np.swapaxes(rotation @ model, 1, 2)
+    # A turn about up lessens azimuths.
+    off = -float(np.degrees(np.median(Rotation.from_matrix(turns).as_rotvec()[:, 2])))
+    if abs(off) < _OFF_DEG:
+        return []
+    near = min((90.0, 180.0, -90.0, -180.0), key=lambda quarter: abs(off - quarter))
+    if abs(off - near) < 2 * _OFF_DEG:
+        return [
+            tr(
+                "The yaws are off by {off:+.0f}° for all photos alike, nearly a quarter or half "
+                "turn: they may be of another side of the camera. Add {back:+.0f}° to them.",
+                off=off,
+                back=-near,
+            )
+        ]
+    return [
+        tr(
+            "The yaws are off by {off:+.1f}° for all photos alike, by what else places the model: "
+            "a compass may be wrong so, or declination was not taken into account.",
+            off=off,
+        )
+    ]
+
+
+# --- what angles may mean ---------------------------------------------------------------------
+def _plus(column: int, degrees: float) -> Callable[[Array], Array]:
+    return lambda angles: angles + degrees * np.eye(3)[column]
+
+
+def _times(*factors: float) -> Callable[[Array], Array]:
+    return lambda angles: angles * factors
+
+
+def _quarters() -> list[tuple[Callable[[Array], Array], str]]:
+    return [
+        (_plus(2, 90.0), tr("90° is added to roll (photos in portrait)")),
+        (_plus(2, -90.0), tr("90° is taken from roll (photos in portrait)")),
+        (_plus(2, 180.0), tr("180° is added to roll (photos upside down)")),
+    ]
+
+
+def _conventions() -> list[tuple[Callable[[Array], Array], str]]:
+    return [
+        *_quarters(),
+        (_plus(1, -90.0), tr("90° is taken from pitch (it is counted from straight down)")),
+        (_plus(1, 90.0), tr("90° is added to pitch (it is counted from the horizon, downwards)")),
+        (_times(1.0, -1.0, 1.0), tr("pitch has its sign changed (it is positive downwards)")),
+        (_times(-1.0, 1.0, 1.0), tr("yaw has its sign changed (it runs counterclockwise)")),
+        (_times(1.0, 1.0, -1.0), tr("roll has its sign changed")),
+    ]
+
+
+def _described(
+    labels: Sequence[str],
+    angles: Array,
+    model: Array,
+    usual: Array,
+    out: Flags,
+    limit: float,
+    said: list[str],
+) -> list[bool]:
+    """Of each photo that is left out, whether its vertical is too; said gets sentences on those
+    alike together."""
+    from scipy.spatial.transform import Rotation
+
+    back = np.swapaxes(model, 1, 2)
+    named: dict[tuple[str, Any], list[str]] = {}
+    tilted = []
+    for row in map(int, np.flatnonzero(out)):
+        one = angles[row : row + 1]
+        fits = [
+            (float(_apart(camera_rotations(change(one)) @ back[row], usual)[0]), sentence)
+            for change, sentence in _quarters()
+        ]
+        least, sentence = min(fits)
+        between = camera_rotations(one)[0] @ back[row] @ usual.T
+        turn = np.degrees(Rotation.from_matrix(between).as_rotvec())
+        # Where a camera looks down, a photo that was turned seems to have another yaw.
+        quarter = least < limit / 2
+        flat = not quarter and abs(turn[2]) > _LEVEL * np.linalg.norm(turn)
+        tilted.append(not flat)
+        if quarter:
+            named.setdefault(("quarter", sentence), []).append(labels[row])
+        elif flat:
+            named.setdefault(("yaw", round(-float(turn[2]) / 5) * 5), []).append(labels[row])
+        else:
+            named.setdefault(("far", limit), []).append(labels[row])
+    said += [_said_of(why, what, _some(names)) for (why, what), names in named.items()]
+    return tilted
+
+
+def _said_of(why: str, what: Any, names: str) -> str:
+    if why == "yaw":
+        return tr(
+            "The yaws of these photos are off by about {off:+d}° against the others and were left "
+            "out: {names}.",
+            off=what,
+            names=names,
+        )
+    if why == "quarter":
+        return tr(
+            "The attitudes of these photos would agree with the others if {what}, and were left "
+            "out: {names}.",
+            what=what,
+            names=names,
+        )
+    return tr(
+        "The attitudes of these photos are turned by more than {limit:.0f}° against the others and "
+        "were left out: {names}.",
+        limit=what,
+        names=names,
+    )
+
+
+def _some(names: Sequence[str]) -> str:
+    if len(names) <= _NAMED:
+        return ", ".join(names)
+    return tr(
+        "{names} and {count} more", names=", ".join(names[:_NAMED]), count=len(names) - _NAMED
+    )
+
+
+def _limit(off: Array) -> float:
+    return max(_FAR_DEG, _TIMES * 1.4826 * float(np.median(off)))
+
+
+def _agreed_down(there: Array) -> tuple[Array, float]:
+    """The direction that most of (n, 3) are near to, and their median angle from it, degrees."""
+    some = there[:: max(1, -(-len(there) // _MOST))]
+    angles = np.degrees(np.arccos(np.clip(some @ some.T, -1.0, 1.0)))
+    middle = some[int(np.argmin(np.median(angles, axis=1)))]
+    near = _from(some, middle)
+    mean = some[near <= np.median(near)].sum(axis=0)
+    better = mean / np.linalg.norm(mean)
+    return better, float(np.median(_from(there, better)))
+
+
+def _from(there: Array, usual: Array) -> Array:
+    """(n,) degrees."""
+    return np.asarray(np.degrees(np.arccos(np.clip(there @ usual, -1.0, 1.0))), np.float64)
+
+
+def _agreed(turns: Array) -> tuple[Array, float]:
+    """The turn that most of (n, 3, 3) are near to, and their median angle from it, degrees."""
+    some = turns[:: max(1, -(-len(turns) // _MOST))]
+    flat = some.reshape(-1, 9)
+    angles = np.degrees(np.arccos(np.clip((flat @ flat.T - 1.0) / 2.0, -1.0, 1.0)))
+    middle = some[int(np.argmin(np.median(angles, axis=1)))]
+    near = _apart(some, middle)
+    u, _, vt = np.linalg.svd(some[near <= np.median(near)].sum(axis=0))
+    better = np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt, np.float64)
+    return better, float(np.median(_apart(turns, better)))
+
+
+def _apart(turns: Array, usual: Array) -> Array:
+    """(n,) degrees between turns (n, 3, 3) and one."""
+    trace = np.einsum("nij,ij->n", turns.reshape(-1, 3, 3), usual)
+    return np.asarray(np.degrees(np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))), np.float64)

@@ -1,0 +1,151 @@
+"""From the north of a compass, or of the Earth, to that of the map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from datetime import date
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import UsageError
+from vomstudio.io.control.attitude_tables import AttitudeTable
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class North:
+    """What is known of north where a model is.
+
+    crs : of the model, None where its frame is local, with true north up
+    place : longitude and latitude; day : of the readings; declination_deg : as it was given, which
+        counts more than the model of the field
+    """
+
+    crs: str | None = None
+    place: tuple[float, float] | None = None
+    day: date | None = None
+    declination_deg: float | None = None
+
+    def turn_deg(
+        self,
+        north: str,
+        day: date | None = None,
+        place: tuple[float, float] | None = None,
+    ) -> float | None:
+        """What is added to an azimuth from "grid", "true" or "magnetic" north; None where place or
+        day is not known, by which that is found. Raises InputError."""
+        if north == "grid":
+            return 0.0
+        there = place or self.place
+        declination = 0.0
+        if north == "true" and there is None and self.crs is not None:
+            return None
+        if north == "magnetic":
+            if self.declination_deg is not None:
+                declination = self.declination_deg
+            else:
+                when = day or self.day
+                if there is None or when is None:
+                    return None
+                from vomstudio.io.gis.magnetic_north import declination_deg
+
+                declination = declination_deg(*there, when)
+        return declination - self._convergence(there)
+
+    def _convergence(self, place: tuple[float, float] | None) -> float:
+        from vomstudio.io.gis.crs import convergence_deg, from_degrees
+
+        if self.crs is None or place is None:
+            return 0.0
+        there = from_degrees(self.crs)(*place)
+        found = None if there is None else convergence_deg(self.crs, *there)
+        return 0.0 if found is None else found
+
+
+def on_grid(table: AttitudeTable, north: North, said: list[str]) -> AttitudeTable:
+    """The same with all yaws from the north of the map.
+
+    said : gets what was added. Raises InputError.
+    """
+    angles = table.angles.copy()
+    added: dict[str, list[float]] = {}
+    lacking = 0
+    known: dict[object, float | None] = {}
+    for row, word in enumerate(table.norths):
+        if not np.isfinite(angles[row, 0]):
+            continue
+        longitude, latitude = table.places[row].tolist()
+        place = (longitude, latitude) if np.isfinite([longitude, latitude]).all() else None
+        # The field hardly changes within a hundredth of a degree.
+        key = (word, table.days[row], place and tuple(np.round(place, 2)))
+        if key not in known:
+            known[key] = north.turn_deg(word, table.days[row], place)
+        turn = known[key]
+        if turn is None:
+            lacking += 1
+        else:
+            angles[row, 0] += turn
+            added.setdefault(word, []).append(turn)
+    said += [_said(word, turns) for word, turns in added.items() if any(turns)]
+    if lacking:
+        said.append(
+            tr(
+                "{count} yaws are from true or magnetic north and were taken as from the map's "
+                "north, since place or day is not known. Give --declination, or --date, and --crs "
+                "with positions.",
+                count=lacking,
+            )
+        )
+    return replace(table, angles=angles, norths=("grid",) * len(table.photos))
+
+
+def turn_of(word: str, north: North, option: str) -> tuple[float, str]:
+    """What is added to azimuths from "true" or "magnetic" north, and a sentence on that. Raises
+    UsageError where the declination is not known."""
+    turn = north.turn_deg(word)
+    if turn is None:
+        raise UsageError(
+            tr(
+                "The declination at the place and day of the readings is not known. Give it with "
+                "--declination, or the day with --date and the place by --crs and positions."
+            ),
+            field=option,
+        )
+    return turn, _said(word, [turn])
+
+
+def _said(word: str, turns: list[float]) -> str:
+    least, most = min(turns), max(turns)
+    by = f"{least:+.1f}°" if most - least < 0.05 else f"{least:+.1f}° … {most:+.1f}°"
+    if word == "magnetic":
+        return tr(
+            "Azimuths from magnetic north: {by} was added, declination less convergence of the "
+            "map's north.",
+            by=by,
+        )
+    return tr(
+        "Azimuths from true north: {by} was added for the convergence of the map's north.", by=by
+    )
+
+
+def parse_day(text: str) -> date:
+    """`2024-05-12`, and a year alone. Raises UsageError."""
+    try:
+        return date.fromisoformat(text if len(text) > 4 else f"{text}-07-01")
+    except ValueError as error:
+        raise UsageError(
+            tr("'{text}' is no day. Write it as 2024-05-12.", text=text[:40]), field="--date"
+        ) from error
+
+
+def place_of(crs: str, world: Array) -> tuple[float, float] | None:
+    """Longitude and latitude of the middle of points (n, 3) in a CRS."""
+    from pyproj import Transformer
+
+    middle = np.median(world, axis=0)
+    transformer = Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
+    longitude, latitude = transformer.transform(float(middle[0]), float(middle[1]))
+    return (longitude, latitude) if np.isfinite([longitude, latitude]).all() else None

@@ -1,0 +1,136 @@
+"""What photos themselves say of where and how they were taken."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import UsageError
+from vomstudio.geometry.cameras import View
+from vomstudio.io.control.attitude_tables import AttitudeTable, attitude_table
+from vomstudio.io.control.observation_tables import Positions
+from vomstudio.io.photos.photo import Photo
+from vomstudio.io.photos.reading import read_photo
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+
+def positions_in(photos: Mapping[str, Path]) -> Positions:
+    """GPS positions of photos, by the names of their cameras: longitude, latitude and height, each
+    with what it is above. Receivers state a radius for the horizontal; it is left to the residuals
+    whether that is true. Raises UsageError where no photo has one."""
+    names, places, heights = list[str](), list[tuple[float, float, float]](), list[str]()
+    for name, path in photos.items():
+        photo = read_photo(path)
+        if photo.longitude_deg is None or photo.latitude_deg is None:
+            continue
+        names.append(name)
+        height = float("nan") if photo.altitude_m is None else photo.altitude_m
+        places.append((photo.longitude_deg, photo.latitude_deg, height))
+        heights.append(photo.altitude_reference or "")
+    if not names:
+        raise UsageError(
+            tr("The photos have no GPS positions. Give a table of camera positions."),
+            field="--cameras",
+        )
+    unstated = np.full((len(names), 3), np.nan)
+    return Positions(tuple(names), np.array(places), True, unstated, heights=tuple(heights))
+
+
+def attitudes_in(photos: Mapping[str, Path], views: Mapping[str, View]) -> AttitudeTable:
+    """How photos were held, by the names of their cameras: by the gimbal of a drone, or by the
+    accelerometer and the compass of a phone. Raises UsageError where no photo says it.
+
+    views : the cameras, whose photos a program may have turned upright before it used them
+    """
+    names, angles, down, norths = list[str](), list[Array](), list[Array](), list[str]()
+    days, places = list[date | None](), list[Array]()
+    drones = unnamed = 0
+    for name, path in photos.items():
+        photo = read_photo(path)
+        turns = _quarter_turns(photo, views.get(name))
+        told = np.full(3, np.nan)
+        north, fall = "true", np.full(3, np.nan)
+        if photo.yaw_deg is not None and photo.pitch_deg is not None:
+            told[:] = photo.yaw_deg, photo.pitch_deg, (photo.roll_deg or 0.0) - 90.0 * turns
+            drones += 1
+        else:
+            if photo.down is not None:
+                fall[:] = _turned(photo.down, turns)
+            if photo.direction_deg is not None:
+                told[0] = photo.direction_deg
+                north = photo.direction_north or "magnetic"
+                unnamed += photo.direction_north is None
+        if not (np.isfinite(told[0]) or np.isfinite(fall[0])):
+            continue
+        names.append(name)
+        angles.append(told)
+        down.append(fall)
+        norths.append(north)
+        days.append(None if photo.taken is None else photo.taken.date())
+        longitude, latitude = photo.longitude_deg, photo.latitude_deg
+        there = (np.nan, np.nan) if longitude is None or latitude is None else (longitude, latitude)
+        places.append(np.array(there))
+    if not names:
+        raise UsageError(
+            tr(
+                "The photos do not say how they were held: they have neither the angles of a "
+                "gimbal, nor an acceleration, nor the direction of the view. Give a table."
+            ),
+            field="--attitudes",
+        )
+    return attitude_table(
+        tuple(names),
+        np.array(angles),
+        None,
+        tuple(norths),
+        doubted=True,
+        down=np.array(down),
+        days=tuple(days),
+        places=np.array(places),
+        notes=_notes(drones, unnamed),
+    )
+
+
+def _notes(drones: int, unnamed: int) -> tuple[str, ...]:
+    notes = []
+    if drones:
+        notes.append(
+            tr(
+                "The yaws of {count} photos are of a drone's gimbal and were taken as from true "
+                "north; as they rest on a compass, they are doubted by as much as one.",
+                count=drones,
+            )
+        )
+    if unnamed:
+        notes.append(
+            tr(
+                "{count} photos do not say whether their direction is from true or magnetic north: "
+                "magnetic was assumed.",
+                count=unnamed,
+            )
+        )
+    return tuple(notes)
+
+
+def _quarter_turns(photo: Photo, view: View | None) -> int:
+    """By how many quarter turns clockwise a program turned the pixels before it used them, as far
+    as the shape of what it used shows that."""
+    if view is None or photo.width == photo.height:
+        return 0
+    lens = view.intrinsics
+    if (lens.width > lens.height) == (photo.width > photo.height) or lens.width == lens.height:
+        return 0
+    return {6: 1, 8: 3}.get(photo.orientation, 0)
+
+
+def _turned(down: tuple[float, float, float], turns: int) -> tuple[float, float, float]:
+    right, below, ahead = down
+    for _ in range(turns):
+        right, below = -below, right
+    return right, below, ahead

@@ -1,0 +1,98 @@
+"""What a registration is worth, as a report and the panel of a model say it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vomstudio.document.records import Registration
+from vomstudio.document.registration_errors import bowing_of_registration
+from vomstudio.geology.orientation import Line
+from vomstudio.registration.remarks import said_of_bowing, said_of_turn
+from vomstudio.registration.scatter import scale_warning
+from vomstudio.words import to_translate, tr
+
+_Z95 = 1.959963984540054
+_FEW = 4
+_METHODS = {
+    "gps": to_translate("GPS positions of the cameras"),
+    "control": to_translate("control points marked in photos"),
+    "points": to_translate("control points picked on the model"),
+    "local": to_translate("nothing outside of the photos"),
+}
+
+
+@dataclass(frozen=True)
+class Summary:
+    """sentence : how far the model may be turned, for people without statistics, "" where that is
+    not known; facts : names and values, in words; warnings : sentences"""
+
+    sentence: str
+    facts: tuple[tuple[str, str], ...]
+    warnings: tuple[str, ...]
+
+
+def summary_of(registration: Registration) -> Summary:
+    """In words; errors are 95 %, each of its one figure."""
+    facts = [(tr("Registered by"), tr(_METHODS[registration.method])), *_points(registration)]
+    sentence = ""
+    rotation = registration.rotation_covariance()
+    if rotation is not None:
+        east, north, up = _Z95 * np.degrees(np.sqrt(np.maximum(np.diag(rotation), 0.0)))
+        for name, error in (
+            (tr("Turned about up, 95 %"), up),
+            (tr("Turned about north, 95 %"), north),
+            (tr("Turned about east, 95 %"), east),
+        ):
+            facts.append((name, f"± {error:.2g}°"))
+        values, axes = np.linalg.eigh(rotation)
+        worst = _Z95 * float(np.degrees(np.sqrt(max(values[-1], 0.0))))
+        axis = Line.from_vector(axes[:, -1])
+        where = f"{axis.trend_deg:03.0f}/{axis.plunge_deg:02.0f}"
+        facts.append((tr("Weakest axis, 95 %"), f"{where} ± {worst:.2g}°"))
+        sentence = said_of_turn(worst, axis.trend_deg, axis.plunge_deg)
+    if registration.scale_error is not None:
+        facts.append((tr("Scale, 95 %"), f"± {100.0 * _Z95 * registration.scale_error:.2g} %"))
+    bowing = bowing_of_registration(registration)
+    if bowing is not None:
+        said = tr(
+            "dips at the edge {side:.2g}° ± {error:.2g}° from the middle",
+            side=bowing.side_deg,
+            error=bowing.side_error95_deg,
+        )
+        facts.append((tr("Bowing, 95 %"), said))
+    return Summary(sentence, tuple(facts), tuple(_warnings(registration)))
+
+
+def _points(registration: Registration) -> list[tuple[str, str]]:
+    control = [p for p in registration.control if not p.check]
+    check = [p for p in registration.control if p.check]
+    gps = registration.method == "gps"
+    facts = []
+    if control:
+        facts.append((tr("GPS positions") if gps else tr("Control points"), str(len(control))))
+    if registration.control and not gps:
+        facts.append((tr("Check points"), str(len(check))))
+    rms = registration.rms_control_m
+    if rms is None and control:
+        rms = float(np.sqrt(np.mean([np.square(p.residual).sum() for p in control])))
+    if rms is not None:
+        name = tr("RMS of GPS positions") if gps else tr("RMS of control points")
+        facts.append((name, tr("{length:.3g} m", length=rms)))
+    if registration.rms_check_m is not None:
+        length = tr("{length:.3g} m", length=registration.rms_check_m)
+        facts.append((tr("RMS of check points"), length))
+    return facts
+
+
+def _warnings(registration: Registration) -> list[str]:
+    said = []
+    control = [p for p in registration.control if not p.check]
+    if 0 < len(control) < _FEW:
+        said.append(tr("By fewer than four control points no mistake can be found."))
+    if registration.method != "gps" and 0 < len(control) == len(registration.control):
+        said.append(tr("No check points judge the model independently of those that placed it."))
+    if registration.scale_error is not None:
+        said += filter(None, [scale_warning(registration.scale_error)])
+    return [*said, *said_of_bowing(bowing_of_registration(registration))]

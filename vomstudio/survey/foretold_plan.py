@@ -1,0 +1,148 @@
+"""A plan with what its registration will be known to, and what to do about it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import UsageError
+from vomstudio.survey.planning import SurveyPlan
+from vomstudio.survey.registration_forecast import CONTROL_M, RECEIVER_M, Forecast, forecast
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+_HEIGHTS_WORSE = 2.0
+_BAD_DEG = 2.0
+
+
+def foretold(
+    plan: SurveyPlan, receiver_m: float | None = None, control_m: float | None = None
+) -> SurveyPlan:
+    """The plan with forecasts by the positions of the cameras and by its control points, and a
+    warning where the former leave the model turned and the receiver was named, or the cameras stand
+    nearly on one line, which no receiver mends.
+
+    receiver_m, control_m : one sigma of a horizontal coordinate (None: RECEIVER_M, CONTROL_M)
+    Raises UsageError for one that is no length.
+    """
+    for name, value in (("--receiver", receiver_m), ("--control", control_m)):
+        if value is not None and not 0 < value < 1e6:
+            raise UsageError(tr("This must be a positive number."), field=name)
+    both = forecasts(plan, receiver_m or RECEIVER_M, control_m or CONTROL_M)
+    said = []
+    if receiver_m is not None or _nearly_in_line(plan):
+        said = said_of_forecasts(plan, *both)
+    return replace(plan, registration=both, warnings=(*plan.warnings, *said))
+
+
+def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Forecast, Forecast]:
+    """By the positions of the cameras, and by the control points of a plan.
+
+    receiver_m, control_m : one sigma of a horizontal coordinate; heights by satellite are taken as
+        twice as bad, those of control points as good
+    """
+    upright = plan.manner != "terrain"
+    cameras = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.stations])
+    control = np.array(
+        [[p.along_m, p.up_m, 0.0] for p in plan.control_points if p.use == "control"]
+    )
+    by_receiver = forecast(
+        "receiver", as_world(cameras, upright), (receiver_m, _HEIGHTS_WORSE * receiver_m)
+    )
+    return by_receiver, forecast("control", as_world(control, upright), (control_m, control_m))
+
+
+def said_of_forecasts(plan: SurveyPlan, receiver: Forecast, control: Forecast) -> list[str]:
+    """What to do where the positions of the cameras alone will leave the model turned."""
+    worst = receiver.worst_95_deg
+    if worst is not None and worst <= _BAD_DEG:
+        return []
+    if worst is None:
+        said = [tr("By the positions of the cameras alone the model cannot be registered.")]
+    else:
+        said = [
+            tr(
+                "By the positions of the cameras alone, known to {sigma:.2g} m, the model may be "
+                "turned by {worst:.2g}° (95 %).",
+                sigma=receiver.sigma_m[0],
+                worst=worst,
+            )
+        ]
+    if control.worst_95_deg is not None and control.worst_95_deg <= _BAD_DEG:
+        said.append(
+            tr(
+                "With the planned control points, known to {sigma:.2g} m, it is {worst:.2g}°.",
+                sigma=control.sigma_m[0],
+                worst=control.worst_95_deg,
+            )
+        )
+    if _nearly_in_line(plan):
+        said.append(
+            tr(
+                "The cameras stand nearly on one line. Take a second set from farther away or "
+                "higher, which overlaps the first by more than 60 %."
+            )
+        )
+    said.append(
+        tr(
+            "Without control points hold the camera level along its long side, and measure one "
+            "azimuth and one dip by compass and one length by tape on the outcrop."
+        )
+    )
+    return [" ".join(said)]
+
+
+def as_world(places: Array, upright: bool) -> Array:
+    """(n, 3) along the outcrop, into it, up; `places` along, up it, away from it."""
+    if not len(places):
+        return np.zeros((0, 3))
+    along, up, away = places.T
+    return np.column_stack([along, -away, up] if upright else [along, up, away])
+
+
+def _nearly_in_line(plan: SurveyPlan) -> bool:
+    """Whether the cameras reach ten times farther one way than across it."""
+    places = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.stations])
+    reach = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
+    return bool(len(places) < 3 or reach[1] < 0.1 * reach[0])
+
+
+def forecast_in_words(found: Forecast) -> str:
+    """In one line."""
+    if found.why_not:
+        return found.why_not
+    values = {
+        "count": found.points,
+        "sigma": found.sigma_m[0],
+        "worst": _degrees(found.worst_95_deg),
+        "up": _degrees(found.about_up_95_deg),
+    }
+    if found.by == "receiver":
+        return tr(
+            "by {count} positions of {sigma:.2g} m: turned by up to {worst} (95 %), about the "
+            "vertical by {up}",
+            **values,
+        )
+    return tr(
+        "by {count} control points of {sigma:.2g} m: turned by up to {worst} (95 %), about the "
+        "vertical by {up}",
+        **values,
+    )
+
+
+def forecast_in_short(found: Forecast) -> str:
+    """In a few words."""
+    if found.why_not:
+        return tr("cannot be registered")
+    return tr(
+        "{worst} (95 %), if known to {sigma:.2g} m",
+        worst=_degrees(found.worst_95_deg),
+        sigma=found.sigma_m[0],
+    )
+
+
+def _degrees(angle: float | None) -> str:
+    return tr("any angle") if angle is None else f"{angle:.2g}°"

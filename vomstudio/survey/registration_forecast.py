@@ -1,0 +1,88 @@
+"""How well a planned survey will be registered, in degrees, before anybody goes out.
+
+The planned positions of the cameras, or of the control points, are adjusted as they will be
+(`registration.placing`), with the stated accuracy and no misses: the covariance is that of the real
+registration. Positions are in the frame of the outcrop with up as the third axis: along it, into
+the rock (for flat ground: to the far side), up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+
+Array = npt.NDArray[np.float64]
+
+RECEIVER_M = 3.0
+"""A coordinate of a phone or a drone without corrections, one sigma."""
+CONTROL_M = 0.02
+"""A control point by a corrected receiver or a total station, and its marks."""
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What a registration will be known to; 95 %, degrees, None where nothing determines it.
+
+    by : "receiver" (positions of the cameras) or "control"; points : how many
+    sigma_m : of a horizontal coordinate and of a height, one sigma
+    about_up, about_along, about_view : the vertical, the outcrop from left to right, and the
+        horizontal direction across it; worst : about the axis that is held worst
+    scale_error_95 : a share
+    why_not : why the positions cannot place a model; "" where they can
+    """
+
+    by: str
+    points: int
+    sigma_m: tuple[float, float]
+    about_up_95_deg: float | None = None
+    about_along_95_deg: float | None = None
+    about_view_95_deg: float | None = None
+    worst_95_deg: float | None = None
+    scale_error_95: float | None = None
+    why_not: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        return {
+            "by": self.by,
+            "points": self.points,
+            "sigma_m": list(self.sigma_m),
+            "about_up_95_deg": self.about_up_95_deg,
+            "about_along_95_deg": self.about_along_95_deg,
+            "about_view_95_deg": self.about_view_95_deg,
+            "worst_95_deg": self.worst_95_deg,
+            "scale_error_95": self.scale_error_95,
+            "why_not": self.why_not or None,
+        }
+
+
+def forecast(by: str, places: Array, sigma: tuple[float, float]) -> Forecast:
+    """By points at places (n, 3) east, north, up (here along the outcrop, into it, up), of which a
+    horizontal coordinate and a height are known to sigma, one sigma, metres."""
+    from vomstudio.registration.placing import register_points
+
+    n = len(places)
+    try:
+        found = register_points(places, places, np.full((n, 3), [sigma[0], sigma[0], sigma[1]]))
+    except GeometryError as error:
+        return Forecast(by, n, sigma, why_not=str(error))
+    error95 = found.rotation_error_95_deg
+    return Forecast(
+        by,
+        n,
+        sigma,
+        _known(error95.about_up),
+        _known(error95.about_east),
+        _known(error95.about_north),
+        _known(error95.weakest.error_deg),
+        found.scale_error_95,
+    )
+
+
+def _known(error_deg: float | None) -> float | None:
+    """An angle beyond a right one says nothing."""
+    return error_deg if error_deg is not None and error_deg < 90.0 else None
