@@ -22,7 +22,7 @@ ROWS = {
     "the same, 12,000 points of 3 cm and 8,000 of 1 cm": Case(
         n=(12_000, 8_000), noise=(0.03, 0.01)
     ),
-    "the same, scale unknown (off by 2 %)": Case(n=(12_000, 18_000), scale=True),
+    "as the first, scale unknown (off by 2 %)": Case(n=(12_000, 18_000), scale=True),
 }
 
 

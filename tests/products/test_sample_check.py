@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import binom, t
+from scipy.stats import binom, chi2, t
 
 from tests.sample_maker import drawn, maker
 from vomstudio.errors import GeometryError
@@ -109,6 +109,24 @@ def test_a_truth_inside_the_ellipse_is_held_and_one_outside_is_not(axis: str, si
         assert found.measured["dip_direction_deg"] == pytest.approx(  # type: ignore[index]
             fit.dip_direction_deg
         )
+
+
+def test_the_registration_widens_the_region_as_squares_of_turns_add() -> None:
+    """A turn of 1 degree (1 sigma) about an axis in the plane tilts it across that axis alone."""
+    fit = blob()
+    strike, dip = fit.axes[0], fit.axes[1]
+    assert fit.max_confidence95_deg is not None
+    rotation = math.radians(1.0) ** 2 * np.outer(strike, strike)
+    limit = math.hypot(fit.max_confidence95_deg, math.sqrt(chi2.ppf(0.95, 2)))
+    for share, held in ((0.98, True), (1.02, False)):
+        tilt = math.radians(share * limit)
+        truth = Plane.from_normal(math.cos(tilt) * fit.normal + math.sin(tilt) * dip)
+        found = plane_check("x", fit, truth, rotation)
+        assert found.within is held
+        assert found.stated_95 == pytest.approx(limit, rel=2e-3)
+    # About its own pole a plane turns into itself.
+    spun = plane_check("x", fit, truth, np.outer(fit.normal, fit.normal))
+    assert spun.stated_95 == pytest.approx(plane_check("x", fit, truth).stated_95)
 
 
 def test_a_plane_that_hits_the_truth_is_held_and_one_of_three_points_states_nothing() -> None:

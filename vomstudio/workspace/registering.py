@@ -75,16 +75,39 @@ def pairs_of(points: Sequence[ControlPoint]) -> Pairs:
 
 
 def expected(
-    points: Sequence[ControlPoint], placed: Placed, model: Model
+    points: Sequence[ControlPoint], placed: Placed | None, model: Model
 ) -> dict[str, npt.NDArray[np.float64]]:
-    """Where points that have not been found should be, by a placement: (3,) in World as the model
-    stands at present, by id."""
+    """Where points that have not been found should be, by a placement, or, without one, by two
+    points of a model whose vertical is known: (3,) in World as the model stands at present, by id.
+    """
     left = [p for p in points if not p.vertices and p.position is not None]
-    if not left:
+    back = _by_two(points, model) if placed is None else transform.invert(placed.matrix)
+    if not left or back is None:
         return {}
     world = np.array([p.position for p in left], np.float64)
-    there = transform.apply(model.to_world, transform.apply(transform.invert(placed.matrix), world))
+    there = transform.apply(back, world)
+    if placed is not None:
+        there = transform.apply(model.to_world, there)
     return {p.id: place for p, place in zip(left, there, strict=True)}
+
+
+def _by_two(points: Sequence[ControlPoint], model: Model) -> npt.NDArray[np.float64] | None:
+    """4 x 4 from the coordinates of the points to the model as it stands: a turn about the
+    vertical, a scale and a shift, which two points determine that are not one above the other."""
+    pairs = pairs_of(points)
+    if len(pairs.labels) != 2 or model.frame.kind == "undeclared":
+        return None
+    here, there = transform.apply(model.to_world, pairs.model), pairs.world
+    (x, y, z), (u, v, w) = here[1] - here[0], there[1] - there[0]
+    level, long = np.hypot(u, v), np.linalg.norm([u, v, w])
+    if np.hypot(x, y) <= 0.1 * np.linalg.norm([x, y, z]) or level <= 0.1 * long:
+        return None
+    turn = np.arctan2(y, x) - np.arctan2(v, u)
+    back = np.eye(4)
+    back[:3, :3] = Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix()
+    back[:3, :3] *= np.linalg.norm([x, y, z]) / long
+    back[:3, 3] = here.mean(axis=0) - back[:3, :3] @ there.mean(axis=0)
+    return back
 
 
 def registration_of(placed: Placed, pairs: Pairs, model: Model, crs: str | None) -> Registration:

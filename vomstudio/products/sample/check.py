@@ -17,9 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.geology.common_turns import region
 from vomstudio.geology.folds import FoldAxis, common_axis, fold_axis
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.planes import PlaneFit, PlaneFits, fit_planes
+from vomstudio.geometry.tilts import direction_covariance
 from vomstudio.io.project.sample import SamplePicks, SampleTruth
 from vomstudio.words import to_translate, tr
 
@@ -112,17 +114,22 @@ def horizon_pairs(picks: SamplePicks) -> list[tuple[int, int]]:
     return [(s["hanging wall"], s["footwall"]) for s in sides.values() if len(s) == 2]
 
 
-def plane_check(name: str, fit: PlaneFit, truth: Plane) -> Check:
+def plane_check(
+    name: str, fit: PlaneFit, truth: Plane, rotation: npt.NDArray[np.float64] | None = None
+) -> Check:
     """The true plane against the confidence ellipse of the fitted one: semi-axes tan(max) along
-    e2 and tan(min) along e1, in the plane tangent to the sphere at the fitted normal."""
+    e2 and tan(min) along e1, in the plane tangent to the sphere at the fitted normal.
+
+    rotation : (3, 3) covariance, radians squared, of the turn of the model about east, north and
+        up, which the ellipse is given as well; None where the model stands as it is
+    """
     plane = Plane.from_normal(fit.normal)
-    ratio, error, stated = _deviation(
-        fit.normal,
-        truth.normal(),
-        fit.axes[1],
-        fit.max_confidence95_deg,
-        fit.min_confidence95_deg,
-    )
+    axis, largest, smallest = fit.axes[1], fit.max_confidence95_deg, fit.min_confidence95_deg
+    if rotation is not None and largest is not None and smallest is not None:
+        turned = direction_covariance(rotation, fit.normal)[0]
+        whole = region(fit.normal, turned, (largest, smallest, axis))
+        axis, largest, smallest = whole.axis, whole.largest_deg, whole.smallest_deg
+    ratio, error, stated = _deviation(fit.normal, truth.normal(), axis, largest, smallest)
     return Check(name, _plane(truth), _plane(plane), error, stated, _within(ratio))
 
 

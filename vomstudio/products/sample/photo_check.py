@@ -35,6 +35,7 @@ def check_photos(
     picks: SamplePicks,
     truth: SampleTruth,
     gsd: float,
+    rotation: Array | None = None,
 ) -> tuple[Check, ...]:
     """Compare a model with the outcrop that its photos show.
 
@@ -42,6 +43,8 @@ def check_photos(
     cloud : (n, 3) dense points in World
     outcrop : the true surface in World
     gsd : ground sampling distance of the depth maps, m
+    rotation : (3, 3) covariance of the model's rotation by its registration, which the stated
+        regions of planes hold as well; None where it is not known
     """
     from scipy.spatial import cKDTree
 
@@ -64,7 +67,7 @@ def check_photos(
         _length(_OFF, float(np.median(off))),
         _length(_OFF_90, float(np.percentile(off, 90))),
         _length(_MISSED, float(np.median(reached))),
-        *_plane_checks(inside, tree, picks, truth, shift, gsd),
+        *_plane_checks(inside, tree, picks, truth, shift, gsd, rotation),
     )
 
 
@@ -77,8 +80,9 @@ def in_words(checks: Sequence[Check]) -> str:
     off, cameras = (1000 * by_name[name].error for name in (_OFF, _CENTRES))
     return tr(
         "The model of the sample's photos is {model:.0f} mm off the outcrop, and its cameras are "
-        "{cameras:.0f} mm off (medians). The truth lies within the stated 95 % region for {held} "
-        "of {count} planes on the model; the largest error is {worst:.1f} degrees.",
+        "{cameras:.0f} mm off (medians). The truth lies within the stated 95 % region, the error "
+        "of the registration included, for {held} of {count} planes on the model; the largest "
+        "error is {worst:.1f} degrees.",
         model=off,
         cameras=cameras,
         held=held,
@@ -130,7 +134,13 @@ def _seen(cameras: Cameras, points: Array, normals: Array) -> npt.NDArray[np.boo
 
 
 def _plane_checks(
-    points: Array, tree: Any, picks: SamplePicks, truth: SampleTruth, shift: Array, gsd: float
+    points: Array,
+    tree: Any,
+    picks: SamplePicks,
+    truth: SampleTruth,
+    shift: Array,
+    gsd: float,
+    rotation: Array | None,
 ) -> list[Check]:
     """Every pick of the sample, on the model: its planes beside the true ones."""
     checks = []
@@ -142,5 +152,6 @@ def _plane_checks(
         if len(there) < _FEWEST or name not in truth.planes:
             continue
         fit = fit_planes(points[there], np.array([0, len(there)]))[0]
-        checks.append(plane_check(f"{kind} {name} on the photos' model", fit, truth.planes[name]))
+        title = f"{kind} {name} on the photos' model"
+        checks.append(plane_check(title, fit, truth.planes[name], rotation))
     return checks

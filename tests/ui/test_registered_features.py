@@ -1,0 +1,86 @@
+"""What the window shows of a registration's error: the panel of a feature and of a model, the net,
+the fold axis."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtWidgets import QLabel
+
+from tests.document.test_bowed_models import registration
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import catalogue, edits
+from vomstudio.document.figures import Subject
+from vomstudio.products.net.contents import NetLineEllipse
+from vomstudio.ui.scene.view_panel import ViewPanel
+
+
+@pytest.fixture
+def beds(studio):
+    add_cliff(studio)
+    for i, dip in enumerate((0.3, 0.6, 0.9, 1.3)):
+        add_bed(studio, f"t{i}", f"B{i}", dip=dip)
+    return [f"t{i}" for i in range(4)]
+
+
+def register(studio, curvature: float = 0.0) -> None:
+    assert studio.attempt(edits.set_registration, registration(curvature), ["m1"])
+
+
+def row(window, title: str) -> str:
+    fit = window.properties._fit
+    return dict(zip([t.text() for t in fit._titles], [v.text() for v in fit._values], strict=True))[
+        title
+    ]
+
+
+def test_the_panel_shows_what_the_registration_adds_and_the_total(window, studio, beds):
+    studio.selection.set(["t1"])
+    assert row(window, "Reg. / total").startswith("–")
+    register(studio)
+    measured = studio.measured(["t1"])["t1"]
+    subject = Subject(None, measured)
+    shown = row(window, "Reg. / total")
+    assert shown == (
+        f"{catalogue.REGISTRATION_ERROR.text(subject)} / {catalogue.TOTAL.text(subject)}"
+    )
+    assert measured.registration_error_deg > 0.0
+    assert catalogue.TOTAL.value(subject) > measured.registration_error_deg
+    studio.undo()
+    assert row(window, "Reg. / total").startswith("–")
+
+
+def test_the_net_has_a_second_ellipse_about_the_selected_pole(window, studio, beds):
+    window._add_stereonet()
+    studio.selection.set(["t1"])
+    assert window.net.contents().registered == ()
+    register(studio)
+    (ellipse,) = window.net.contents().registered
+    assert isinstance(ellipse, NetLineEllipse)
+    fit = studio.measured(["t1"])["t1"].fit
+    assert ellipse.max_angle_deg >= fit.max_confidence95_deg
+    fold = window.net.contents().fold
+    assert fold.registration_error_deg > 0.0
+    assert fold.total.largest_deg >= fold.max_confidence95_deg
+    # Printed without what is selected; beta keeps its own.
+    printed = window.net.for_print()
+    assert printed.registered == ()
+    assert len(printed.with_registration) == 1
+
+
+def test_the_panel_of_the_model_says_what_its_registration_is_worth(window, studio, beds):
+    register(studio, -0.001)
+    studio.selection.set(["m1"])
+    text = " ".join(label.text() for label in window.properties.findChildren(QLabel))
+    assert "Weakest axis, 95 %: 090/00 ± 0.59°" in text
+    assert "The model may be turned by 0.59° (95 %)" in text
+    assert "The model is bowed" in text
+
+
+def test_an_axis_no_stronger_than_the_bowing_is_warned_of(window, studio):
+    add_cliff(studio)
+    for i, dip in enumerate((0.30, 0.31, 0.32)):
+        add_bed(studio, f"t{i}", f"B{i}", dip=dip)
+    panel = window.view_panel if hasattr(window, "view_panel") else window.findChild(ViewPanel)
+    assert "bowing" not in panel._verdict.text()
+    register(studio, -0.001)
+    assert "the fold may be the bowing" in panel._verdict.text()
