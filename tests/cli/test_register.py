@@ -543,3 +543,31 @@ def test_a_mask_says_what_of_the_reference_counts(run, write: Write, tmp_path: P
     assert run("register", model, "--pairs", mask, "--stable", mask).code == 2
     assert "--reference" in run("register", "-", "--scale", "0,0,0,1,0,0,5", "--stable", mask).said
     assert "MODEL" in run("register", "-", "--reference", reference).said
+
+
+def test_a_model_of_a_project_is_fitted_to_a_reference(run, tmp_path: Path) -> None:
+    reference, model, truth = wall_and_copy(tmp_path)
+    project = tmp_path / "wall.vom"
+    import vomstudio as vs
+
+    with vs.Project.create(project) as made:
+        made.add_model(model)
+        made.save()
+    ran = run("project", project, "register", "--reference", reference, "--json")
+    assert ran.code == 0, ran.err
+    assert ran.json["turned_deg"] == pytest.approx(2.0, abs=0.1)
+    assert ran.json["reference"]["overlap"] > 0.8
+    with vs.Project.open(project) as again:
+        (placed,) = again.models
+        assert placed.crs == "EPSG:32633"
+        assert placed.read().points == pytest.approx(truth, abs=0.05)
+        record = again._open_desk().find_model(None).registration
+    assert record.method == "reference"
+    assert record.name == "model fitted to reference.laz"
+    covariance = np.array(record.covariance)
+    told = ran.json["rotation_error_deg"]
+    assert np.degrees(np.sqrt(covariance[2, 2])) == pytest.approx(told["about_up"], rel=1e-6)
+    assert run("project", project, "undo").code == 0
+    with vs.Project.open(project) as again:
+        assert again.models[0].read().points != pytest.approx(truth, abs=0.05)
+    assert "PAIRS" in run("project", project, "register").said

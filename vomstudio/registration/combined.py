@@ -23,12 +23,14 @@ class Combined:
     whitening : (m, 7) whose products with a turn about east, north and up (rad), a relative change
         of scale and a shift (m), all about there, are independent with the variance 1; m is under
         7 where it leaves something free
+    size : m, how far what was fitted typically reaches from there
     """
 
     labels: Sequence[str]
     start: Similarity
     about: Array
     whitening: Array
+    size: float = 1.0
 
     def rows(self, fit: Similarity, centre: Array) -> Rows:
         moves: Array = np.zeros((7, 7))

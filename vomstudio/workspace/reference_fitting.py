@@ -55,6 +55,22 @@ class ReferenceFit:
         }
 
 
+@dataclass(frozen=True)
+class Standing:
+    """to_world : (4, 4) from the file to World; crs : of World; metric : its unit is known"""
+
+    to_world: Any
+    crs: str | None
+    metric: bool
+
+
+def _as_its_file_says(loaded: LoadedModel) -> Standing:
+    turned = loaded.turned_about is not None
+    frame = declared_frame(loaded.path, loaded.crs, turned, DeclaredFrame()).frame
+    known = loaded.unit_m is not None or frame.crs is not None
+    return Standing(frame.to_world(), frame.crs, known or scale_known(loaded.path) is True)
+
+
 def fit_model(
     loaded: LoadedModel,
     reference: str | Path,
@@ -62,12 +78,14 @@ def fit_model(
     near: Placed | None,
     crs: str | None,
     stable: str | Path | None = None,
+    stands: Standing | None = None,
     progress: Progress,
 ) -> ReferenceFit:
     """A model in its file's frame fitted to the reference of another file.
 
     near : where the model lies by whatever else is known, None where the frames stand as they are
     crs : of World, None for that of the reference; stable : a mask
+    stands : how the model stands, None as its file says
     Raises UsageError, InputError, GeometryError, Cancelled.
     """
     target = read_in_world(reference, progress)
@@ -75,14 +93,12 @@ def fit_model(
     said = list(target.warnings)
     if crs is not None:
         said += crs_doubts(crs, target.crs, ("--crs", names[1]))
-    frame = declared_frame(
-        loaded.path, loaded.crs, loaded.turned_about is not None, DeclaredFrame()
-    ).frame
-    own = _similarity(frame.to_world())
-    scale = loaded.unit_m is None and frame.crs is None and scale_known(loaded.path) is not True
+    stands = stands or _as_its_file_says(loaded)
+    own = _similarity(stands.to_world)
+    scale = not stands.metric
     points, spacing = _points(loaded)
     if near is None:
-        said += crs_doubts(frame.crs, target.crs, names)
+        said += crs_doubts(stands.crs, target.crs, names)
         start = own
         refuse_apart(_box(own(points)), _box(points_of(target.data)), names)
     else:

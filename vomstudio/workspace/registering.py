@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -110,13 +111,20 @@ def _by_two(points: Sequence[ControlPoint], model: Model) -> npt.NDArray[np.floa
     return back
 
 
-def registration_of(placed: Placed, pairs: Pairs, model: Model, crs: str | None) -> Registration:
-    """The record of a placement by pairs, in `crs` or in a local frame with metres and north.
+def registration_of(
+    placed: Placed, pairs: Pairs | None, model: Model, crs: str | None, reference: str = ""
+) -> Registration:
+    """The record of a placement by pairs, or by a reference of this name and pairs where there are
+    some, in `crs` or in a local frame with metres and north.
 
-    A model that was placed by points before keeps its registration, with other figures.
+    A model that was placed in the same way before keeps its registration, with other figures.
     """
     before = model.registration
-    id_ = before.id if before is not None and before.method == "points" else new_id("registration")
+    method: Literal["points", "reference"] = "reference" if reference else "points"
+    name = tr("points on {model}", model=model.name)
+    if reference:
+        name = tr("{model} fitted to {reference}", model=model.name, reference=reference)
+    id_ = before.id if before is not None and before.method == method else new_id("registration")
     error = placed.rotation_error_deg
     known = None
     if (
@@ -127,15 +135,15 @@ def registration_of(placed: Placed, pairs: Pairs, model: Model, crs: str | None)
         known = (error.about_up, error.about_east, error.about_north)
     return Registration(
         id_,
-        tr("points on {model}", model=model.name),
-        "points",
+        name,
+        method,
         Frame("crs", crs=crs) if crs is not None else Frame("local"),
         _matrix(placed),
         rotation_error_deg=known,
         scale_error=float(np.sqrt(placed.covariance[3][3])),
         rms_control_m=placed.rms_control_m,
         rms_check_m=placed.rms_check_m,
-        control=_points(placed, pairs),
+        control=() if pairs is None else _points(placed, pairs),
         covariance=placed.covariance,
         centre=placed.centre,
     )

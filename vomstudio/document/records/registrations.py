@@ -35,8 +35,9 @@ class Registration:
 
     method: "gps", "control" or "local" for a reconstruction placed by its cameras, by control
     points, or by nothing outside of the photos; "points" for a model placed by points that were
-    found on it. frame: what is known of World afterwards. matrix:
-    4x4 from the file to World. reconstruction_id: the one that it came with, "" for none.
+    found on it, "reference" for one fitted to another model. frame: what is known of World
+    afterwards. matrix: 4x4 from the file to World. reconstruction_id: the one that it came with, ""
+    for none.
     rotation_error_deg: about up, east and north, one sigma, None where not known; scale_error: one
     sigma, as a share. rms_control_m, rms_check_m: of what is left over at the points. control: by
     which it was found. covariance: 7x7 of turns about east, north and up (rad), a relative change
@@ -45,7 +46,7 @@ class Registration:
 
     id: str
     name: str
-    method: Literal["gps", "control", "local", "points"]
+    method: Literal["gps", "control", "local", "points", "reference"]
     frame: Frame = UNDECLARED
     matrix: Matrix = IDENTITY
     reconstruction_id: str = ""

@@ -104,7 +104,7 @@ def fit_to_reference(
         whitening = np.vstack([whitening, held])
     free = _free(found, scale)
     return FittedToReference(
-        Combined([NAME], found.fit, found.about, whitening),
+        Combined([NAME], found.fit, found.about, whitening, found.size),
         len(found.miss),
         radius,
         share,
