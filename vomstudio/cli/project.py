@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.arguments import Run, Subparsers, add_command, progress_of
+from vomstudio.cli.arguments import Parser, Run, Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.geometry.units import METRES
@@ -49,31 +49,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--unit", choices=sorted(METRES), default=None, help=tr("the unit of FILE's coordinates")
     )
     register = add("register", _register, tr("Place a model by points that were found on it"))
-    register.add_argument(
-        "pairs",
-        metavar="PAIRS",
-        nargs="?",
-        default=None,
-        help=tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]"),
-    )
-    register.add_argument(
-        "--reference",
-        metavar="FILE",
-        default=None,
-        help=tr("fit it to this mesh or cloud of the same rock"),
-    )
-    register.add_argument(
-        "--stable",
-        metavar="MASK",
-        default=None,
-        help=tr("the part of the reference that has not moved"),
-    )
-    register.add_argument(
-        "--model", default=None, help=tr("name or id of the model (default: the only one)")
-    )
-    register.add_argument(
-        "--crs", metavar="EPSG", default=None, help=tr("the projected CRS of x, y, z")
-    )
+    _add_register(register)
     picks = add("add-picks", _add_picks, tr("Add traces: points in World along beds or fractures"))
     picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
     picks.add_argument(
@@ -108,6 +84,34 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     compact.add_argument(
         "--dry-run", action="store_true", default=False, help=tr("only say what would go")
+    )
+
+
+def _add_register(register: Parser) -> None:
+    register.add_argument(
+        "pairs",
+        metavar="PAIRS",
+        nargs="?",
+        default=None,
+        help=tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]"),
+    )
+    register.add_argument(
+        "--reference",
+        metavar="FILE",
+        default=None,
+        help=tr("fit it to this mesh or cloud of the same rock"),
+    )
+    register.add_argument(
+        "--stable",
+        metavar="MASK",
+        default=None,
+        help=tr("the part of the reference that has not moved"),
+    )
+    register.add_argument(
+        "--model", default=None, help=tr("name or id of the model (default: the only one)")
+    )
+    register.add_argument(
+        "--crs", metavar="EPSG", default=None, help=tr("the projected CRS of x, y, z")
     )
 
 
