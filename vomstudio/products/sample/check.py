@@ -17,11 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.common_turns import region
 from vomstudio.geology.folds import FoldAxis, common_axis, fold_axis
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.planes import PlaneFit, PlaneFits, fit_planes
-from vomstudio.geometry.tilts import direction_covariance
 from vomstudio.io.project.sample import SamplePicks, SampleTruth
 from vomstudio.words import to_translate, tr
 
@@ -40,7 +38,9 @@ _ROUNDING = 1e-12
 class Check:
     """truth and measured: angles as a mapping, or one length in m; error and stated_95 in `unit`.
 
-    stated_95 is None, and `within` too, where no error can be stated.
+    stated_95 is None, and `within` too, where no error can be stated. total_95 : of a plane, with
+    what resolution and registration of its model add, as tables publish it; None where there is
+    none
     """
 
     name: str
@@ -50,6 +50,12 @@ class Check:
     stated_95: float | None
     within: bool | None
     unit: str = "deg"
+    total_95: float | None = None
+
+    @property
+    def within_total(self) -> bool | None:
+        """Whether the truth is no farther than `total_95`."""
+        return None if self.total_95 is None else self.error <= self.total_95
 
     def as_dict(self) -> dict[str, Any]:
         return {
@@ -59,6 +65,8 @@ class Check:
             "error": self.error,
             "stated_95": self.stated_95,
             "within": self.within,
+            "total_95": self.total_95,
+            "within_total": self.within_total,
             "unit": self.unit,
         }
 
@@ -114,22 +122,17 @@ def horizon_pairs(picks: SamplePicks) -> list[tuple[int, int]]:
     return [(s["hanging wall"], s["footwall"]) for s in sides.values() if len(s) == 2]
 
 
-def plane_check(
-    name: str, fit: PlaneFit, truth: Plane, rotation: npt.NDArray[np.float64] | None = None
-) -> Check:
+def plane_check(name: str, fit: PlaneFit, truth: Plane) -> Check:
     """The true plane against the confidence ellipse of the fitted one: semi-axes tan(max) along
-    e2 and tan(min) along e1, in the plane tangent to the sphere at the fitted normal.
-
-    rotation : (3, 3) covariance, radians squared, of the turn of the model about east, north and
-        up, which the ellipse is given as well; None where the model stands as it is
-    """
+    e2 and tan(min) along e1, in the plane tangent to the sphere at the fitted normal."""
     plane = Plane.from_normal(fit.normal)
-    axis, largest, smallest = fit.axes[1], fit.max_confidence95_deg, fit.min_confidence95_deg
-    if rotation is not None and largest is not None and smallest is not None:
-        turned = direction_covariance(rotation, fit.normal)[0]
-        whole = region(fit.normal, turned, (largest, smallest, axis))
-        axis, largest, smallest = whole.axis, whole.largest_deg, whole.smallest_deg
-    ratio, error, stated = _deviation(fit.normal, truth.normal(), axis, largest, smallest)
+    ratio, error, stated = _deviation(
+        fit.normal,
+        truth.normal(),
+        fit.axes[1],
+        fit.max_confidence95_deg,
+        fit.min_confidence95_deg,
+    )
     return Check(name, _plane(truth), _plane(plane), error, stated, _within(ratio))
 
 
