@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.arguments import Parser, Run, Subparsers, add_command, progress_of
+from vomstudio.cli.arguments import Run, Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.geometry.units import METRES
@@ -87,7 +87,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
 
 
-def _add_register(register: Parser) -> None:
+def _add_register(register: argparse.ArgumentParser) -> None:
     register.add_argument(
         "pairs",
         metavar="PAIRS",
