@@ -32,7 +32,9 @@ from vomstudio.registration.attitude_evidence import (
     held,
     misses,
 )
+from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import said_of_azimuths
+from vomstudio.registration.compass_evidence import azimuth_lines, compass_directions
 from vomstudio.registration.coordinate_checks import (
     doubts_about_points,
     far_from_others,
@@ -46,8 +48,6 @@ from vomstudio.registration.coordinate_checks import (
 )
 from vomstudio.registration.level_checks import said_of_level_lines
 from vomstudio.registration.observations import (
-    Azimuths,
-    Directions,
     Lengths,
     LevelLines,
     Observed,
@@ -63,7 +63,6 @@ Array = npt.NDArray[np.float64]
 Segment = tuple[tuple[float, float, float], tuple[float, float, float], float]
 Marked = tuple[str, str, float, float]
 
-_READING_DEG = 3.0
 _TAPE = 0.005
 """One sigma of a length by tape whose ends are picked on a model, as a share of it."""
 _UNSURE_DEG = 60.0
@@ -96,6 +95,16 @@ class Evidence:
     """From one point on the model to another, and the azimuth of that line, degrees."""
     marks: Sequence[Marked] = ()
     """Of control points in photos: label, photo, x, y."""
+    reference: Combined | None = None
+    """The model as it was fitted to another one."""
+
+    @property
+    def empty(self) -> bool:
+        """Nothing was given."""
+        given = (self.pairs, self.positions, self.attitudes, self.level, self.compass)
+        return all(one is None for one in (*given, self.reference)) and not (
+            self.lengths or self.azimuths
+        )
 
 
 def register(evidence: Evidence, extent: Array | None = None) -> Placed:
@@ -124,12 +133,14 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     if evidence.level is not None:
         kinds.append(_level(evidence, evidence.level, extent, said))
     if evidence.compass is not None:
-        read = _compass(evidence.compass, evidence.compass_turn_deg)
+        read = compass_directions(evidence.compass, evidence.compass_turn_deg)
         if evidence.compass.read.is_plane.any():
             said += said_of_azimuths(read[0].labels, read[0].model, read[0].world)
         kinds += read
     if evidence.azimuths:
-        kinds.append(_azimuths(evidence.azimuths))
+        kinds.append(azimuth_lines(evidence.azimuths))
+    if evidence.reference is not None:
+        kinds.append(evidence.reference)
     try:
         placed = place(kinds, check, extent)
     except GeometryError as error:
@@ -461,32 +472,3 @@ def _level(
     model = np.array(directions)
     model /= np.linalg.norm(model, axis=1, keepdims=True)
     return LevelLines([table.photos[r] for r in rows], model, np.full(len(model), np.nan))
-
-
-# --- compass ----------------------------------------------------------------------------------
-def _compass(table: CompassTable, turn_deg: float) -> list[Directions]:
-    c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
-    # Azimuths run clockwise.
-    world = table.read.vectors() @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    kinds: list[Directions] = []
-    for planes in (True, False):
-        rows = np.flatnonzero(table.read.is_plane == planes)
-        if len(rows):
-            sigma = np.repeat(np.radians(table.sigma[rows])[:, None], 2, axis=1)
-            labels = [table.read.ids[i] for i in rows]
-            kinds.append(Directions(labels, table.model[rows], world[rows], sigma))
-    return kinds
-
-
-def _azimuths(given: Sequence[Segment]) -> Azimuths:
-    vectors = np.array([np.subtract(b, a) for a, b, _ in given], np.float64)
-    length = np.linalg.norm(vectors, axis=1)
-    if not (np.hypot(vectors[:, 0], vectors[:, 1]) > 1e-6 * np.maximum(length, 1e-300)).all():
-        raise UsageError(
-            tr("A line with an azimuth needs two places that are not above each other."),
-            field="--azimuth",
-        )
-    labels = [tr("azimuth {number}", number=i + 1) for i in range(len(given))]
-    angles = np.radians([azimuth for _, _, azimuth in given])
-    sigma = np.full(len(given), np.radians(_READING_DEG))
-    return Azimuths(labels, vectors / length[:, None], angles, sigma)

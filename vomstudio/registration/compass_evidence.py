@@ -1,0 +1,52 @@
+"""From readings by compass to observations of a model's place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import UsageError
+from vomstudio.io.control.observation_tables import CompassTable
+from vomstudio.registration.observations import Azimuths, Directions
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+Segment = tuple[tuple[float, float, float], tuple[float, float, float], float]
+
+_READING_DEG = 3.0
+
+
+def compass_directions(table: CompassTable, turn_deg: float) -> list[Directions]:
+    """Planes and lines that were read, each kind by itself, the planes first.
+
+    turn_deg : added to all azimuths
+    """
+    c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
+    # Azimuths run clockwise.
+    world = table.read.vectors() @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    kinds: list[Directions] = []
+    for planes in (True, False):
+        rows = np.flatnonzero(table.read.is_plane == planes)
+        if len(rows):
+            sigma = np.repeat(np.radians(table.sigma[rows])[:, None], 2, axis=1)
+            labels = [table.read.ids[i] for i in rows]
+            kinds.append(Directions(labels, table.model[rows], world[rows], sigma))
+    return kinds
+
+
+def azimuth_lines(given: Sequence[Segment]) -> Azimuths:
+    """Lines from one place on the model to another whose azimuth (degrees) is known. Raises
+    UsageError for places that are above each other."""
+    vectors = np.array([np.subtract(b, a) for a, b, _ in given], np.float64)
+    length = np.linalg.norm(vectors, axis=1)
+    if not (np.hypot(vectors[:, 0], vectors[:, 1]) > 1e-6 * np.maximum(length, 1e-300)).all():
+        raise UsageError(
+            tr("A line with an azimuth needs two places that are not above each other."),
+            field="--azimuth",
+        )
+    labels = [tr("azimuth {number}", number=i + 1) for i in range(len(given))]
+    angles = np.radians([azimuth for _, _, azimuth in given])
+    sigma = np.full(len(given), np.radians(_READING_DEG))
+    return Azimuths(labels, vectors / length[:, None], angles, sigma)
