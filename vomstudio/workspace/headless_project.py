@@ -47,7 +47,12 @@ from vomstudio.tools.local_surface import around, measured_anew, of_earlier_rule
 from vomstudio.words import tr
 from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 from vomstudio.workspace.models import name_of, new_model
-from vomstudio.workspace.registering import registration_of, sets_turned_deg, turned_deg
+from vomstudio.workspace.registering import (
+    placed_by_points,
+    registration_of,
+    sets_turned_deg,
+    turned_deg,
+)
 
 if TYPE_CHECKING:
     from vomstudio.workspace.reference_fitting import ReferenceFit
@@ -244,7 +249,8 @@ class HeadlessProject:
         Returns the placement, and by how many degrees the model and each set on it turned. Raises
         GeometryError.
         """
-        placed = register(Evidence(pairs=pairs))
+        self._surface(model)
+        placed = placed_by_points(pairs, self._bounds.get(model.id), model, crs)
         return self._placed(model, placed, registration_of(placed, pairs, model, crs))
 
     def fit_to_reference(

@@ -28,6 +28,9 @@ from vomstudio.document.records.basics import Matrix, Point
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.registration.coordinate_checks import require_on_model, said_of_area, said_of_move
+from vomstudio.registration.evidence import Evidence, register
+from vomstudio.registration.placing import with_warnings
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.words import tr, tr_n
 
@@ -109,6 +112,24 @@ def _by_two(points: Sequence[ControlPoint], model: Model) -> npt.NDArray[np.floa
     back[:3, :3] *= np.linalg.norm([x, y, z]) / long
     back[:3, 3] = here.mean(axis=0) - back[:3, :3] @ there.mean(axis=0)
     return back
+
+
+def placed_by_points(
+    pairs: Pairs, bounds: npt.NDArray[np.float64] | None, model: Model, crs: str | None
+) -> Placed:
+    """The placement by points on a model, with what their coordinates look like.
+
+    bounds : (2, 3) of the model in its file's frame, None where they are not known; crs : of the
+    points. Raises GeometryError, also for points that are far off the model.
+    """
+    require_on_model(pairs.model, bounds)
+    placed = register(Evidence(pairs=pairs))
+    said = said_of_area(pairs.world, crs)
+    # A model that was registered before stands there by that, not by its file.
+    by_file = model.registration is None and model.frame.crs == crs
+    if bounds is not None and crs is not None and by_file:
+        said += said_of_move(transform.apply(model.to_world, bounds), placed(bounds), crs)
+    return with_warnings(placed, said)
 
 
 def registration_of(
