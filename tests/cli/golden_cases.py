@@ -111,6 +111,12 @@ CASES = (
         "stereonet {work}/planes.csv --contour kamb --projection angle -o {work}/net.png",
         after=("fit-by",),
     ),
+    Case(
+        "stereonet-each-set",
+        "stereonet {work}/planes.csv --set kind --contour exponential_kamb --levels 2,6"
+        " --each-set -o {work}/net.svg",
+        after=("fit-by",),
+    ),
     Case("stereonet-refused", "stereonet {work}/three.csv -o {work}/net.txt", code=2),
     Case(
         "ortho-fold",

@@ -7,7 +7,7 @@ from typing import Any
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import no_fisher_reason
-from vomstudio.products.net.contents import NetContents, make_sets, means_of
+from vomstudio.products.net.contents import Contouring, NetContents, make_sets, means_of
 
 UNNAMED = "unassigned"
 
@@ -18,6 +18,7 @@ def net_of_table(
     *,
     projection: str = "area",
     contour: str | None = None,
+    contouring: Contouring | None = None,
 ) -> NetContents:
     """by : name or number of the column that tells the sets apart; None for `set`, else `kind`.
     Raises UsageError for a column that is not there."""
@@ -45,6 +46,7 @@ def net_of_table(
         sets=sets,
         projection=projection,
         contour=contour,
+        contouring=contouring or Contouring(),
         means=means_of(clustered),
     )
 
