@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command, add_output
 from vomstudio.cli.output import Output
@@ -120,7 +121,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
         if args.projection == "area"
         else tr("{file}: {sets}; equal angle, lower hemisphere", file=args.output, sets=sets)
     )
-    for part in found["parts"] if found else ():
+    if found is not None:
+        _say_densest(found, out)
+
+
+def _say_densest(found: dict[str, Any], out: Output) -> None:
+    for part in found["parts"]:
         out.text(
             tr(
                 "densest: {name} {trend:.0f}/{plunge:.0f} (trend/plunge), {value:.1f} {unit}",

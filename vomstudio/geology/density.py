@@ -126,7 +126,7 @@ def _near(vectors: Array, block: Array, kernel: _Kernel) -> Array:
     reach = widest + kernel.reach_deg + 1e-6
     if reach >= 90.0:
         return vectors
-    return vectors[np.abs(vectors @ middle) >= math.cos(math.radians(reach))]
+    return np.asarray(vectors[np.abs(vectors @ middle) >= math.cos(math.radians(reach))])
 
 
 def density_grid(
@@ -200,10 +200,10 @@ def densest(
     else:
         step = min(4.0, 0.5 * opening)
         while step > 1e-3:
-            near = _around(best, step)
-            values = density(v, near, method, sigma)
+            ring = _around(best, step)
+            values = density(v, ring, method, sigma)
             if float(values.max()) > top:
-                best, top = near[int(np.argmax(values))], float(values.max())
+                best, top = ring[int(np.argmax(values))], float(values.max())
             else:
                 step *= 0.5
     return (-best if best[2] > 0 else best), top

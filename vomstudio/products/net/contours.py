@@ -1,11 +1,11 @@
-"""Contours of density on a net, and the bar that says what they mean."""
+"""What is contoured on a net, at which levels, in which colours, and what is said of it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +13,8 @@ from vomstudio.errors import UsageError
 from vomstudio.geology import density as densities
 from vomstudio.geology.orientation import Array, Line
 from vomstudio.products.net.contents import NetContents, NetSet
-from vomstudio.products.net.style import NetStyle, layer, mixed
+from vomstudio.products.net.style import NetStyle, mixed
 from vomstudio.words import to_translate, tr
-
-if TYPE_CHECKING:
-    from vomstudio.products.net.page import Page
 
 DENSITY_NAMES = {
     "kamb": to_translate("Density after Kamb, {sigma} σ"),
@@ -144,11 +141,11 @@ def contour_levels(net: NetContents, top: float) -> tuple[float, ...]:
 def density_found(net: NetContents) -> dict[str, Any] | None:
     """Method, unit, sigma and levels of a net's contours, and of each set (or all, None) how many
     it has and where they lie densest, as plain values; None without contours."""
-    groups = contoured_groups(net)
-    if net.contour is None or not groups:
+    plan = ContourPlan.of(net)
+    if net.contour is None or plan is None:
         return None
     look, parts = net.contouring, []
-    for of, v in groups:
+    for of, v in contoured_groups(net):
         place, top = densities.densest(v, net.contour, look.sigma)
         line = Line.from_vector(place)
         parts.append(
@@ -164,7 +161,7 @@ def density_found(net: NetContents) -> dict[str, Any] | None:
         "method": net.contour,
         "unit": densities.DENSITY_UNITS[net.contour],
         "sigma": None if net.contour == "schmidt" else look.sigma,
-        "levels": list(contour_levels(net, max(part["maximum"] for part in parts))),
+        "levels": list(plan.levels),
         "filled": look.is_filled,
         "parts": parts,
     }
@@ -187,96 +184,21 @@ def dash(of: NetSet | None) -> str:
     return DASHES[of.variant % len(DASHES)] if of is not None else "-"
 
 
-def draw_contours(page: Page, plan: ContourPlan) -> None:
-    style, n = page.style, len(plan.levels)
-    if not n:
-        return
-    for part in plan.parts:
-        top = float(part.values.max())
-        if top <= plan.levels[0]:
-            continue
-        colors = contour_colors(part.of, n, plan.filled, style)
-        if plan.filled:
-            # Up to a level above all, so that one level is enough.
-            filled = page.axes.contourf(
-                part.x, part.y, part.values, levels=[*plan.levels, plan.levels[-1] + top],
-                colors=colors, alpha=None if part.of is None else SEE_THROUGH,
-                zorder=layer("density"), antialiased=True,
-            )  # fmt: skip
-            filled.set_clip_path(page.rim)
-        shades = _line_colors(part.of, colors, plan.filled, style)
-        lines = page.axes.contour(
-            part.x, part.y, part.values, levels=list(plan.levels), colors=shades,
-            linewidths=_line_width(plan, style), linestyles=dash(part.of),
-            zorder=layer("contours"),
-        )  # fmt: skip
-        lines.set_clip_path(page.rim)
-    _draw_bar(page, plan)
-
-
-def _line_colors(
-    of: NetSet | None, colors: list[object], filled: bool, style: NetStyle
-) -> list[object]:
-    """Lines about filled contours only part them."""
-    if not filled:
-        return colors
-    color = style.soft if of is None else style.outline(style.color(of.color))
-    return [color] * len(colors)
-
-
-def _line_width(plan: ContourPlan, style: NetStyle) -> float:
-    return (0.6 if plan.filled else 1.1) * style.line_pt
-
-
 def bar_width(plan: ContourPlan, font: float, beside: bool) -> float:
-    """Of the columns of the bar, one for each set, in points."""
-    k = len(plan.parts)
+    """Of the columns of the bar together, in points."""
+    k = len(columns_of(plan))
     most = 8.0 if beside else 2.5
     return font if k == 1 else font * min(0.9 * k, most)
+
+
+def columns_of(plan: ContourPlan) -> list[Contoured]:
+    """The first of each colour: the sets of a type share theirs, and a column of the bar."""
+    first: dict[str | None, Contoured] = {}
+    for part in plan.parts:
+        first.setdefault(part.of.color if part.of else None, part)
+    return list(first.values())
 
 
 def bar_room(plan: ContourPlan | None, font: float) -> float:
     """What the bar takes of the width where it stands at the right edge."""
     return 0.0 if plan is None or not plan.levels else 3.5 * font + bar_width(plan, font, False)
-
-
-def _draw_bar(page: Page, plan: ContourPlan) -> None:
-    from matplotlib.patches import Rectangle
-
-    n, font, row = len(plan.levels), page.font, page.row
-    thick = bar_width(plan, font, page.beside)
-    if page.beside:
-        tall = min(1.5 * font * n, 0.4 * page.height)
-        left, low = page.legend_x, page.pad + (len(page.foot) + 0.8) * row
-        page.text(left, low + tall + 0.8 * row, plan.unit)
-        page.text(left, low + tall + 1.8 * row, plan.name)
-    else:
-        tall = min(1.5 * font * n, 1.2 * page.radius)
-        left, low = page.width - page.pad - 2.2 * font - thick, page.cy - tall / 2
-        page.text(page.width - page.pad, low + tall + 0.8 * row, plan.short_unit, align="right")
-    each = thick / len(plan.parts)
-    for column, part in enumerate(plan.parts):
-        colors = contour_colors(part.of, n, plan.filled, page.style)
-        for i, color in enumerate(colors):
-            x, y = left + column * each, low + tall * i / n
-            if plan.filled:
-                cell = Rectangle(
-                    page.net_of(x, y), each / page.radius, tall / n / page.radius,
-                    facecolor=_laid_over(color, part.of, page.style),
-                    edgecolor=page.style.soft, linewidth=0.5 * page.style.line_pt,
-                    zorder=layer("legend"),
-                )  # fmt: skip
-                page.axes.add_patch(cell)
-            else:
-                ends = np.array([page.net_of(x, y), page.net_of(x + 0.85 * each, y)])
-                page.axes.plot(
-                    *ends.T, color=color, linestyle=dash(part.of),
-                    linewidth=1.4 * _line_width(plan, page.style), zorder=layer("legend"),
-                )  # fmt: skip
-    for i, level in enumerate(plan.levels):
-        page.text(left + thick + 0.4 * font, low + tall * i / n, f"{level:g}")
-
-
-def _laid_over(color: object, of: NetSet | None, style: NetStyle) -> object:
-    """As it looks on the net."""
-    return color if of is None else mixed(style.net, str(color), SEE_THROUGH)

@@ -21,7 +21,7 @@ from vomstudio.geology import density as densities
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Array, Line
 from vomstudio.products.net.contents import AnyEllipse, NetContents
-from vomstudio.products.net.contours import draw_contours
+from vomstudio.products.net.contour_drawing import draw_contours
 from vomstudio.products.net.page import Page
 from vomstudio.products.net.selection_highlight import draw_emphasis
 from vomstudio.products.net.style import PRINT, NetStyle
