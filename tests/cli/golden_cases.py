@@ -117,6 +117,10 @@ CASES = (
         " --each-set -o {work}/net.svg",
         after=("fit-by",),
     ),
+    Case(
+        "rose", "rose {work}/planes.csv --set kind --bin 30 -o {work}/rose.svg", after=("fit-by",)
+    ),
+    Case("rose-refused", "rose {work}/planes.csv --bin 7 -o {work}/roses.svg", code=2),
     Case("stereonet-refused", "stereonet {work}/three.csv -o {work}/net.txt", code=2),
     Case(
         "ortho-fold",

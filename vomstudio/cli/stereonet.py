@@ -35,7 +35,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--levels",
         metavar="A,B,...",
-        help=tr("levels of the contours: standard deviations, of schmidt % of the data"),
+        help=tr("levels of the contours: standard deviations, of schmidt percent"),
     )
     parser.add_argument(
         "--filled",
@@ -68,7 +68,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.net.contours import check_contouring, density_found, few_reasons
     from vomstudio.products.net.table_net import net_of_table
 
-    format_ = _format(args.output)
+    format_ = picture_format(args.output)
     if args.contour is not None and args.contour not in DENSITY_METHODS:
         raise UsageError(
             tr(
@@ -151,7 +151,8 @@ def _levels(text: str | None) -> tuple[float, ...]:
         ) from None
 
 
-def _format(path: str) -> str:
+def picture_format(path: str) -> str:
+    """svg, pdf or png by the ending of a path. Raises UsageError."""
     from vomstudio.products.net.figure import FORMATS
 
     ending = Path(path).suffix.lower().removeprefix(".")

@@ -24,7 +24,7 @@ def net_of_table(
     Raises UsageError for a column that is not there."""
     groups: dict[str, tuple[str, Any, Any]] = {}
     turns: dict[str, Turns] = {}
-    for name, members in _members(table, by).items():
+    for name, members in members_of(table, by).items():
         for kind, wanted in (("plane", True), ("line", False)):
             rows = [i for i in members if table.is_plane[i] == wanted]
             if not rows:
@@ -51,7 +51,7 @@ def net_of_table(
     )
 
 
-def _members(table: OrientationRows, column: str | None) -> dict[str, list[int]]:
+def members_of(table: OrientationRows, column: str | None) -> dict[str, list[int]]:
     """Rows by the column asked for, else by set, else by kind, else all together."""
     if column is not None:
         names = table.column(column)
