@@ -114,7 +114,7 @@ CASES = (
     Case(
         "stereonet-each-set",
         "stereonet {work}/planes.csv --set kind --contour exponential_kamb --levels 2,6"
-        " --each-set -o {work}/net.svg",
+        " --each-set -o {work}/each.svg",
         after=("fit-by",),
     ),
     Case(

@@ -51,6 +51,15 @@ def test_what_has_no_azimuth_is_left_out_and_said(run, write, tmp_path: Path) ->
     assert "A: 2 rows" in ran.json["warnings"][-1]
 
 
+def test_a_set_without_any_azimuth_has_no_rose_and_is_named(run, write, tmp_path: Path) -> None:
+    ran = run("rose", write(TABLE + "flat,10,0,3\n"), "-o", tmp_path / "r.svg", "--json")
+    assert list(ran.json["sets"]) == ["A", "B"]
+    assert "flat: no row" in ran.json["warnings"][-1]
+    flat = run("rose", write("dipdir,dip\n10,0\n"), "-o", tmp_path / "f.svg")
+    assert flat.code == 2
+    assert "no planes with a strike" in flat.said
+
+
 def test_lines_alone_are_drawn_by_their_trend(run, write, tmp_path: Path) -> None:
     ran = run("rose", write("trend,plunge\n40,10\n42,5\n10,90\n"), "-o", tmp_path / "r.svg")
     assert ran.code == 0

@@ -190,7 +190,7 @@ def test_the_densest_place_is_the_axis_of_a_round_cluster(method: str) -> None:
     place, top = densities.densest(np.array(v), method)
     assert place[2] <= 0.0
     away = math.degrees(math.acos(min(abs(float(place @ axis)), 1.0)))
-    assert away < (0.01 if method in SMOOTH else 2.0)
+    assert away < (1e-4 if method in SMOOTH else 2.0)
     assert top == pytest.approx(densities.density(v, place, method)[0])
     assert top >= densities.density(v, even(500), method).max() - 1e-9
 

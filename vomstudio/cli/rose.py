@@ -82,6 +82,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
                     count=rose.left_out,
                 )
             )
+    warnings += [
+        tr("{set}: no row has an azimuth and a weight; it has no rose.", set=name)
+        for name in found.empty
+    ]
     out.result(
         {
             "image": args.output,

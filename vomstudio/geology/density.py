@@ -198,14 +198,8 @@ def densest(
         if density(v, middle, method, sigma)[0] >= top - 1e-9:
             best = middle
     else:
-        step = min(4.0, 0.5 * opening)
-        while step > 1e-3:
-            ring = _around(best, step)
-            values = density(v, ring, method, sigma)
-            if float(values.max()) > top:
-                best, top = ring[int(np.argmax(values))], float(values.max())
-            else:
-                step *= 0.5
+        best = _climbed(v, best, _Kernel.of(method, len(v), sigma))
+        top = max(top, float(density(v, best, method, sigma)[0]))
     return (-best if best[2] > 0 else best), top
 
 
@@ -217,11 +211,20 @@ def _lattice(n: int) -> Array:
     return np.stack([h * np.cos(turn), h * np.sin(turn), z], axis=-1)
 
 
-def _around(axis: Array, angle_deg: float) -> Array:
-    """Unit vectors (24, 3) on the circle of this half-angle about a unit vector."""
-    first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    first /= np.linalg.norm(first)
-    second = np.cross(axis, first)
-    turn, a = np.radians(np.arange(0.0, 360.0, 15.0)), math.radians(angle_deg)
-    ring = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
-    return np.asarray(math.cos(a) * axis + math.sin(a) * ring)
+def _climbed(vectors: Array, start: Array, kernel: _Kernel) -> Array:
+    """The top of the hill of density that a unit vector stands on. Both smooth kernels are convex
+    in the place, so that the sum of the data, each by its kernel's slope, never leads down."""
+    place = start
+    for _ in range(2000):
+        cosine = vectors @ place
+        if kernel.method == "linear_kamb":
+            slope = (np.abs(cosine) >= 1.0 - kernel.cap).astype(np.float64)
+        else:
+            slope = np.exp(kernel.steep * (np.abs(cosine) - 1.0))
+        new = (slope * np.where(cosine < 0.0, -1.0, 1.0)) @ vectors
+        new /= np.linalg.norm(new)
+        moved = float(np.abs(new - place).max())
+        place = new
+        if moved < 1e-14:
+            break
+    return np.asarray(place)

@@ -38,12 +38,14 @@ _HEAD_MM, _FOOT_MM = 11.0, 9.0
 @dataclass(frozen=True, eq=False)
 class RoseContents:
     """of: one of `roses.ROSE_OF`; roses: by the name of their set; weight: the column that weights
-    them, None for counts; by_area: the area of a petal is its share, else its length."""
+    them, None for counts; by_area: the area of a petal is its share, else its length; empty: sets
+    of which no row has an azimuth and a weight."""
 
     of: str
     roses: Mapping[str, Rose]
     weight: str | None = None
     by_area: bool = True
+    empty: tuple[str, ...] = ()
 
     @property
     def bin_deg(self) -> float:
@@ -64,7 +66,7 @@ def roses_of_table(
     azimuth = azimuths_of(table, of)
     weights = None if weight is None else weights_of(table, weight)
     wanted = table.is_plane if of != "trend" else ~table.is_plane
-    roses = {}
+    roses, empty = {}, []
     for name, members in members_of(table, by).items():
         rows = np.array([i for i in members if wanted[i]], dtype=np.intp)
         if len(rows):
@@ -72,7 +74,9 @@ def roses_of_table(
             rose = rose_of(azimuth[rows], axial=of == "strike", bin_deg=bin_deg, weights=w)
             if rose.total > 0:
                 roses[name] = rose
-    return RoseContents(of, roses, weight, by_area)
+            else:
+                empty.append(name)
+    return RoseContents(of, roses, weight, by_area, tuple(empty))
 
 
 def rings_of(top: float) -> list[float]:

@@ -133,4 +133,4 @@ def _draw_bar(ax: Any, drawn: Any, levels: tuple[float, ...], unit: str) -> None
     inset = ax.inset_axes((1.13, 0.02, 0.04, min(0.06 * len(levels), 0.42)), projection=None)
     bar = ax.figure.colorbar(drawn, cax=inset, spacing="uniform", ticks=list(levels))
     bar.ax.tick_params(labelsize="small", length=0)
-    bar.ax.set_title(unit, fontsize="small", loc="left")
+    bar.ax.set_title(unit, fontsize="small", loc="left", pad=8)
