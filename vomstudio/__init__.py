@@ -27,6 +27,7 @@ _PLACES = {
     "orthophoto": "orthophotos",
     "Orthophoto": "orthophotos",
     "register": "registrations",
+    "compare": "comparisons",
     "reconstruct": "reconstructions",
     "Project": "projects",
     "ProjectModel": "projects",

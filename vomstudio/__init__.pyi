@@ -1,4 +1,5 @@
 from vomstudio import errors as errors
+from vomstudio.api.comparisons import compare as compare
 from vomstudio.api.models import Mesh as Mesh
 from vomstudio.api.models import PointCloud as PointCloud
 from vomstudio.api.models import read as read

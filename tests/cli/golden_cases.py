@@ -94,6 +94,18 @@ CASES = (
     Case("fit-some-skipped", "fit {work}/short.csv --by part"),
     Case("register", "register - --pairs {work}/pairs.csv"),
     Case("register-refused", "register - --pairs {work}/three.csv", code=2),
+    Case(
+        "register-reference",
+        "register {specimens}/schema1.vom/models/face/face.obj"
+        " --reference {specimens}/schema1.vom/models/face/face.obj",
+        like=True,
+    ),
+    Case("compare", "compare {specimens}/boulder.ply {specimens}/boulder.ply -o {work}/same.ply"),
+    Case(
+        "compare-m3c2",
+        "compare {work}/above.xyz {work}/ground.xyz --m3c2 0.4 --registration-error 0.01",
+    ),
+    Case("compare-refused", "compare {work}/above.xyz {resources}/sample/sample.obj", code=2),
     Case("fit-refused", "fit {work}/broken.csv", code=2),
     Case("stats-sets", "stats {work}/planes.csv --set kind", after=("fit-by",)),
     Case("stats-project", "stats {work}/project.csv --set set", after=("export-csv",)),
@@ -209,6 +221,9 @@ def prepare(folder: Path) -> dict[str, str]:
         "label,model_x,model_y,model_z,x,y,z,use\nA,0,0,0,100,200,50,\nB,9,0,0,100.01,218,50,\n"
         "C,0,8,1,84,200.02,52,\nD,3,2,7,96,206,64.02,\nE,5,6,0.5,88,210,51.01,check\n"
     )
+    for name, up in (("ground", 0.0), ("above", 0.05)):
+        rows = [(k % 20 / 10, k // 20 / 10, up + (k * k % 7 - 3) / 100) for k in range(400)]
+        (work / f"{name}.xyz").write_text("".join(f"{x} {y} {z:.2f}\n" for x, y, z in rows))
     (work / "azimuths.csv").write_text("azimuth,dip\n10,20\n30,40\n50,60\n")
     (work / "lines.csv").write_text(
         "name,trend,plunge\nL1,10,20\nL2,15,-12\nL3,22,18\nL4,355,25\nL5,12,8\n"

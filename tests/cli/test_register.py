@@ -454,3 +454,120 @@ def test_what_is_wrong_with_the_options_is_said(run, words: tuple[str, ...], sai
     ran = run("register", "-", *words)
     assert ran.code == 2
     assert said in ran.said
+
+
+# --- another model --------------------------------------------------------------------------------
+def wall_and_copy(folder: Path) -> tuple[Path, Path, Array]:
+    """A reference with a CRS, a model of it that stands 2 degrees and 0.3 m off, and where points
+    of it belong."""
+    from tests.registration.rock_faces import sampled
+    from vomstudio.geometry.cloud import PointCloud
+    from vomstudio.io.models.writing import write_model
+
+    rng = np.random.default_rng(4)
+    there = np.array([398_000.0, 4_980_000.0, 320.0])
+    reference = sampled(6_000, rng, 0.01, 12.0) + there
+    truth = sampled(5_000, rng, 0.01, 12.0) + there
+    turn = Rotation.from_rotvec(np.radians(2.0) * np.array([0.6, 0.64, 0.48])).as_matrix()
+    middle = there + [6.0, 0.0, 6.0]
+    model = (truth - middle) @ turn.T + middle + [0.2, -0.15, 0.17]
+    paths = folder / "reference.laz", folder / "model.laz"
+    for path, points in zip(paths, (reference, model), strict=True):
+        write_model(PointCloud(points), "EPSG:32633", path)
+    return *paths, truth
+
+
+def test_a_reference_places_a_model_with_its_error(run, tmp_path: Path) -> None:
+    reference, model, truth = wall_and_copy(tmp_path)
+    out = tmp_path / "placed.laz"
+    ran = run("register", model, "--reference", reference, "-o", out, "--json")
+    assert ran.code == 0, ran.err
+    told = ran.json
+    assert told["known"] == dict.fromkeys(("north", "vertical", "scale", "position"), True)
+    assert told["rotation_error_95_deg"]["weakest"]["error_deg"] < 0.3
+    assert told["reference"]["scale_fitted"] is False
+    assert told["reference"]["overlap"] > 0.8
+    assert told["scale"] == pytest.approx(1.0, abs=1e-9)
+    placed = read_model(out)
+    assert placed.crs == "EPSG:32633"
+    assert placed.data.points == pytest.approx(truth, abs=0.05)
+    ran = run("register", model, "--reference", reference)
+    assert "Fitted to the reference at" in ran.out
+    compared = run("compare", out, reference, "--json").json
+    assert abs(compared["mean_m"]) < 0.01
+
+
+def test_points_bring_a_model_near_which_is_then_fitted(run, write: Write, tmp_path: Path) -> None:
+    from vomstudio.geometry.cloud import PointCloud
+    from vomstudio.io.models.writing import write_model
+
+    reference, _, truth = wall_and_copy(tmp_path)
+    own = (truth - truth.mean(axis=0)) @ TURN * 0.4
+    model = tmp_path / "own.ply"
+    write_model(PointCloud(own), None, model)
+    picks = [10, 900, 2000, 3500]
+    noisy = truth[picks] + np.random.default_rng(1).normal(0, 0.05, (4, 3))
+    table = write(pairs_text(own[picks], noisy, HEADER))
+    assert run("register", model, "--reference", reference).code == 2
+    coarse = run("register", model, "--pairs", table, "--json").json
+    told = run("register", model, "--reference", reference, "--pairs", table, "--json").json
+    matrix = matrix_of(told)
+    assert own @ matrix[:3, :3].T + matrix[:3, 3] == pytest.approx(truth, abs=0.05)
+    assert told["scale"] == pytest.approx(2.5, rel=0.003)
+    assert told["reference"]["scale_fitted"] is True
+    assert len(told["control"]) == 4
+    fine, rough = (t["rotation_error_95_deg"]["weakest"]["error_deg"] for t in (told, coarse))
+    assert fine < 0.5 * rough
+
+
+def test_a_mask_says_what_of_the_reference_counts(run, write: Write, tmp_path: Path) -> None:
+    reference, model, truth = wall_and_copy(tmp_path)
+    low, high = truth.min(axis=0), truth.max(axis=0)
+    ring = [[low[0], low[1] - 1], [high[0] - 3, low[1] - 1], [high[0] - 3, high[1] + 1],
+            [low[0], high[1] + 1], [low[0], low[1] - 1]]  # fmt: skip
+    layer = {
+        "type": "FeatureCollection",
+        "crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}},
+        "features": [{"type": "Feature", "properties": {},
+                      "geometry": {"type": "Polygon", "coordinates": [ring]}}],
+    }  # fmt: skip
+    mask = write(json.dumps(layer), "stable.geojson")
+    told = run("register", model, "--reference", reference, "--stable", mask, "--json").json
+    assert told["reference"]["overlap"] < 0.85
+    assert told["reference"]["stable_m"] is None
+    cloud = write(
+        "\n".join(f"{x} {y} {z}" for x, y, z in truth[truth[:, 0] < high[0] - 3]), "m.xyz"
+    )
+    told = run("register", model, "--reference", reference, "--stable", cloud, "--json").json
+    assert told["reference"]["stable_m"] > 0.3
+    assert run("register", model, "--pairs", mask, "--stable", mask).code == 2
+    assert "--reference" in run("register", "-", "--scale", "0,0,0,1,0,0,5", "--stable", mask).said
+    assert "MODEL" in run("register", "-", "--reference", reference).said
+
+
+def test_a_model_of_a_project_is_fitted_to_a_reference(run, tmp_path: Path) -> None:
+    reference, model, truth = wall_and_copy(tmp_path)
+    project = tmp_path / "wall.vom"
+    import vomstudio as vs
+
+    with vs.Project.create(project) as made:
+        made.add_model(model)
+        made.save()
+    ran = run("project", project, "register", "--reference", reference, "--json")
+    assert ran.code == 0, ran.err
+    assert ran.json["turned_deg"] == pytest.approx(2.0, abs=0.1)
+    assert ran.json["reference"]["overlap"] > 0.8
+    with vs.Project.open(project) as again:
+        (placed,) = again.models
+        assert placed.crs == "EPSG:32633"
+        assert placed.read().points == pytest.approx(truth, abs=0.05)
+        record = again._open_desk().find_model(None).registration
+    assert record.method == "reference"
+    assert record.name == "model fitted to reference.laz"
+    covariance = np.array(record.covariance)
+    told = ran.json["rotation_error_deg"]
+    assert np.degrees(np.sqrt(covariance[2, 2])) == pytest.approx(told["about_up"], rel=1e-6)
+    assert run("project", project, "undo").code == 0
+    with vs.Project.open(project) as again:
+        assert again.models[0].read().points != pytest.approx(truth, abs=0.05)
+    assert "PAIRS" in run("project", project, "register").said

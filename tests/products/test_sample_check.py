@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import binom, t
+from scipy.stats import binom, chi2, t
 
 from tests.sample_maker import drawn, maker
 from vomstudio.errors import GeometryError
@@ -263,7 +263,7 @@ def test_checks_are_counted_and_written_with_their_units() -> None:
     assert "3.2 s" in html
     assert checks[0].as_dict() == {
         "name": "one <a>", "truth": angle, "measured": plane, "error": 1.234, "stated_95": 2.345,
-        "within": True, "unit": "deg",
+        "within": True, "total_95": None, "within_total": None, "unit": "deg",
     }  # fmt: skip
 
 
@@ -361,7 +361,16 @@ def test_a_model_off_by_so_much_is_said_to_be() -> None:
     assert plane.error == pytest.approx(angle_between_planes(fitted, Plane(0, 0)), abs=1e-6)
     words = in_words(checks)
     assert "is 12 mm off the outcrop, and its cameras are 7 mm off" in words
-    held = int(bool(plane.within))
+    assert plane.total_95 is not None
+    held = int(plane.error <= plane.total_95)
+    assert plane.within_total is bool(held)
+    # A turn of 1 degree (1 sigma) about every axis.
+    turned = check_photos(
+        over(0.007), over(), cloud, mesh, made, truth, 0.02, np.radians(1.0) ** 2 * np.eye(3)
+    )[-1]
+    assert turned.total_95 == pytest.approx(
+        min(90.0, math.hypot(plane.total_95, math.sqrt(chi2.ppf(0.95, 2))))
+    )
     assert f"for {held} of 1 planes on the model" in words
     assert f"the largest error is {plane.error:.1f} degrees" in words
     # Only cameras with a name in common are compared.
@@ -512,7 +521,7 @@ def test_what_the_photos_model_is_worth_is_said_in_millimetres() -> None:
     assert "is 1234 mm off the outcrop, and its cameras are 4568 mm off (medians)." in words
     assert "for 0 of 0 planes on the model; the largest error is 0.0 degrees." in words
     angles = [
-        Check(name, {}, {}, error, 2.0, error < 2.0)
+        Check(name, {}, {}, error, 1.0, error < 1.0, total_95=2.0)
         for name, error in zip("abc", (0.4, 3.25, 1.1), strict=True)
     ]
     words = in_words([*lengths, *angles])

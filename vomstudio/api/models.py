@@ -28,6 +28,8 @@ class Source:
 
     path : its file; crs : "EPSG:n" or WKT, None for a local frame; unit_m : of the CRS, in metres
     placed, metric : its north and its unit are known, or were declared
+    placing_error_m : how far it may be off as a whole, one sigma along any direction; None where
+        nothing says so
     """
 
     path: Path
@@ -37,6 +39,7 @@ class Source:
     placed: bool = True
     metric: bool = True
     content_hash: str = ""
+    placing_error_m: float | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -315,6 +318,7 @@ def _read(
 ) -> Mesh | PointCloud:
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.photos.cameras_file import scale_known
+    from vomstudio.io.project.reconstructions import placing_error_m
     from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 
     loaded = read_model(path, progress)
@@ -330,6 +334,7 @@ def _read(
         not unknown,
         unit is not None,
         loaded.content_hash,
+        placing_error_m(loaded.path),
     )
     return in_world(loaded.data, frame.to_world(), source)
 

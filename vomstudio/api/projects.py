@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -347,7 +347,11 @@ class Project:
             frame.has_metres,
             loaded.content_hash,
         )
-        return in_world(loaded.data, np.array(model.to_world), source)
+        made = in_world(loaded.data, np.array(model.to_world), source)
+        if model.registration is None:
+            return made
+        error = model.registration.placing_error_m(made.bounds)
+        return replace(made, _source=replace(source, placing_error_m=error))
 
     def _figures(self) -> dict[str, Any]:
         if self._desk is None:

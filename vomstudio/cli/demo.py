@@ -117,6 +117,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
 
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.photos.cameras_file import read_cameras
+    from vomstudio.io.project.reconstructions import registration_of
     from vomstudio.io.project.sample import (
         read_true_cameras,
         read_truth,
@@ -141,6 +142,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     if made.dense_gsd_m is None:
         raise WorkerError(tr("None of the sample photos was aligned. Install the program again."))
     outcrop, cloud = read_model(sample_model()).data, read_model(Path(made.dense)).data
+    result = made.as_dict()
     checks = check_photos(
         read_cameras(made.poses),
         read_true_cameras(),
@@ -149,8 +151,8 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         picks,
         read_truth(),
         made.dense_gsd_m,
+        registration_of(result, "").rotation_covariance(),
     )
-    result = made.as_dict()
     keys = ("registered", "reprojection_error_px", "dense_points", "faces", "frame", "seconds")
     return {
         "photos": result["photos"],

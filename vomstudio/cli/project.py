@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.arguments import Run, Subparsers, add_command, progress_of
 from vomstudio.cli.output import Output
+from vomstudio.errors import UsageError
 from vomstudio.geometry.units import METRES
 from vomstudio.words import tr, tr_n
 
@@ -48,17 +49,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--unit", choices=sorted(METRES), default=None, help=tr("the unit of FILE's coordinates")
     )
     register = add("register", _register, tr("Place a model by points that were found on it"))
-    register.add_argument(
-        "pairs",
-        metavar="PAIRS",
-        help=tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]"),
-    )
-    register.add_argument(
-        "--model", default=None, help=tr("name or id of the model (default: the only one)")
-    )
-    register.add_argument(
-        "--crs", metavar="EPSG", default=None, help=tr("the projected CRS of x, y, z")
-    )
+    _add_register(register)
     picks = add("add-picks", _add_picks, tr("Add traces: points in World along beds or fractures"))
     picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
     picks.add_argument(
@@ -93,6 +84,34 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     compact.add_argument(
         "--dry-run", action="store_true", default=False, help=tr("only say what would go")
+    )
+
+
+def _add_register(register: argparse.ArgumentParser) -> None:
+    register.add_argument(
+        "pairs",
+        metavar="PAIRS",
+        nargs="?",
+        default=None,
+        help=tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]"),
+    )
+    register.add_argument(
+        "--reference",
+        metavar="FILE",
+        default=None,
+        help=tr("fit it to this mesh or cloud of the same rock"),
+    )
+    register.add_argument(
+        "--stable",
+        metavar="MASK",
+        default=None,
+        help=tr("the part of the reference that has not moved"),
+    )
+    register.add_argument(
+        "--model", default=None, help=tr("name or id of the model (default: the only one)")
+    )
+    register.add_argument(
+        "--crs", metavar="EPSG", default=None, help=tr("the projected CRS of x, y, z")
     )
 
 
@@ -172,14 +191,24 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.gis.crs import metric_crs
     from vomstudio.workspace.registering import set_words
 
-    pairs = read_pairs(args.pairs)
+    if args.reference is None and (args.pairs is None or args.stable is not None):
+        raise UsageError(tr("Give a table of points, or a --reference."), field="PAIRS")
+    pairs = None if args.pairs is None else read_pairs(args.pairs)
     crs = None if args.crs is None else metric_crs(args.crs, "--crs")
+    more = {}
     with _changing(args, out) as desk:
         model = desk.find_model(args.model)
-        placed, turned, sets = desk.register(model, pairs, crs)
+        if args.reference is None:
+            assert pairs is not None
+            placed, turned, sets = desk.register(model, pairs, crs)
+        else:
+            placed, turned, sets, fitted = desk.fit_to_reference(
+                model, args.reference, pairs, crs, args.stable
+            )
+            more = {"reference": fitted.as_dict()}
     out.warn(placed.warnings)
     what = {
-        "model": model.id, "turned_deg": turned, "sets_turned_deg": sets, **placed.as_dict()
+        "model": model.id, "turned_deg": turned, "sets_turned_deg": sets, **placed.as_dict(), **more
     }  # fmt: skip
     said = tr("{model} was placed; it turned by {turn:.2f} degrees.", model=model.name, turn=turned)
     _report(args, out, what, "\n".join(filter(None, (in_words(placed), said, set_words(sets)))))

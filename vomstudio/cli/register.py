@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli import text_tables
-from vomstudio.cli.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.arguments import Parser, Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from vomstudio.registration.evidence import Evidence, Segment
     from vomstudio.registration.north import North
     from vomstudio.registration.results import Placed
+    from vomstudio.workspace.reference_fitting import ReferenceFit
 
 _BESIDE = "beside the model"
 _FEW = 20_000
@@ -104,8 +105,22 @@ def add_parser(subparsers: Subparsers) -> None:
         default=[],
         help=tr("two places on the model, and the azimuth from the first to the second"),
     )
+    _add_reference(parser)
     parser.add_argument("--crs", metavar="EPSG", help=tr("the projected CRS that it is placed in"))
     add_output(parser, tr("write the placed model"))
+
+
+def _add_reference(parser: Parser) -> None:
+    parser.add_argument(
+        "--reference",
+        metavar="MODEL",
+        help=tr("fit it to this mesh or cloud of the same rock, which stands where it should"),
+    )
+    parser.add_argument(
+        "--stable",
+        metavar="MASK",
+        help=tr("polygons, or a cloud, of the part of the reference that has not moved"),
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -128,8 +143,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_target(args.output, force=args.force, inputs=[])
     said: list[str] = []
     evidence, crs = _evidence(args, crs, loaded, said)
+    fitted = _fitted(args, evidence, loaded, crs)
+    if fitted is not None:
+        crs = fitted.crs
+        evidence.reference = fitted.fitted.observation
+        said += fitted.warnings
     found = _solved(evidence, loaded)
     result: dict[str, Any] = found.as_dict()
+    if fitted is not None:
+        result["reference"] = fitted.as_dict()
     warnings = [*said, *found.warnings]
     from vomstudio.registration.evidence import attitude_misses, bars_as_checks
 
@@ -147,6 +169,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result["warnings"] = warnings
     out.result(result)
     out.warn(warnings)
+    if fitted is not None:
+        out.text(_fit_in_words(fitted))
     out.text(in_words(found))
     if photos:
         out.text(_of_photos(photos))
@@ -159,6 +183,42 @@ def _of_photos(photos: Sequence[AttitudeMiss]) -> str:
     ]
     heads = [tr("photo"), tr("yaw"), tr("pitch"), tr("roll")]
     return "\n" + text_tables.table(heads, ["", "°", "°", "°"], rows)
+
+
+def _fitted(
+    args: argparse.Namespace, evidence: Evidence, loaded: LoadedModel | None, crs: str | None
+) -> ReferenceFit | None:
+    """By the reference, from where all else that is given would have the model."""
+    if args.reference is None:
+        if args.stable is not None:
+            raise UsageError(
+                tr("A mask needs the reference that it belongs to: give --reference too."),
+                field="--stable",
+            )
+        return None
+    from vomstudio.workspace.reference_fitting import fit_model
+
+    if loaded is None:
+        raise UsageError(
+            tr("A reference can place a model that is there. Name it in place of -."), field="MODEL"
+        )
+    near = None if evidence.empty else _solved(evidence, loaded)
+    return fit_model(
+        loaded, args.reference, near=near, crs=crs, stable=args.stable, progress=progress_of(args)
+    )
+
+
+def _fit_in_words(fitted: ReferenceFit) -> str:
+    found = fitted.fitted
+    return tr(
+        "Fitted to the reference at {places} places ({share:.0f} % of the model), which it misses "
+        "by {rms:.3g} m (robust, 1 sigma); the error is that of {blocks} blocks of {side:.3g} m.",
+        places=found.places,
+        share=100.0 * found.overlap,
+        rms=found.rms_m,
+        blocks=found.blocks,
+        side=found.block_m,
+    )
 
 
 def _solved(evidence: Evidence, loaded: LoadedModel | None) -> Placed:
@@ -219,14 +279,11 @@ def _evidence(
     for _, _, metres in evidence.lengths:
         if not metres > 0:
             raise UsageError(tr("A length must be positive. Correct it."), field="--scale")
-    if not (
-        evidence.pairs or evidence.positions or evidence.attitudes or evidence.level
-        or evidence.compass or evidence.lengths or evidence.azimuths
-    ):  # fmt: skip
+    if evidence.empty and args.reference is None:
         raise UsageError(
             tr(
                 "Nothing was given to place the model by. Give --pairs, --gcp, --cameras, "
-                "--attitudes, --horizon, --orientations, --scale or --azimuth."
+                "--attitudes, --horizon, --orientations, --scale, --azimuth or --reference."
             )
         )
     return evidence, crs

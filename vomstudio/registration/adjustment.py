@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import Observed, Points, Rows
 from vomstudio.registration.scatter import expected_squares, least_variance
 from vomstudio.registration.similarity import Similarity, fit_similarity, nearly_on_a_line
@@ -95,10 +96,7 @@ def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
             tr("There is nothing to register the model by. Give points or directions.")
         )
     offset = _offset(kinds)
-    kinds = [
-        replace(kind, world=kind.world - offset) if isinstance(kind, Points) else kind
-        for kind in kinds
-    ]
+    kinds = [_shifted(kind, offset) for kind in kinds]
     ended = [_followed(kinds, start, centre, size) for start in _starts(kinds, centre, size)]
     least = min(cost for _, cost in ended)
     good = [fit for fit, cost in ended if cost <= least + _AS_GOOD]
@@ -113,9 +111,19 @@ def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
     return replace(found, fit=fit, centre=found.centre + offset)
 
 
+def _shifted(kind: Observed, offset: Array) -> Observed:
+    if isinstance(kind, Points):
+        return replace(kind, world=kind.world - offset)
+    if isinstance(kind, Combined):
+        start = replace(kind.start, translation=kind.start.translation - offset)
+        return replace(kind, start=start, about=kind.about - offset)
+    return kind
+
+
 def _offset(kinds: Sequence[Observed]) -> Array:
     """(3,) where the points are in World: near them, no digits are lost to large coordinates."""
     points = [kind.world for kind in kinds if isinstance(kind, Points)]
+    points += [kind.about[None] for kind in kinds if isinstance(kind, Combined)]
     return np.round(np.concatenate(points).mean(axis=0)) if points else np.zeros(3)
 
 
@@ -123,6 +131,9 @@ def _offset(kinds: Sequence[Observed]) -> Array:
 def _starts(kinds: Sequence[Observed], centre: Array, size: float) -> list[Similarity]:
     from scipy.spatial.transform import Rotation
 
+    for kind in kinds:
+        if isinstance(kind, Combined):
+            return [kind.start]
     points = [k for k in kinds if isinstance(k, Points) and len(k.labels)]
     model = np.concatenate([k.model for k in points]) if points else np.zeros((0, 3))
     world = np.concatenate([k.world for k in points]) if points else np.zeros((0, 3))

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.registration.adjustment import Adjusted, adjust, weighed_rows
+from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import Observed, Points
 
 Array = npt.NDArray[np.float64]
@@ -109,6 +110,8 @@ def _worst(kinds: Sequence[Observed], found: Adjusted) -> tuple[int, int, Blunde
 
 
 def _described(kind: Observed, label: str, error: Array) -> Blunder:
+    if isinstance(kind, Combined):
+        return Blunder(label, None, *kind.size_of(error))
     size = float(np.linalg.norm(error))
     if isinstance(kind, Points) or hasattr(kind, "length"):
         return Blunder(label, None, size)

@@ -32,6 +32,7 @@ from vomstudio.registration.attitude_evidence import (
     misses,
 )
 from vomstudio.registration.camera_positions import doubts_about
+from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import (
     Azimuths,
     Directions,
@@ -80,6 +81,16 @@ class Evidence:
     """From one point on the model to another, and the azimuth of that line, degrees."""
     marks: Sequence[Marked] = ()
     """Of control points in photos: label, photo, x, y."""
+    reference: Combined | None = None
+    """The model as it was fitted to another one."""
+
+    @property
+    def empty(self) -> bool:
+        """Nothing was given."""
+        given = (self.pairs, self.positions, self.attitudes, self.level, self.compass)
+        return all(one is None for one in (*given, self.reference)) and not (
+            self.lengths or self.azimuths
+        )
 
 
 def register(evidence: Evidence, extent: Array | None = None) -> Placed:
@@ -109,6 +120,8 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         kinds += _compass(evidence.compass, evidence.compass_turn_deg)
     if evidence.azimuths:
         kinds.append(_azimuths(evidence.azimuths))
+    if evidence.reference is not None:
+        kinds.append(evidence.reference)
     placed = place(kinds, check, extent)
     if evidence.positions is not None and len(kinds) == 1:
         _refuse_unsure(placed)

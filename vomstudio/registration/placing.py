@@ -13,6 +13,7 @@ from vomstudio.geology.bowing import Bowing, bowing_of
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import find_blunders
+from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import Observed, Points
 from vomstudio.registration.remarks import (
     said_of_blunders,
@@ -128,6 +129,10 @@ def _extent(kinds: Sequence[Observed], extent: Array | None) -> tuple[Array, flo
                 and value.ndim == 2
                 and (isinstance(kind, Points) or name != "model")
             ]
+    fitted = [kind for kind in kinds if isinstance(kind, Combined)]
+    if not places and fitted:
+        start = fitted[0].start
+        return start.inverse(fitted[0].about[None]), fitted[0].size / start.scale
     if not places:
         return np.zeros((1, 3)), 1.0
     every = np.concatenate(places)

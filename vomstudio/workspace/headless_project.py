@@ -9,7 +9,7 @@ import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,15 @@ from vomstudio.document import edits
 from vomstudio.document.edit import change
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import measure_all
-from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point, Record, get
+from vomstudio.document.records import (
+    SURROUNDINGS_RULE,
+    FeatureType,
+    Model,
+    Point,
+    Record,
+    Registration,
+    get,
+)
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError, InputError, UsageError, VomError
 from vomstudio.geology.profiles import PROFILES
@@ -33,12 +41,17 @@ from vomstudio.io.project.folder import Project
 from vomstudio.io.settings import Settings
 from vomstudio.progress import Progress, Silent
 from vomstudio.registration.evidence import Evidence, register
+from vomstudio.registration.placing import with_warnings
 from vomstudio.registration.results import Placed
 from vomstudio.tools.local_surface import around, measured_anew, of_earlier_rules
 from vomstudio.words import tr
 from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 from vomstudio.workspace.models import name_of, new_model
 from vomstudio.workspace.registering import registration_of, sets_turned_deg, turned_deg
+
+if TYPE_CHECKING:
+    from vomstudio.workspace.reference_fitting import ReferenceFit
+
 
 Array = npt.NDArray[np.float64]
 Named = TypeVar("Named", Model, FeatureType)
@@ -232,7 +245,50 @@ class HeadlessProject:
         GeometryError.
         """
         placed = register(Evidence(pairs=pairs))
-        record = registration_of(placed, pairs, model, crs)
+        return self._placed(model, placed, registration_of(placed, pairs, model, crs))
+
+    def fit_to_reference(
+        self,
+        model: Model,
+        reference: str | Path,
+        pairs: Pairs | None,
+        crs: str | None,
+        stable: str | Path | None = None,
+    ) -> tuple[Placed, float, dict[str, float], ReferenceFit]:
+        """Place a model by another one of the same rock, from where it stands or pairs have it.
+
+        stable : a mask of the reference
+        Returns what `register` does, and the fit. Raises InputError, UsageError, and GeometryError
+        also where the two leave something free.
+        """
+        from vomstudio.workspace.reference_fitting import Standing, fit_model
+
+        evidence = Evidence(pairs=pairs)
+        frame = model.frame
+        fitted = fit_model(
+            self.read_model(model),
+            reference,
+            near=None if pairs is None else register(evidence),
+            crs=crs,
+            stable=stable,
+            stands=Standing(model.to_world, frame.crs, frame.has_metres),
+            progress=self._progress,
+        )
+        evidence.reference = fitted.fitted.observation
+        placed = with_warnings(register(evidence), fitted.warnings)
+        if not placed.known.all:
+            raise GeometryError(
+                tr(
+                    "The reference leaves free: {what}. Add points that hold it.",
+                    what=", ".join(fitted.fitted.free),
+                )
+            )
+        record = registration_of(placed, pairs, model, fitted.crs, Path(reference).name)
+        return *self._placed(model, placed, record), fitted
+
+    def _placed(
+        self, model: Model, placed: Placed, record: Registration
+    ) -> tuple[Placed, float, dict[str, float]]:
         self.session.apply(edits.set_registration(self.session.records, record, [model.id]))
         after = get(self.session.records, model.id, Model)
         if after is None:

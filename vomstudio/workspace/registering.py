@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -75,25 +76,55 @@ def pairs_of(points: Sequence[ControlPoint]) -> Pairs:
 
 
 def expected(
-    points: Sequence[ControlPoint], placed: Placed, model: Model
+    points: Sequence[ControlPoint], placed: Placed | None, model: Model
 ) -> dict[str, npt.NDArray[np.float64]]:
-    """Where points that have not been found should be, by a placement: (3,) in World as the model
-    stands at present, by id."""
+    """Where points that have not been found should be, by a placement, or, without one, by two
+    points of a model whose vertical is known: (3,) in World as the model stands at present, by id.
+    """
     left = [p for p in points if not p.vertices and p.position is not None]
-    if not left:
+    back = _by_two(points, model) if placed is None else transform.invert(placed.matrix)
+    if not left or back is None:
         return {}
     world = np.array([p.position for p in left], np.float64)
-    there = transform.apply(model.to_world, transform.apply(transform.invert(placed.matrix), world))
+    there = transform.apply(back, world)
+    if placed is not None:
+        there = transform.apply(model.to_world, there)
     return {p.id: place for p, place in zip(left, there, strict=True)}
 
 
-def registration_of(placed: Placed, pairs: Pairs, model: Model, crs: str | None) -> Registration:
-    """The record of a placement by pairs, in `crs` or in a local frame with metres and north.
+def _by_two(points: Sequence[ControlPoint], model: Model) -> npt.NDArray[np.float64] | None:
+    """4 x 4 from the coordinates of the points to the model as it stands: a turn about the
+    vertical, a scale and a shift, which two points determine that are not one above the other."""
+    pairs = pairs_of(points)
+    if len(pairs.labels) != 2 or model.frame.kind == "undeclared":
+        return None
+    here, there = transform.apply(model.to_world, pairs.model), pairs.world
+    (x, y, z), (u, v, w) = here[1] - here[0], there[1] - there[0]
+    level, long = np.hypot(u, v), np.linalg.norm([u, v, w])
+    if np.hypot(x, y) <= 0.1 * np.linalg.norm([x, y, z]) or level <= 0.1 * long:
+        return None
+    turn = np.arctan2(y, x) - np.arctan2(v, u)
+    back = np.eye(4)
+    back[:3, :3] = Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix()
+    back[:3, :3] *= np.linalg.norm([x, y, z]) / long
+    back[:3, 3] = here.mean(axis=0) - back[:3, :3] @ there.mean(axis=0)
+    return back
 
-    A model that was placed by points before keeps its registration, with other figures.
+
+def registration_of(
+    placed: Placed, pairs: Pairs | None, model: Model, crs: str | None, reference: str = ""
+) -> Registration:
+    """The record of a placement by pairs, or by a reference of this name and pairs where there are
+    some, in `crs` or in a local frame with metres and north.
+
+    A model that was placed in the same way before keeps its registration, with other figures.
     """
     before = model.registration
-    id_ = before.id if before is not None and before.method == "points" else new_id("registration")
+    method: Literal["points", "reference"] = "reference" if reference else "points"
+    name = tr("points on {model}", model=model.name)
+    if reference:
+        name = tr("{model} fitted to {reference}", model=model.name, reference=reference)
+    id_ = before.id if before is not None and before.method == method else new_id("registration")
     error = placed.rotation_error_deg
     known = None
     if (
@@ -104,15 +135,15 @@ def registration_of(placed: Placed, pairs: Pairs, model: Model, crs: str | None)
         known = (error.about_up, error.about_east, error.about_north)
     return Registration(
         id_,
-        tr("points on {model}", model=model.name),
-        "points",
+        name,
+        method,
         Frame("crs", crs=crs) if crs is not None else Frame("local"),
         _matrix(placed),
         rotation_error_deg=known,
         scale_error=float(np.sqrt(placed.covariance[3][3])),
         rms_control_m=placed.rms_control_m,
         rms_check_m=placed.rms_check_m,
-        control=_points(placed, pairs),
+        control=() if pairs is None else _points(placed, pairs),
         covariance=placed.covariance,
         centre=placed.centre,
     )

@@ -35,8 +35,9 @@ class Registration:
 
     method: "gps", "control" or "local" for a reconstruction placed by its cameras, by control
     points, or by nothing outside of the photos; "points" for a model placed by points that were
-    found on it. frame: what is known of World afterwards. matrix:
-    4x4 from the file to World. reconstruction_id: the one that it came with, "" for none.
+    found on it, "reference" for one fitted to another model. frame: what is known of World
+    afterwards. matrix: 4x4 from the file to World. reconstruction_id: the one that it came with, ""
+    for none.
     rotation_error_deg: about up, east and north, one sigma, None where not known; scale_error: one
     sigma, as a share. rms_control_m, rms_check_m: of what is left over at the points. control: by
     which it was found. covariance: 7x7 of turns about east, north and up (rad), a relative change
@@ -45,7 +46,7 @@ class Registration:
 
     id: str
     name: str
-    method: Literal["gps", "control", "local", "points"]
+    method: Literal["gps", "control", "local", "points", "reference"]
     frame: Frame = UNDECLARED
     matrix: Matrix = IDENTITY
     reconstruction_id: str = ""
@@ -85,3 +86,26 @@ class Registration:
         shape = np.zeros((4, 4))
         shape[:3, :3], shape[3, 3] = rotation, self.scale_error**2
         return shape
+
+    def placing_error_m(self, bounds: npt.NDArray[np.float64]) -> float | None:
+        """How far the model may be off because of it, one sigma along any direction, metres: the
+        mean (RMS) over the corners of its box in World (2, 3), else that of check or control
+        points; None where neither is known."""
+        import numpy as np
+
+        if self.covariance is not None and self.centre is not None:
+            known = np.array(self.covariance, np.float64)
+            total = 0.0
+            for which in np.ndindex(2, 2, 2):
+                x, y, z = np.where(which, bounds[1], bounds[0]) - self.centre
+                # A turn w moves the corner by w x p, a growth along p.
+                moves = np.hstack(
+                    [
+                        [[0, z, -y, x], [-z, 0, x, y], [y, -x, 0, z]],
+                        np.eye(3),
+                    ]
+                )
+                total += float(np.trace(moves @ known @ moves.T))
+            return float(np.sqrt(max(total, 0.0) / 8.0 / 3.0))
+        rms = self.rms_check_m or self.rms_control_m
+        return None if rms is None else float(rms / np.sqrt(3.0))

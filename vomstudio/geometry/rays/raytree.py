@@ -1,4 +1,4 @@
-"""Single rays against a model: what a line of sight meets first, in float64.
+"""Single rays against a model: what a line of sight meets first, in float64; and the nearest face.
 
 Boxes over the faces (or points), sorted along a Morton curve and paired upward into a complete
 binary tree (after Karras 2012, Maximizing parallelism in the construction of BVHs, octrees and k-d
@@ -35,6 +35,19 @@ class RayHits:
 
     index: npt.NDArray[np.int64]
     distance: Array
+    weights: Array
+
+
+@dataclass(frozen=True, eq=False)
+class NearestFaces:
+    """The face of a mesh that is nearest to each of n places.
+
+    index : (n,) int64 row of the face, -1 of a place that is not finite
+    weights : (n, 3) barycentric weights of its corners at its nearest point, exactly 0 for corners
+        that an edge or a corner on which it lies does not have; NaN with index -1
+    """
+
+    index: npt.NDArray[np.int64]
     weights: Array
 
 
@@ -102,6 +115,24 @@ class RayTree:
                 *stack_space(),
             )  # fmt: skip
         return RayHits(index, distance, weights)
+
+    def nearest(self, places: Array) -> NearestFaces:
+        """Of a mesh, the nearest point of its surface to each of the places (n, 3)."""
+        from vomstudio.geometry.kernels.nearest import nearest_faces
+        from vomstudio.geometry.kernels.raytree import stack_space
+
+        n = len(places)
+        index, weights = np.full(n, -1, np.int64), np.full((n, 3), np.nan)
+        if len(self._order) and isinstance(self.data, Mesh):
+            local = places - self.corner
+            # Along the curve, so that what one needs is still at hand for the next.
+            rows = _along_curve(local)
+            near = for_kernels(local[rows], np.float64)
+            found, shares = np.full(len(rows), -1, np.int64), np.full((len(rows), 3), np.nan)
+            tree = (self._order, self._low, self._high)
+            nearest_faces(self._points, self._faces, *tree, near, found, shares, *stack_space())
+            index[rows], weights[rows] = found, shares
+        return NearestFaces(index, weights)
 
     def position(self, index: int, weights: Array) -> Array:
         """(3,) of a hit, from the model's own coordinates."""

@@ -111,6 +111,18 @@ def registration_of(
     )
 
 
+def placing_error_m(model: Path) -> float | None:
+    """How far a model that a run has left in its folder may be off as a whole, one sigma along any
+    direction: of the check points, else of the control points that placed it. None where nothing
+    beside it says so."""
+    try:
+        told = json.loads(model.with_name(RESULT).read_text(encoding="utf-8"))["registration"]
+        rms = _number(told.get("rms_check_m")) or _number(told.get("rms_control_m"))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+    return None if rms is None else rms / math.sqrt(3.0)
+
+
 def _judged_by(told: Mapping[str, Any]) -> tuple[RegistrationPoint, ...]:
     """The control points, or positions of cameras, that count. The model is in World already, so
     that a place in it is the surveyed one and what is left over."""

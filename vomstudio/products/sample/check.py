@@ -38,7 +38,9 @@ _ROUNDING = 1e-12
 class Check:
     """truth and measured: angles as a mapping, or one length in m; error and stated_95 in `unit`.
 
-    stated_95 is None, and `within` too, where no error can be stated.
+    stated_95 is None, and `within` too, where no error can be stated. total_95 : of a plane, with
+    what resolution and registration of its model add, as tables publish it; None where there is
+    none
     """
 
     name: str
@@ -48,6 +50,12 @@ class Check:
     stated_95: float | None
     within: bool | None
     unit: str = "deg"
+    total_95: float | None = None
+
+    @property
+    def within_total(self) -> bool | None:
+        """Whether the truth is no farther than `total_95`."""
+        return None if self.total_95 is None else self.error <= self.total_95
 
     def as_dict(self) -> dict[str, Any]:
         return {
@@ -57,6 +65,8 @@ class Check:
             "error": self.error,
             "stated_95": self.stated_95,
             "within": self.within,
+            "total_95": self.total_95,
+            "within_total": self.within_total,
             "unit": self.unit,
         }
 

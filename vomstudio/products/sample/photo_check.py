@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.planes import fit_planes
+from vomstudio.geometry.tilts import errors_95_deg
 from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.io.project.sample import SamplePicks, SampleTruth
 from vomstudio.products.sample.check import Check, plane_check
@@ -35,6 +38,7 @@ def check_photos(
     picks: SamplePicks,
     truth: SampleTruth,
     gsd: float,
+    rotation: Array | None = None,
 ) -> tuple[Check, ...]:
     """Compare a model with the outcrop that its photos show.
 
@@ -42,6 +46,8 @@ def check_photos(
     cloud : (n, 3) dense points in World
     outcrop : the true surface in World
     gsd : ground sampling distance of the depth maps, m
+    rotation : (3, 3) covariance of the model's rotation by its registration, which the total errors
+        of planes hold; None where it is not known
     """
     from scipy.spatial import cKDTree
 
@@ -64,21 +70,22 @@ def check_photos(
         _length(_OFF, float(np.median(off))),
         _length(_OFF_90, float(np.percentile(off, 90))),
         _length(_MISSED, float(np.median(reached))),
-        *_plane_checks(inside, tree, picks, truth, shift, gsd),
+        *_plane_checks(inside, tree, picks, truth, shift, gsd, rotation),
     )
 
 
 def in_words(checks: Sequence[Check]) -> str:
     """How far the photos' model is off, in sentences."""
     by_name = {check.name: check for check in checks}
-    stated = [check for check in checks if check.within is not None]
-    held = sum(bool(check.within) for check in stated)
+    stated = [check for check in checks if check.within_total is not None]
+    held = sum(bool(check.within_total) for check in stated)
     worst = max((check.error for check in stated), default=0.0)
     off, cameras = (1000 * by_name[name].error for name in (_OFF, _CENTRES))
     return tr(
         "The model of the sample's photos is {model:.0f} mm off the outcrop, and its cameras are "
-        "{cameras:.0f} mm off (medians). The truth lies within the stated 95 % region for {held} "
-        "of {count} planes on the model; the largest error is {worst:.1f} degrees.",
+        "{cameras:.0f} mm off (medians). The truth lies within the total 95 % error of fit, "
+        "resolution and registration for {held} of {count} planes on the model; the largest error "
+        "is {worst:.1f} degrees.",
         model=off,
         cameras=cameras,
         held=held,
@@ -130,7 +137,13 @@ def _seen(cameras: Cameras, points: Array, normals: Array) -> npt.NDArray[np.boo
 
 
 def _plane_checks(
-    points: Array, tree: Any, picks: SamplePicks, truth: SampleTruth, shift: Array, gsd: float
+    points: Array,
+    tree: Any,
+    picks: SamplePicks,
+    truth: SampleTruth,
+    shift: Array,
+    gsd: float,
+    rotation: Array | None,
 ) -> list[Check]:
     """Every pick of the sample, on the model: its planes beside the true ones."""
     checks = []
@@ -142,5 +155,10 @@ def _plane_checks(
         if len(there) < _FEWEST or name not in truth.planes:
             continue
         fit = fit_planes(points[there], np.array([0, len(there)]))[0]
-        checks.append(plane_check(f"{kind} {name} on the photos' model", fit, truth.planes[name]))
+        found = plane_check(f"{kind} {name} on the photos' model", fit, truth.planes[name])
+        turn = None
+        if rotation is not None:
+            turn = float(errors_95_deg(rotation, fit.normal)[0])
+        total = total_error_deg(fit, gsd, registration_deg=turn)
+        checks.append(replace(found, total_95=total))
     return checks

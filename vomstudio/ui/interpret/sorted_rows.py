@@ -55,6 +55,10 @@ class SortedRows(QAbstractTableModel):
         row = self._rows.get(index.row()) if index.isValid() else None
         return QModelIndex() if row is None else self.index(row, index.column())
 
+    def row_of(self, place: int | None) -> int | None:
+        """Where a row of the unsorted table is shown; None where it is not."""
+        return None if place is None else self._rows.get(place)
+
     # --- order -------------------------------------------------------------------------------
     def _key(self, place: int) -> Any:
         return None if self._column < 0 else COLUMNS[self._column].value(self._source.row(place))

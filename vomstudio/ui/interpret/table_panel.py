@@ -236,15 +236,9 @@ class TablePanel(QWidget):
         self._studio.selection.set(ids)
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:
-        last = QModelIndex()
-        rows = []
-        for id_ in ids:
-            place = self.model.place(id_)
-            if place is not None:
-                index = self._sorted.mapFromSource(self.model.index(place, 0))
-                if index.isValid():
-                    rows.append(index.row())
-                    last = index
+        shown = (self._sorted.row_of(self.model.place(id_)) for id_ in ids)
+        rows = [row for row in shown if row is not None]
+        last = self._sorted.index(rows[-1], 0) if rows else QModelIndex()
         # As runs of rows: Qt looks at every column of every range.
         rows.sort()
         chosen = QItemSelection()

@@ -126,9 +126,7 @@ class ControlPanel(QWidget):
             self.said.setText(_in_words(placed))
         self.table.show_residuals(self._points, self.placed)
         self._show_map()
-        places = {}
-        if self.placed is not None and self.model is not None:
-            places = expected(self._points, self.placed, self.model)
+        places = {} if self.model is None else expected(self._points, self.placed, self.model)
         reach = float(np.ptp(pairs.model, axis=0).max()) if len(pairs.labels) > 1 else 0.0
         self._tool.expect(places, _RING * reach * self._metres())
         self.register.setEnabled(self.placed is not None)
@@ -151,7 +149,8 @@ class ControlPanel(QWidget):
         if found < 3 and left:
             return tr(
                 "Click the points on the outcrop, one after the other: {found} of {count} are "
-                "found. From three on, a ring shows where the others should be.",
+                "found. From three on, or two where the model is declared upright, a ring shows "
+                "where the others should be.",
                 found=found,
                 count=found + left,
             )

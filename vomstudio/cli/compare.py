@@ -1,0 +1,143 @@
+"""`vomstudio compare`: how far a model lies from a benchmark."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.cli import text_tables
+from vomstudio.cli.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.output import Output
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.registration.comparison import Comparison
+    from vomstudio.workspace.world_models import WorldModel
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "compare", run, help_=tr("Signed distances of a model from a benchmark")
+    )
+    parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
+    parser.add_argument(
+        "benchmark", metavar="BENCHMARK", help=tr("mesh or point cloud that it is held against")
+    )
+    parser.add_argument(
+        "--m3c2",
+        metavar="RADIUS",
+        type=float,
+        help=tr("M3C2 in cylinders of this radius, m, with a level of detection"),
+    )
+    parser.add_argument(
+        "--registration-error",
+        metavar="M",
+        type=float,
+        help=tr("one sigma of how the two are placed to each other, for the level of detection"),
+    )
+    add_output(parser, tr("write the model with its distances as a field, NAME.ply"))
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Raises UsageError, InputError, GeometryError or TargetError."""
+    from vomstudio.files.atomic import check_target
+    from vomstudio.io.models.writing import choose_writer
+    from vomstudio.io.project.reconstructions import placing_error_m
+    from vomstudio.registration.comparison import compare, require_lengths
+    from vomstudio.registration.overlap import crs_doubts
+    from vomstudio.workspace.world_models import read_in_world
+
+    require_lengths(args.m3c2, args.registration_error)
+    if args.output is not None:
+        choose_writer(Path(args.output))
+        check_target(args.output, force=args.force, inputs=[args.model, args.benchmark])
+    progress = progress_of(args)
+    model = read_in_world(args.model, progress)
+    benchmark = read_in_world(args.benchmark, progress)
+    names = (Path(args.model).name, Path(args.benchmark).name)
+    warnings = [
+        *(f"{name}: {said}" for name, one in zip(names, (model, benchmark), strict=True)
+          for said in one.warnings),
+        *crs_doubts(model.crs, benchmark.crs, names),
+    ]  # fmt: skip
+    if not (model.metric or benchmark.metric):
+        warnings.append(
+            tr("Neither file states its unit: what is said in metres is in the unit of both.")
+        )
+    error = args.registration_error
+    if error is None and args.m3c2 is not None:
+        error = placing_error_m(Path(args.model))
+    found = compare(
+        model.data, benchmark.data, radius_m=args.m3c2, registration_error_m=error,
+        progress=progress,
+    )  # fmt: skip
+    result: dict[str, Any] = found.as_dict()
+    warnings += found.warnings
+    if args.output is not None:
+        warnings += _written(args, model, benchmark, found)
+        result["out"] = args.output
+    result["warnings"] = warnings
+    out.result(result)
+    out.warn(warnings)
+    out.text(in_words(found))
+
+
+def _written(
+    args: argparse.Namespace, model: WorldModel, benchmark: WorldModel, found: Comparison
+) -> list[str]:
+    from vomstudio.io.models.model_copy import companions
+    from vomstudio.io.models.writing import write_model
+
+    return write_model(
+        replace(model.data, fields={**model.data.fields, **found.as_fields()}),
+        model.crs or benchmark.crs,
+        args.output,
+        force=args.force,
+        inputs=[
+            model.loaded.path, *companions(model.loaded.path),
+            benchmark.loaded.path, *companions(benchmark.loaded.path),
+        ],
+        progress=progress_of(args),
+    )  # fmt: skip
+
+
+def in_words(found: Comparison) -> str:
+    """Accuracy and precision apart, and what of it is more than chance."""
+    rows = [
+        [what, name, text_tables.figures(value)]
+        for what, name, value in (
+            (tr("accuracy"), tr("mean"), found.mean_m),
+            ("", tr("median"), found.median_m),
+            (tr("precision"), tr("standard deviation"), found.std_m),
+            ("", tr("median absolute deviation"), found.mad_m),
+            (tr("both"), tr("root mean square"), found.rms_m),
+        )
+    ]
+    said = [text_tables.table([tr("distance"), "", "m"], ["", "", ""], rows)]
+    said.append(
+        tr(
+            "{n} distances; {beyond} points of the model have no counterpart.",
+            n=found.n,
+            beyond=found.beyond,
+        )
+    )
+    if found.lod95_m is not None and found.significant_share is not None:
+        said.append(
+            tr(
+                "Level of detection (95 %, median): {lod:.3g} m; {share:.0f} % of the distances "
+                "are beyond it.",
+                lod=found.lod95_m,
+                share=100.0 * found.significant_share,
+            )
+        )
+    if (side := found.positive_toward) is not None:
+        said.append(
+            tr(
+                "Positive: the model lies before the benchmark, on its side toward {trend} "
+                "(trend/plunge).",
+                trend=text_tables.line(vars(side), 0),
+            )
+        )
+    return "\n".join(said)

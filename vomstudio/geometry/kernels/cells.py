@@ -1,0 +1,207 @@
+"""Compiled sums over the points near a place, which stand sorted by the cells of a grid."""
+
+from __future__ import annotations
+
+import math
+
+from vomstudio.geometry.kernels.jit import kernel, part
+
+_SPREAD = 0x9E3779B97F4A7C15 - (1 << 64)
+"""Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4)."""
+
+
+@part
+def _slot(names, name):  # type: ignore[no-untyped-def]
+    """Where a row of cells stands in the table, or the empty place where it would."""
+    last = len(names) - 1
+    at = ((name * _SPREAD) >> 20) & last
+    while names[at] != -1 and names[at] != name:
+        at = (at + 1) & last
+    return at
+
+
+@kernel("void(i8[::1], i8[::1], i8[::1], i8[:,::1])")
+def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
+    """The table of rows of cells that hold points. rows : (r,) their numbers, begins : (r + 1,)
+    where the points of each begin; names come full of -1, more than r, a power of two of them."""
+    for at in range(len(rows)):
+        slot = _slot(names, rows[at])
+        names[slot] = rows[at]
+        ends[slot, 0], ends[slot, 1] = begins[at], begins[at + 1]
+
+
+@part
+def _first(keys, wanted, low, high):  # type: ignore[no-untyped-def]
+    """The first of sorted keys in a range that is not below the wanted one."""
+    while low < high:
+        middle = (low + high) // 2
+        if keys[middle] < wanted:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@part
+def _cell(value, size, count):  # type: ignore[no-untyped-def]
+    return min(max(math.floor(value / size), 0), count - 1)
+
+
+@part
+def _turned(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
+    """(unit eigenvector of the least eigenvalue, the eigenvalues from the least on) of the
+    symmetric matrix with the rows (a, d, e), (d, b, f), (e, f, c): cyclic Jacobi rotations
+    (Golub & Van Loan, Matrix Computations, 8.5)."""
+    v00, v01, v02 = 1.0, 0.0, 0.0
+    v10, v11, v12 = 0.0, 1.0, 0.0
+    v20, v21, v22 = 0.0, 0.0, 1.0
+    for _ in range(30):
+        if d * d + e * e + f * f <= 1e-32 * (a * a + b * b + c * c):
+            break
+        if d != 0.0:
+            t = (b - a) / (2.0 * d)
+            t = math.copysign(1.0, t) / (abs(t) + math.sqrt(t * t + 1.0))
+            k = 1.0 / math.sqrt(t * t + 1.0)
+            s = t * k
+            a, b, d, e, f = a - t * d, b + t * d, 0.0, k * e - s * f, s * e + k * f
+            v00, v01 = k * v00 - s * v01, s * v00 + k * v01
+            v10, v11 = k * v10 - s * v11, s * v10 + k * v11
+            v20, v21 = k * v20 - s * v21, s * v20 + k * v21
+        if e != 0.0:
+            t = (c - a) / (2.0 * e)
+            t = math.copysign(1.0, t) / (abs(t) + math.sqrt(t * t + 1.0))
+            k = 1.0 / math.sqrt(t * t + 1.0)
+            s = t * k
+            a, c, e, d, f = a - t * e, c + t * e, 0.0, k * d - s * f, s * d + k * f
+            v00, v02 = k * v00 - s * v02, s * v00 + k * v02
+            v10, v12 = k * v10 - s * v12, s * v10 + k * v12
+            v20, v22 = k * v20 - s * v22, s * v20 + k * v22
+        if f != 0.0:
+            t = (c - b) / (2.0 * f)
+            t = math.copysign(1.0, t) / (abs(t) + math.sqrt(t * t + 1.0))
+            k = 1.0 / math.sqrt(t * t + 1.0)
+            s = t * k
+            b, c, f, d, e = b - t * f, c + t * f, 0.0, k * d - s * e, s * d + k * e
+            v01, v02 = k * v01 - s * v02, s * v01 + k * v02
+            v11, v12 = k * v11 - s * v12, s * v11 + k * v12
+            v21, v22 = k * v21 - s * v22, s * v21 + k * v22
+    total = a + b + c
+    least, most = min(a, b, c), max(a, b, c)
+    x, y, z = v00, v10, v20
+    if least == b:
+        x, y, z = v01, v11, v21
+    elif least == c:
+        x, y, z = v02, v12, v22
+    return x, y, z, least, total - least - most, most
+
+
+@kernel(
+    "void(f8[:,::1], i4[::1], i8[::1], i8[:,::1], f8, i8, i8, i8, f8[:,::1], f8, i8[::1],"
+    "f8[:,::1], f8[:,::1], f8[:,::1])"
+)
+def planes_near(  # type: ignore[no-untyped-def]
+    points, cells, names, ends, size, nx, ny, nz, places, radius, count, means, normals, spreads
+):
+    """Of the points in a ball around each place: how many, their mean, the unit normal of their
+    plane and the eigenvalues of their covariance, from the least on; a normal of NaN where there
+    are fewer than three. Points and places are relative to the grid's corner."""
+    limit = radius * radius
+    for row in range(len(places)):
+        x, y, z = places[row, 0], places[row, 1], places[row, 2]
+        i0, i1 = _cell(x - radius, size, nx), _cell(x + radius, size, nx)
+        j0, j1 = _cell(y - radius, size, ny), _cell(y + radius, size, ny)
+        k0, k1 = _cell(z - radius, size, nz), _cell(z + radius, size, nz)
+        n = 0
+        sx, sy, sz = 0.0, 0.0, 0.0
+        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(k0, k1 + 1):
+            for j in range(j0, j1 + 1):
+                slot = _slot(names, j + ny * k)
+                if names[slot] == -1:
+                    continue
+                stop = ends[slot, 1]
+                at = _first(cells, i0, ends[slot, 0], stop)
+                while at < stop and cells[at] <= i1:
+                    dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
+                    at += 1
+                    if dx * dx + dy * dy + dz * dz > limit:
+                        continue
+                    n += 1
+                    sx, sy, sz = sx + dx, sy + dy, sz + dz
+                    xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
+                    xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
+        count[row] = n
+        if n == 0:
+            continue
+        sx, sy, sz = sx / n, sy / n, sz / n
+        means[row, 0], means[row, 1], means[row, 2] = x + sx, y + sy, z + sz
+        if n < 3:
+            continue
+        found = _turned(
+            xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz,
+            xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz,
+        )  # fmt: skip
+        normals[row, 0], normals[row, 1], normals[row, 2] = found[0], found[1], found[2]
+        spreads[row, 0], spreads[row, 1], spreads[row, 2] = found[3], found[4], found[5]
+
+
+@kernel(
+    "void(f8[:,::1], i4[::1], i8[::1], i8[:,::1], f8, i8, i8, i8, f8[:,::1], f8[:,::1], f8, f8,"
+    "i8[::1], f8[::1], f8[::1])"
+)
+def along_axes(  # type: ignore[no-untyped-def]
+    points, cells, names, ends, size, nx, ny, nz, places, axes, radius, reach, count, means, spreads
+):
+    """Of the points in a cylinder around each place, `reach` to either side along a unit axis: how
+    many, the mean of their positions along it and the standard deviation (n - 1). Points and places
+    are relative to the grid's corner."""
+    pieces = max(1, math.ceil(reach / size))
+    half = reach / pieces
+    for row in range(len(places)):
+        x, y, z = places[row, 0], places[row, 1], places[row, 2]
+        ux, uy, uz = axes[row, 0], axes[row, 1], axes[row, 2]
+        if not math.isfinite(ux + uy + uz):
+            continue
+        # Of a piece of the cylinder, half of the sides of its box.
+        wx = abs(ux) * half + radius * math.sqrt(max(1.0 - ux * ux, 0.0))
+        wy = abs(uy) * half + radius * math.sqrt(max(1.0 - uy * uy, 0.0))
+        wz = abs(uz) * half + radius * math.sqrt(max(1.0 - uz * uz, 0.0))
+        n, mean, squares = 0, 0.0, 0.0
+        for piece in range(pieces):
+            t = (2 * piece + 1 - pieces) * half
+            cx, cy, cz = x + t * ux, y + t * uy, z + t * uz
+            if (
+                cx + wx < 0.0 or cy + wy < 0.0 or cz + wz < 0.0
+                or cx - wx > nx * size or cy - wy > ny * size or cz - wz > nz * size
+            ):  # fmt: skip
+                continue
+            i0, i1 = _cell(cx - wx, size, nx), _cell(cx + wx, size, nx)
+            j0, j1 = _cell(cy - wy, size, ny), _cell(cy + wy, size, ny)
+            k0, k1 = _cell(cz - wz, size, nz), _cell(cz + wz, size, nz)
+            last = piece == pieces - 1
+            for k in range(k0, k1 + 1):
+                for j in range(j0, j1 + 1):
+                    slot = _slot(names, j + ny * k)
+                    if names[slot] == -1:
+                        continue
+                    stop = ends[slot, 1]
+                    at = _first(cells, i0, ends[slot, 0], stop)
+                    while at < stop and cells[at] <= i1:
+                        dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
+                        at += 1
+                        along = dx * ux + dy * uy + dz * uz
+                        # Each point in one piece only.
+                        if along < t - half or along > t + half or (along == t + half and not last):
+                            continue
+                        off = dx * dx + dy * dy + dz * dz - along * along
+                        if off > radius * radius:
+                            continue
+                        n += 1
+                        step = along - mean
+                        mean += step / n
+                        squares += step * (along - mean)
+        count[row] = n
+        if n > 0:
+            means[row] = mean
+        if n > 1:
+            spreads[row] = math.sqrt(squares / (n - 1))

@@ -1,0 +1,1 @@
+"""Sums over the points near places, of millions of places."""

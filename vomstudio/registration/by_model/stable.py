@@ -1,0 +1,63 @@
+"""The part of a reference that has stayed where it was, by a mask."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+POLYGONS = (".geojson", ".json", ".gpkg", ".shp", ".kml")
+REACH = 3.0
+"""Of the spacing of a cloud that is a mask: points of the reference this near to it are stable."""
+
+
+def near_cloud(points: Array, mask: Array, spacing: float) -> tuple[Flags, float]:
+    """(n,) which of the points (n, 3) lie within REACH spacings of those of a mask (m, 3), and that
+    distance."""
+    from scipy.spatial import cKDTree
+
+    reach = REACH * spacing
+    origin = points.mean(axis=0)
+    distance, _ = cKDTree(mask - origin).query(
+        points - origin, distance_upper_bound=reach, workers=-1
+    )  # fmt: skip
+    return np.asarray(np.isfinite(distance), np.bool_), reach
+
+
+def in_polygons(points: Array, path: Path) -> tuple[Flags, str | None]:
+    """(n,) which of the points (n, 3) lie inside polygons of a layer, seen from above; and the CRS
+    that the layer states. Raises InputError where it cannot be read or has none."""
+    import pyogrio
+    import shapely
+    from pyogrio.errors import DataLayerError, DataSourceError
+
+    try:
+        told, _, shapes, _ = pyogrio.raw.read(path, columns=[], force_2d=True)
+    except (DataSourceError, DataLayerError, OSError) as error:
+        raise InputError(
+            tr("The mask cannot be read as a layer of polygons. Save it as GeoJSON or GeoPackage."),
+            file=path,
+            field="--stable",
+        ) from error
+    found = [shape for shape in shapely.from_wkb(shapes) if _is_area(shape)]
+    if not found:
+        raise InputError(
+            tr("The mask holds no polygon. Draw one around what has stayed where it was."),
+            file=path,
+            field="--stable",
+        )
+    area = shapely.union_all([shapely.make_valid(shape) for shape in found])
+    shapely.prepare(area)
+    return np.asarray(shapely.contains_xy(area, points[:, 0], points[:, 1]), np.bool_), told["crs"]
+
+
+def _is_area(shape: Any) -> bool:
+    return shape is not None and shape.geom_type in ("Polygon", "MultiPolygon")

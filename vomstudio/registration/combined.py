@@ -1,0 +1,65 @@
+"""A similarity that was found by other means, as one observation with its covariance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.registration.observations import Rows
+from vomstudio.registration.similarity import Similarity, jacobian
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Combined:
+    """Such as the fit of a model to another one.
+
+    start : the similarity that was found, model to World; about : (3,) World, what its errors turn
+        and grow about
+    whitening : (m, 7) whose products with a turn about east, north and up (rad), a relative change
+        of scale and a shift (m), all about there, are independent with the variance 1; m is under
+        7 where it leaves something free
+    size : m, how far what was fitted typically reaches from there
+    """
+
+    labels: Sequence[str]
+    start: Similarity
+    about: Array
+    whitening: Array
+    size: float = 1.0
+
+    def rows(self, fit: Similarity, centre: Array) -> Rows:
+        moves: Array = np.zeros((7, 7))
+        moves[:4, :4] = np.eye(4)
+        moves[4:] = jacobian(self.about - np.asarray(centre, np.float64).ravel())
+        m = len(self.whitening)
+        return Rows(
+            self.whitening @ difference(fit, self.start, self.about),
+            self.whitening @ moves,
+            np.ones(m),
+            (self.labels[0],) * m,
+            (self.labels[0],) * m,
+            np.zeros((m, 0)),
+            np.zeros(0),
+        )
+
+    def size_of(self, error: Array) -> tuple[float, float]:
+        """How large rows (m,) are, in metres at `about` and degrees."""
+        numbers = np.linalg.pinv(self.whitening) @ error
+        return float(np.linalg.norm(numbers[4:])), float(
+            np.degrees(np.linalg.norm(numbers[:3]))
+        )  # fmt: skip
+
+
+def difference(fit: Similarity, other: Similarity, about: Array) -> Array:
+    """(7,) turn, relative change of scale and shift about a place of World, that take what `other`
+    makes of the model to what `fit` makes of it."""
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_matrix(fit.rotation @ other.rotation.T).as_rotvec()
+    shift = fit(other.inverse(about[None]))[0] - about
+    return np.concatenate([turn, [np.log(fit.scale / other.scale)], shift])

@@ -1,0 +1,102 @@
+"""Whether two models are in one frame, and where they overlap at all."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+_SURE = 70
+
+
+def crs_doubts(first: str | None, second: str | None, names: tuple[str, str]) -> list[str]:
+    """Sentences on the coordinate reference systems that two models state.
+
+    names : what they are called. Raises UsageError where these are surely different ones.
+    """
+    if first is None and second is None:
+        return []
+    if first is None or second is None:
+        bare, stated = (names[0], second) if first is None else (names[1], first)
+        return [
+            tr(
+                "{bare} states no coordinate reference system; it was taken to be in that of the "
+                "other, {crs}.",
+                bare=bare,
+                crs=_name(stated or ""),
+            )
+        ]
+    if first == second:
+        return []
+    from pyproj import CRS
+
+    a, b = CRS.from_user_input(first), CRS.from_user_input(second)
+    said = []
+    heights = [sub for crs in (a, b) for sub in crs.sub_crs_list if sub.is_vertical]
+    if len(heights) == 2 and not heights[0].equals(heights[1]):
+        said.append(
+            tr(
+                "Their heights are of different systems ({first}, {second}): what lies between "
+                "these is part of every distance.",
+                first=heights[0].name,
+                second=heights[1].name,
+            )
+        )
+    a, b = (crs.sub_crs_list[0] if crs.is_compound else crs for crs in (a, b))
+    if a.equals(b, ignore_axis_order=True):
+        return said
+    codes = a.to_epsg(min_confidence=_SURE), b.to_epsg(min_confidence=_SURE)
+    if codes[0] is not None and codes[0] == codes[1]:
+        return said
+    if None not in codes:
+        raise UsageError(
+            tr(
+                "{first} is in {crs}, {second} in {other}. Bring one into the coordinate reference "
+                "system of the other.",
+                first=names[0],
+                crs=a.name,
+                second=names[1],
+                other=b.name,
+            )
+        )
+    said.append(
+        tr(
+            "{first} states {crs}, {second} {other}: it cannot be told whether these are the same. "
+            "They were taken as such.",
+            first=names[0],
+            crs=a.name,
+            second=names[1],
+            other=b.name,
+        )
+    )
+    return said
+
+
+def _name(crs: str) -> str:
+    from pyproj import CRS
+
+    return str(CRS.from_user_input(crs).name)
+
+
+def refuse_apart(first: Array, second: Array, names: tuple[str, str]) -> None:
+    """Raises GeometryError where two boxes (2, 3) lie farther apart than the larger is long."""
+    gap = np.maximum(np.maximum(first[0] - second[1], second[0] - first[1]), 0.0)
+    apart = float(np.linalg.norm(gap))
+    size = max(float(np.linalg.norm(box[1] - box[0])) for box in (first, second))
+    if not np.isfinite(apart) or apart <= size:
+        return
+    raise GeometryError(
+        tr(
+            "{first} and {second} do not overlap: they lie {apart:.6g} m apart, and the larger is "
+            "{size:.4g} m across. Bring them into one frame first, by --pairs of vomstudio "
+            "register, or check their units and coordinate reference systems.",
+            first=names[0],
+            second=names[1],
+            apart=apart,
+            size=size,
+        )
+    )

@@ -1,0 +1,167 @@
+"""A model of a file fitted to a reference of another file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geometry import transform
+from vomstudio.io.models.opening import resolution
+from vomstudio.io.models.reader import LoadedModel
+from vomstudio.io.photos.cameras_file import scale_known
+from vomstudio.progress import Progress
+from vomstudio.registration.by_model.reference import FittedToReference, fit_to_reference
+from vomstudio.registration.by_model.stable import POLYGONS, in_polygons, near_cloud
+from vomstudio.registration.overlap import crs_doubts, refuse_apart
+from vomstudio.registration.results import Placed
+from vomstudio.registration.similarity import Similarity
+from vomstudio.registration.surface_points import points_of, surface_points
+from vomstudio.words import tr
+from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
+from vomstudio.workspace.world_models import WorldModel, read_in_world
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceFit:
+    """fitted : what was found; crs : of World; stable_m : how near to a cloud that is a mask the
+    reference counts as stable, None without one; scale : whether it was one of the unknowns"""
+
+    fitted: FittedToReference
+    crs: str | None
+    stable_m: float | None
+    scale: bool
+    warnings: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        found = self.fitted
+        return {
+            "places": found.places,
+            "overlap": found.overlap,
+            "rms_m": found.rms_m,
+            "radius_m": found.radius_m,
+            "blocks": found.blocks,
+            "block_m": found.block_m,
+            "free": list(found.free),
+            "scale_fitted": self.scale,
+            "stable_m": self.stable_m,
+        }
+
+
+@dataclass(frozen=True)
+class Standing:
+    """to_world : (4, 4) from the file to World; crs : of World; metric : its unit is known"""
+
+    to_world: Any
+    crs: str | None
+    metric: bool
+
+
+def _as_its_file_says(loaded: LoadedModel) -> Standing:
+    turned = loaded.turned_about is not None
+    frame = declared_frame(loaded.path, loaded.crs, turned, DeclaredFrame()).frame
+    known = loaded.unit_m is not None or frame.crs is not None
+    return Standing(frame.to_world(), frame.crs, known or scale_known(loaded.path) is True)
+
+
+def fit_model(
+    loaded: LoadedModel,
+    reference: str | Path,
+    *,
+    near: Placed | None,
+    crs: str | None,
+    stable: str | Path | None = None,
+    stands: Standing | None = None,
+    progress: Progress,
+) -> ReferenceFit:
+    """A model in its file's frame fitted to the reference of another file.
+
+    near : where the model lies by whatever else is known, None where the frames stand as they are
+    crs : of World, None for that of the reference; stable : a mask
+    stands : how the model stands, None as its file says
+    Raises UsageError, InputError, GeometryError, Cancelled.
+    """
+    target = read_in_world(reference, progress)
+    names = (loaded.path.name, Path(reference).name)
+    said = list(target.warnings)
+    if crs is not None:
+        said += crs_doubts(crs, target.crs, ("--crs", names[1]))
+    stands = stands or _as_its_file_says(loaded)
+    own = _similarity(stands.to_world)
+    scale = not stands.metric
+    points, spacing = _points(loaded)
+    if near is None:
+        said += crs_doubts(stands.crs, target.crs, names)
+        start = own
+        refuse_apart(_box(own(points)), _box(points_of(target.data)), names)
+    else:
+        start = _similarity(near.matrix)
+        if not scale:
+            start = _of_scale(start, own.scale, points.mean(axis=0))
+    there, its_spacing = _points(replace(target.loaded, data=target.data))
+    flags, stable_m = None, None
+    if stable is not None:
+        flags, stable_m, more = _stable(there, target, Path(stable), progress)
+        said += more
+    fitted = fit_to_reference(
+        points, there, start, spacing=(spacing * start.scale, its_spacing), scale=scale,
+        stable=flags, progress=progress,
+    )  # fmt: skip
+    return ReferenceFit(
+        fitted, crs if crs is not None else target.crs, stable_m, scale,
+        (*said, *fitted.warnings),
+    )  # fmt: skip
+
+
+def _points(loaded: LoadedModel) -> tuple[Array, float]:
+    """Points of the surface, and their resolution."""
+    spacing = resolution(loaded.data)
+    if not (np.isfinite(spacing) and spacing > 0):
+        raise InputError(tr("The model is a single point, or none."), file=loaded.path)
+    return surface_points(loaded.data, spacing)[0], spacing
+
+
+def _box(points: Array) -> Array:
+    sound = points[np.isfinite(points).all(axis=1)]
+    return np.array([sound.min(axis=0), sound.max(axis=0)])
+
+
+def _similarity(rows: Any) -> Similarity:
+    matrix = transform.matrix(rows)
+    scale = float(transform.scale_of(matrix))
+    return Similarity(scale, matrix[:3, :3] / scale, matrix[:3, 3])
+
+
+def _of_scale(fit: Similarity, scale: float, middle: Array) -> Similarity:
+    """The same place and attitude of the model's middle with another scale."""
+    there = fit(middle[None])[0]
+    return Similarity(scale, fit.rotation, there - scale * fit.rotation @ middle)
+
+
+def _stable(
+    points: Array, target: WorldModel, path: Path, progress: Progress
+) -> tuple[npt.NDArray[np.bool_], float | None, list[str]]:
+    names = (tr("The mask"), tr("the reference"))
+    if path.suffix.lower() in POLYGONS:
+        flags, crs = in_polygons(points, path)
+        reach = None
+        said = crs_doubts(crs, target.crs, names) if crs is not None else []
+    else:
+        mask = read_in_world(path, progress)
+        said = crs_doubts(mask.crs, target.crs, names)
+        places, spacing = _points(replace(mask.loaded, data=mask.data))
+        flags, reach = near_cloud(points, places, spacing)
+    if not flags.any():
+        raise InputError(
+            tr("No point of the reference lies in the mask. Check that both are in one frame."),
+            file=path,
+            field="--stable",
+        )
+    return flags, reach, said

@@ -1,0 +1,39 @@
+"""Models of files in World, for commands that work with two of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.moving import moved
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.io.models.opening import read_model
+from vomstudio.io.models.reader import LoadedModel
+from vomstudio.progress import Progress
+from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
+
+
+@dataclass(frozen=True, eq=False)
+class WorldModel:
+    """data : in World, metres; crs : of World, None for a local frame
+    metric : its file states its unit; warnings : of its reader
+    """
+
+    data: Mesh | PointCloud
+    crs: str | None
+    metric: bool
+    warnings: tuple[str, ...]
+    loaded: LoadedModel
+
+
+def read_in_world(path: str | Path, progress: Progress | None = None) -> WorldModel:
+    """The model in a file, as its file says that it stands; one that says nothing as local, in
+    metres, z up. Raises InputError, Cancelled."""
+    loaded = read_model(path, progress)
+    turned = loaded.turned_about is not None
+    frame = declared_frame(loaded.path, loaded.crs, turned, DeclaredFrame()).frame
+    crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
+    metric = loaded.unit_m is not None or frame.crs is not None
+    return WorldModel(moved(loaded.data, frame.to_world()), crs, metric, loaded.warnings, loaded)
