@@ -64,6 +64,31 @@ def test_densities_are_highest_at_the_cluster(library: Any, method: str) -> None
     assert np.degrees(np.abs(middle - pole)).max() < 6
 
 
+def test_contours_have_the_levels_asked_for_and_a_bar_with_their_unit() -> None:
+    chance = np.random.default_rng(3)
+    direction, dip = 60 + 5 * chance.normal(size=50), 40 + 5 * chance.normal(size=50)
+    ax = vs.stereonet((direction, dip), contour="kamb", levels=[8, 2, 4], filled=False)
+    (contours,) = [c for c in ax.collections if type(c).__name__.endswith("ContourSet")]
+    assert list(contours.levels) == [2.0, 4.0, 8.0]
+    assert not contours.filled
+    (bar,) = ax.child_axes
+    ax.figure.canvas.draw()
+    assert [t.get_text() for t in bar.get_yticklabels()] == ["2", "4", "8"]
+    assert bar.get_title(loc="left") == "standard deviations"
+    smooth = vs.stereonet((direction, dip), contour="kamb", sigma=6.0)
+    (other,) = [c for c in smooth.collections if type(c).__name__.endswith("ContourSet")]
+    assert other.filled
+
+
+def test_each_set_is_contoured_in_its_colour(picks: Any) -> None:
+    planes = vs.fit_planes(picks, by="pick")
+    planes["kind"] = planes["id"].str[0].map({"B": "bedding", "F": "fault", "J": "joint"})
+    ax = vs.stereonet(planes, by="kind", contour="schmidt", each_set=True)
+    contours = [c for c in ax.collections if type(c).__name__.endswith("ContourSet")]
+    assert len(contours) == planes["kind"].nunique()
+    assert len({tuple(c.levels) for c in contours}) == 1
+
+
 def test_sets_have_names_in_the_legend(picks: Any) -> None:
     planes = vs.fit_planes(picks, by="pick")
     planes["kind"] = planes["id"].str[0].map({"B": "bedding", "F": "fault", "J": "joint"})
@@ -85,6 +110,9 @@ def test_many_planes_are_poles_only() -> None:
     [
         ({"contour": "rainbow"}, "none of kamb"),
         ({"projection": "mercator"}, "none of area, angle"),
+        ({"levels": [2]}, "method to contour"),
+        ({"contour": "kamb", "levels": [-2]}, "above 0"),
+        ({"contour": "kamb", "sigma": 99}, "between"),
         ({"by": "site"}, "no column 'site'"),
     ],
 )

@@ -123,6 +123,16 @@ CASES = (
         "stereonet {work}/planes.csv --contour kamb --projection angle -o {work}/net.png",
         after=("fit-by",),
     ),
+    Case(
+        "stereonet-each-set",
+        "stereonet {work}/planes.csv --set kind --contour exponential_kamb --levels 2,6"
+        " --each-set -o {work}/each.svg",
+        after=("fit-by",),
+    ),
+    Case(
+        "rose", "rose {work}/planes.csv --set kind --bin 30 -o {work}/rose.svg", after=("fit-by",)
+    ),
+    Case("rose-refused", "rose {work}/planes.csv --bin 7 -o {work}/roses.svg", code=2),
     Case("stereonet-refused", "stereonet {work}/three.csv -o {work}/net.txt", code=2),
     Case(
         "ortho-fold",

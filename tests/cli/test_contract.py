@@ -79,14 +79,14 @@ HOSTILE = [
 ]
 
 
-@pytest.mark.parametrize("command", ["fit", "stats", "fold", "stereonet"])
+@pytest.mark.parametrize("command", ["fit", "stats", "fold", "stereonet", "rose"])
 @pytest.mark.parametrize(("content", "words"), HOSTILE)
 def test_hostile_tables_are_refused_by_every_command(
     run, write, tmp_path: Path, command: str, content: bytes, words: str
 ) -> None:
     path = write(content, "Ümläut 層.csv")
     target = tmp_path / "out.svg"
-    output = ["-o", target] if command == "stereonet" else []
+    output = ["-o", target] if command in ("stereonet", "rose") else []
     ran = run(command, path, *output)
     assert ran.code == 2
     assert str(path) in ran.said

@@ -30,9 +30,43 @@ def test_contours_are_drawn_by_the_method_named(run, write, tmp_path: Path) -> N
     assert ran.json["contour"] == "kamb"
 
 
+def test_contours_are_as_asked_and_their_figures_are_told(run, write, tmp_path: Path) -> None:
+    table = TABLE + "".join(f"joint,{200 + i},{70 + i}\n" for i in range(12))
+    words = ["--contour", "linear_kamb", "--levels", "9,3,3", "--each-set", "--filled"]
+    ran = run("stereonet", write(table), "-o", tmp_path / "n.svg", *words, "--sigma", "2", "--json")
+    assert ran.code == 0
+    found = ran.json["density"]
+    assert (found["method"], found["unit"]) == ("linear_kamb", "standard deviations")
+    assert (found["sigma"], found["filled"]) == (2.0, True)
+    assert found["levels"] == [3.0, 9.0][: len(found["levels"])]
+    bedding, joint = found["parts"]
+    assert (bedding["set"], bedding["n"], joint["n"]) == ("bedding", 8, 12)
+    # Rows along a line: their middle is densest, the pole of 83.5/33.5.
+    assert bedding["trend_deg"] == pytest.approx(263.5, abs=1)
+    assert bedding["plunge_deg"] == pytest.approx(56.5, abs=1)
+    assert ran.json["warnings"] == []
+    text = run("stereonet", write(table), "-o", tmp_path / "m.svg", *words)
+    assert "densest: bedding 26" in text.out
+    plain = run("stereonet", write(table), "-o", tmp_path / "o.svg", "--json")
+    assert plain.json["density"] is None
+
+
+def test_contours_of_a_few_and_of_nothing_dense_are_warned_of(run, write, tmp_path: Path) -> None:
+    words = ["--contour", "kamb", "--levels", "900"]
+    ran = run("stereonet", write(TABLE), "-o", tmp_path / "n.svg", *words, "--json")
+    assert ran.code == 0
+    few, none = ran.json["warnings"]
+    assert "8 orientations are few" in few
+    assert "Nothing is dense enough" in none
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
+        (["-o", "net.svg", "--levels", "2,4"], "--levels"),
+        (["-o", "net.svg", "--contour", "kamb", "--levels", "2;4"], "2,4,6"),
+        (["-o", "net.svg", "--contour", "kamb", "--levels", "-1"], "--levels"),
+        (["-o", "net.svg", "--contour", "kamb", "--sigma", "0"], "--sigma"),
         (["-o", "net.jpg"], ".svg, .pdf or .png"),
         (["-o", "net"], ".svg, .pdf or .png"),
         (["-o", "net.svg", "--contour", "magic"], "kamb"),

@@ -10,6 +10,7 @@ import pytest
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology import stereonet as nets
+from vomstudio.geology.density import density
 from vomstudio.geology.folds import common_axis, fold_axis
 from vomstudio.geology.intersections import (
     UncertainPlane,
@@ -47,7 +48,7 @@ ONE = ([90.0], [40.0])
         (lambda: set_statistics([[0, 0, 1]], of="beds"), "beds"),
         (lambda: nets.project([[0, 0, 1]], "Area"), "unknown projection 'Area'"),
         (lambda: nets.unproject([[0, 0]], "wulff"), "unknown projection 'wulff'"),
-        (lambda: nets.density([[0, 0, 1]], [[0, 0, 1]], "heat"), "unknown method 'heat'"),
+        (lambda: density([[0, 0, 1]], [[0, 0, 1]], "heat"), "unknown method 'heat'"),
     ],
 )
 def test_a_word_that_is_none_of_the_choices_is_named(ask: Callable[[], object], words: str) -> None:

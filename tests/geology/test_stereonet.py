@@ -17,7 +17,6 @@ from vomstudio.geology.orientation import (
     Plane,
     angle_between_lines,
     lines_to_vectors,
-    planes_to_poles,
 )
 
 azimuths = st.floats(0, 360)
@@ -162,54 +161,3 @@ def test_the_ellipse_of_a_steep_plane_is_split_at_the_rim() -> None:
 def test_cones_and_ellipses_without_a_shape_are_refused() -> None:
     with pytest.raises(GeometryError):
         nets.confidence_ellipse([0, 0, -1], [0, 0, 1], 5, 2)
-
-
-# Density
-
-
-@pytest.mark.parametrize("method", nets.DENSITY_METHODS)
-def test_densities_agree_with_mplstereonet(
-    method: str, mplstereonet: Any, big_elk: tuple[np.ndarray, np.ndarray]
-) -> None:
-    dip_direction, dip = big_elk
-    lon, lat, theirs = mplstereonet.density_grid(
-        dip_direction - 90, dip.copy(), measurement="poles", method=method, gridsize=(20, 20)
-    )
-    plunge, bearing = mplstereonet.geographic2plunge_bearing(lon.ravel(), lat.ravel())
-    ours = nets.density(
-        planes_to_poles(dip_direction, dip), lines_to_vectors(bearing, plunge), method
-    )
-    np.testing.assert_allclose(ours, theirs.ravel(), atol=1e-9)
-
-
-def test_a_uniform_scatter_has_schmidt_density_one() -> None:
-    v = np.random.default_rng(2).normal(size=(100_000, 3))
-    v /= np.linalg.norm(v, axis=1)[:, None]
-    found = nets.density(v, lines_to_vectors([0, 40, 200], [90, 20, 50]), "schmidt")
-    np.testing.assert_allclose(found, 1, atol=5 * math.sqrt(1 / 1000))
-
-
-@pytest.mark.parametrize("projection", ["area", "angle"])
-@pytest.mark.parametrize("method", nets.DENSITY_METHODS)
-def test_the_grid_holds_the_density_of_the_line_at_each_place_of_the_net(
-    method: str, projection: str
-) -> None:
-    """One place at a time; beyond the rim that of the nearest place on it, and soon nothing."""
-    poles = np.random.default_rng(3).normal(size=(60, 3)) + [0.5, 1.0, -2.0]
-    poles /= np.linalg.norm(poles, axis=1)[:, None]
-    x, y, found = nets.density_grid(poles, method, projection, size=21, sigma=2.0)
-    assert x[0] == y[0] == -1.0
-    assert x[-1] == y[-1] == 1.0
-    assert found.shape == (21, 21)
-    rng = np.random.default_rng(4)
-    reach = 1.0 + 3.0 * 0.1
-    for row, column in rng.integers(0, 21, (80, 2)):
-        place = np.array([x[column], y[row]])
-        radius = float(np.hypot(*place))
-        if radius > reach:
-            assert found[row, column] == 0.0
-            continue
-        line = nets.unproject(place / max(radius, 1.0), projection)
-        wanted = nets.density(poles, line, method, 2.0)[0]
-        assert found[row, column] == pytest.approx(wanted, abs=1e-9)
-    assert found.max() > 0.0

@@ -17,9 +17,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vomstudio.errors import UsageError
+from vomstudio.geology.density import DENSITY_METHODS
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
-from vomstudio.geology.stereonet import DENSITY_METHODS
 from vomstudio.products.net.contents import NetContents, NetEllipse, make_sets, means_of
 from vomstudio.products.net.figure import PRINT_SIZE_MM, NetArtists, draw_stereonet, write_stereonet
 from vomstudio.products.net.style import PRINT, NetStyle

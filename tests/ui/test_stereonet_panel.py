@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 from PIL import Image
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
@@ -17,6 +17,7 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.ui.analyse import stereonet_panel
+from vomstudio.ui.analyse.contour_button import ContourButton
 from vomstudio.ui.analyse.net_commands import export_net
 from vomstudio.ui.common import theme
 
@@ -216,6 +217,66 @@ def test_a_hidden_net_is_not_drawn_until_it_comes_forward(net, window, studio):
     assert net.artists is artists
     window.docks["stereonet"].raise_()
     driver.wait(lambda: net.artists is not artists, "the net's drawing")
+
+
+def test_contours_are_off_until_chosen_and_are_remembered(net, window, studio):
+    from matplotlib.contour import ContourSet
+
+    def contours() -> list[ContourSet]:
+        drawn(window)
+        return [c for c in net.artists.axes.collections if isinstance(c, ContourSet)]
+
+    assert not contours()
+    assert not net.contours.isChecked()
+    assert not net.contours.filled.isEnabled()
+    net.contours.methods["linear_kamb"].trigger()
+    assert [c.filled for c in contours()] == [True, False]
+    assert net.contours.isChecked()
+    assert studio.settings.contour == "linear_kamb"
+    net.contours.filled.trigger()
+    net.contours.each_set.trigger()
+    # Bedding in two sets and joints in two: each has its own.
+    assert [c.filled for c in contours()] == [False] * 4
+    assert net.for_print().contour == "linear_kamb"
+    assert net.for_print().contouring.each_set
+    again = ContourButton(studio)
+    again.setParent(net)  # so that it goes with the window
+    assert again.method == "linear_kamb"
+    assert again.each_set.isChecked()
+    assert not again.filled.isChecked()
+    net.contours.methods[""].trigger()
+    assert not contours()
+    assert studio.settings.contour == ""
+    studio.settings.contour = "heat"  # of a settings file written by hand
+    again._show()
+    assert again.method is None
+    assert again.methods[""].isChecked()
+
+
+def test_the_space_bar_opens_the_menu_of_contours(net, window):
+    opened: list[bool] = []
+    menu = net.contours.menu()
+    menu.aboutToShow.connect(lambda: opened.append(True))
+    QTimer.singleShot(200, menu.close)
+    QTest.keyClick(net.contours, Qt.Key.Key_Space)
+    assert opened
+    assert not net.contours.isChecked()
+
+
+def test_contours_of_many_are_drawn_by_the_thread_and_are_the_same(
+    net, window, studio, monkeypatch
+):
+    readings = [
+        Reading(f"r{i}", f"r{i}", "joint", "plane", 0.31 * i, 20.0 + 0.1 * i) for i in range(500)
+    ]
+    assert studio.attempt(edits.add_readings, readings)
+    net.contours.methods["exponential_kamb"].trigger()
+    drawn(window)
+    shown = net.canvas.grab().toImage()
+    monkeypatch.setattr(stereonet_panel, "_MANY", 1000)
+    net.redraw()
+    assert net.up_to_date
+    assert net.canvas.grab().toImage() == shown
 
 
 # --- export ----------------------------------------------------------------------------------

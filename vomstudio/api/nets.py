@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal
 
 from vomstudio.api.checking import one_of
 from vomstudio.api.tables import Azimuth, rows_of
 from vomstudio.errors import InputError
-from vomstudio.geology.stereonet import DENSITY_METHODS, PROJECTIONS
+from vomstudio.geology.density import DENSITY_METHODS
+from vomstudio.geology.stereonet import PROJECTIONS
 from vomstudio.words import tr
 
 
@@ -19,6 +21,10 @@ def stereonet(
     by: str | None = None,
     projection: Literal["area", "angle"] = "area",
     azimuth: Azimuth | None = None,
+    levels: Sequence[float] | None = None,
+    filled: bool | None = None,
+    each_set: bool = False,
+    sigma: float = 3.0,
 ) -> Any:
     """Draw orientations on the lower hemisphere: poles and great circles of planes, lines, means.
 
@@ -31,6 +37,11 @@ def stereonet(
         of the area)
     by : column that tells the sets apart, each with its colour and symbol; None for ``set``, else
         ``kind``
+    levels : of the contours, in that unit; None for round ones below the highest density
+    filled : contours filled, or lines; None for filled where all are contoured together
+    each_set : contours of each set by itself, in its colour
+    sigma : of Kamb's methods, 0.5 to 10: larger is smoother; a uniform scatter is expected to have
+        this density
     projection : "area" (Schmidt) or "angle" (Wulff), of new axes
 
     Returns
@@ -41,7 +52,8 @@ def stereonet(
     Raises
     ------
     vs.errors.InputError for another ``contour`` or ``projection``, axes of another library, and
-    angles that cannot be; vs.errors.UsageError for a column that is not there.
+    angles that cannot be; vs.errors.UsageError for a column that is not there, and for ``levels``
+    or a ``sigma`` that cannot be.
 
     Examples
     --------
@@ -51,13 +63,18 @@ def stereonet(
     'EqualAreaAxes'
     """
     from vomstudio.products.net import stereonet_axes
+    from vomstudio.products.net.contents import Contouring
+    from vomstudio.products.net.contours import check_contouring
     from vomstudio.products.net.table_net import net_of_table
 
     one_of(projection, PROJECTIONS, "projection")
     if contour is not None:
         one_of(contour, DENSITY_METHODS, "contour")
     rows = rows_of(table, azimuth)
-    net = net_of_table(rows, by, projection=projection, contour=contour)
+    wanted = tuple(sorted({float(level) for level in levels or ()}))
+    check_contouring(contour, wanted, sigma)
+    look = Contouring(wanted, filled, each_set, sigma)
+    net = net_of_table(rows, by, projection=projection, contour=contour, contouring=look)
     if ax is None:
         ax = stereonet_axes.new_axes(projection)
     elif not stereonet_axes.are_axes(ax):

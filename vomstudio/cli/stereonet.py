@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command, add_output
 from vomstudio.cli.output import Output
@@ -27,7 +28,28 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("colour by this column (name or number)"),
     )
     parser.add_argument(
-        "--contour", metavar="METHOD", help=tr("density: kamb, exponential_kamb ...")
+        "--contour",
+        metavar="METHOD",
+        help=tr("density by exponential_kamb, linear_kamb, kamb or schmidt"),
+    )
+    parser.add_argument(
+        "--levels",
+        metavar="A,B,...",
+        help=tr("levels of the contours: standard deviations, of schmidt percent"),
+    )
+    parser.add_argument(
+        "--filled",
+        action=argparse.BooleanOptionalAction,
+        help=tr("contours filled, or lines (default: filled, lines with --each-set)"),
+    )
+    parser.add_argument(
+        "--each-set", action="store_true", help=tr("contours of each set by itself, in its colour")
+    )
+    parser.add_argument(
+        "--sigma",
+        type=float,
+        default=3.0,
+        help=tr("smoothness of Kamb's methods: what a uniform scatter has (default 3)"),
     )
     parser.add_argument(
         "--projection",
@@ -40,11 +62,13 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import atomic_write, check_target
-    from vomstudio.geology.stereonet import DENSITY_METHODS
+    from vomstudio.geology.density import DENSITY_METHODS
     from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.products.net.contents import Contouring
+    from vomstudio.products.net.contours import check_contouring, density_found, few_reasons
     from vomstudio.products.net.table_net import net_of_table
 
-    format_ = _format(args.output)
+    format_ = picture_format(args.output)
     if args.contour is not None and args.contour not in DENSITY_METHODS:
         raise UsageError(
             tr(
@@ -54,14 +78,27 @@ def run(args: argparse.Namespace, out: Output) -> None:
             ),
             field="--contour",
         )
+    levels = _levels(args.levels)
+    check_contouring(args.contour, levels, args.sigma)
+    look = Contouring(levels, args.filled, args.each_set, args.sigma)
     check_target(args.output, force=args.force, inputs=[args.table])
     table = read_orientations(args.table, args.azimuth)
-    net = net_of_table(table, args.set_column, projection=args.projection, contour=args.contour)
+    net = net_of_table(
+        table,
+        args.set_column,
+        projection=args.projection,
+        contour=args.contour,
+        contouring=look,
+    )
 
     from vomstudio.products.net.figure import write_stereonet
 
     with atomic_write(args.output, args.force) as temporary:
         write_stereonet(temporary, net, format=format_)
+    found = density_found(net)
+    warnings = [*table.warnings, *few_reasons(net)]
+    if found is not None and not found["levels"]:
+        warnings.append(tr("Nothing is dense enough for a contour."))
     out.result(
         {
             "image": args.output,
@@ -70,22 +107,52 @@ def run(args: argparse.Namespace, out: Output) -> None:
             "projection": args.projection,
             "hemisphere": "lower",
             "contour": args.contour,
+            "density": found,
             "convention": table.convention,
             "dropped_lines": list(table.dropped),
-            "warnings": list(table.warnings),
+            "warnings": warnings,
         }
     )
     out.note(tr("read as {convention}", convention=table.convention))
-    out.warn(table.warnings)
+    out.warn(warnings)
     sets = ", ".join(f"{s.name} (n = {len(s)})" for s in net.sets)
     out.text(
         tr("{file}: {sets}; equal area, lower hemisphere", file=args.output, sets=sets)
         if args.projection == "area"
         else tr("{file}: {sets}; equal angle, lower hemisphere", file=args.output, sets=sets)
     )
+    if found is not None:
+        _say_densest(found, out)
 
 
-def _format(path: str) -> str:
+def _say_densest(found: dict[str, Any], out: Output) -> None:
+    for part in found["parts"]:
+        out.text(
+            tr(
+                "densest: {name} {trend:.0f}/{plunge:.0f} (trend/plunge), {value:.1f} {unit}",
+                name=part["set"] or tr("all"),
+                trend=part["trend_deg"],
+                plunge=part["plunge_deg"],
+                value=part["maximum"],
+                unit=tr(found["unit"]),
+            )
+        )
+
+
+def _levels(text: str | None) -> tuple[float, ...]:
+    """Ascending, each once."""
+    if text is None:
+        return ()
+    try:
+        return tuple(sorted({float(word) for word in text.split(",")}))
+    except ValueError:
+        raise UsageError(
+            tr("“{text}” is no list of levels; write them like 2,4,6.", text=text), field="--levels"
+        ) from None
+
+
+def picture_format(path: str) -> str:
+    """svg, pdf or png by the ending of a path. Raises UsageError."""
     from vomstudio.products.net.figure import FORMATS
 
     ending = Path(path).suffix.lower().removeprefix(".")

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array, Line, Plane, sin_cos_deg
-from vomstudio.words import to_translate, tr
+from vomstudio.words import tr
 
 PROJECTIONS = ("area", "angle")
 
@@ -179,81 +179,3 @@ def split_at_primitive(curve: npt.ArrayLike, projection: str = "area") -> list[A
         # The curve began inside a part: its last piece runs on into the first.
         parts[0] = np.vstack([parts.pop()[:-1], parts[0]])
     return [project(part, projection, flip=False) for part in parts if len(part) > 1]
-
-
-# Density -------------------------------------------------------------------------------------
-
-DENSITY_METHODS = ("kamb", "exponential_kamb", "linear_kamb", "schmidt")
-DENSITY_UNITS = {
-    "kamb": to_translate("standard deviations"),
-    "exponential_kamb": to_translate("standard deviations"),
-    "linear_kamb": to_translate("standard deviations"),
-    "schmidt": to_translate("% of data per 1 % area"),
-}
-
-
-def density(
-    vectors: npt.ArrayLike, at: npt.ArrayLike, method: str = "exponential_kamb", sigma: float = 3.0
-) -> Array:
-    """Density (m,) of axial data (n, 3) at unit vectors (m, 3).
-
-    kamb: count in a circle whose area is sigma^2 / (n + sigma^2) of the hemisphere, in standard
-    deviations of a uniform scatter (Kamb 1959); exponential_kamb and linear_kamb: the same with a
-    smooth kernel (Vollmer 1995, Computers & Geosciences 21, 31-49); schmidt: share of the data in
-    1 % of the area, that is 1 where uniform. Kamb's are lowered by half a count, as usual, and
-    never below 0.
-    """
-    if method not in DENSITY_METHODS:
-        raise ValueError(f"unknown method {method!r}; use one of {DENSITY_METHODS}")
-    v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
-    g = np.atleast_2d(np.asarray(at, dtype=np.float64))
-    n = len(v)
-    cap = sigma**2 / (n + sigma**2)
-    if method == "schmidt":
-        scale = 0.01 * n
-    elif method == "exponential_kamb":
-        steep = 2.0 * (1.0 + n / sigma**2)
-        scale = math.sqrt(n * (steep / 2.0 - 1.0) / steep**2)
-    else:
-        scale = math.sqrt(n * cap * (1.0 - cap))
-    total = np.empty(len(g))
-    step = max(1, 100_000 // max(n, 1))  # cosines at a time that stay in the cache
-    for i in range(0, len(g), step):
-        cosine = np.abs(g[i : i + step] @ v.T)
-        if method == "schmidt":
-            count = (cosine >= 0.99).sum(axis=1)
-        elif method == "kamb":
-            count = (cosine >= 1.0 - cap).sum(axis=1)
-        elif method == "linear_kamb":
-            count = np.maximum(cosine - (1.0 - cap), 0.0).sum(axis=1) * (2.0 / cap)
-        else:
-            power = steep * (cosine - 1.0)
-            # Far poles, nearly all of a large set, add less than 1e-13 each: not worth an exp.
-            count = np.exp(power, where=power > -30.0, out=np.zeros_like(power)).sum(axis=1)
-        total[i : i + step] = count
-    lowered = 0.0 if method == "schmidt" else 0.5
-    return np.maximum((total - lowered) / scale, 0.0)
-
-
-def density_grid(
-    vectors: npt.ArrayLike,
-    method: str = "exponential_kamb",
-    projection: str = "area",
-    size: int = 61,
-    sigma: float = 3.0,
-) -> tuple[Array, Array, Array]:
-    """x (size,), y (size,) and density (size, size), rows along y, over the square about the net.
-
-    Beyond the primitive circle the values are those of the nearest point on it, so that contours
-    reach it cleanly and can be clipped by it.
-    """
-    axis = np.linspace(-1.0, 1.0, size)
-    x, y = np.meshgrid(axis, axis)
-    radius = np.hypot(x, y)
-    reach = 1.0 + 3.0 * (axis[1] - axis[0])
-    wanted = radius <= reach
-    inward = np.maximum(radius[wanted], 1.0)
-    points = np.stack([x[wanted] / inward, y[wanted] / inward], axis=-1)
-    values = np.zeros_like(x)
-    values[wanted] = density(vectors, unproject(points, projection), method, sigma)
-    return axis, axis, values

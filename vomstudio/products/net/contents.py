@@ -10,6 +10,7 @@ import numpy as np
 from vomstudio.errors import GeometryError
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.common_turns import Region, Turns, cone, moved, principal_axis, region
+from vomstudio.geology.density import SIGMA
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geology.orientation import (
@@ -128,6 +129,25 @@ class NetLineEllipse:
 AnyEllipse = NetEllipse | NetLineEllipse
 
 
+@dataclass(frozen=True)
+class Contouring:
+    """How density is contoured.
+
+    levels: ascending, in the unit of the method; empty for round ones. filled: None for filled
+    where all are contoured together, lines where each set is by itself. sigma: Kamb's, which makes
+    the counting circle larger (no meaning for Schmidt's).
+    """
+
+    levels: tuple[float, ...] = ()
+    filled: bool | None = None
+    each_set: bool = False
+    sigma: float = SIGMA
+
+    @property
+    def is_filled(self) -> bool:
+        return not self.each_set if self.filled is None else self.filled
+
+
 @dataclass(frozen=True, eq=False)
 class NetContents:
     """Everything a net shows, as plain data.
@@ -135,7 +155,7 @@ class NetContents:
     circles: great circles of planes always (True), never (False), or while there are few (None).
     selected: ids that are emphasised; their great circles are always drawn.
     registered: those of the same features with the errors of their registrations, where known.
-    contour: one of `stereonet.DENSITY_METHODS`, of all poles and lines shown.
+    contour: one of `density.DENSITY_METHODS`, of all poles and lines; contouring: how.
     notation, decimals: how orientations are written on the net.
     title, notes: over the net, and above its caption (frame, north, what was left out).
     compact: a net on the screen. Its legend is terse, and does not explain the selected pole's
@@ -152,6 +172,7 @@ class NetContents:
     ellipses: tuple[AnyEllipse, ...] = ()
     registered: tuple[AnyEllipse, ...] = ()
     contour: str | None = None
+    contouring: Contouring = Contouring()
     notation: str = "dipdir/dip"
     decimals: int = 0
     title: str = ""

@@ -17,9 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import UsageError
+from vomstudio.geology import density as densities
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Array, Line
 from vomstudio.products.net.contents import AnyEllipse, NetContents
+from vomstudio.products.net.contour_drawing import draw_contours
 from vomstudio.products.net.page import Page
 from vomstudio.products.net.selection_highlight import draw_emphasis
 from vomstudio.products.net.style import PRINT, NetStyle
@@ -127,12 +129,12 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
     """Draws the net over the whole figure, which is cleared first. Lays itself out by the figure's
     size: legend beside the net where the figure is wide, below it where it is not. Call it again
     after a resize."""
-    if net.contour is not None and net.contour not in nets.DENSITY_METHODS:
+    if net.contour is not None and net.contour not in densities.DENSITY_METHODS:
         raise UsageError(
             tr(
                 "“{contour}” is no way to contour; use one of {DENSITY_METHODS}.",
                 contour=net.contour,
-                DENSITY_METHODS=", ".join(nets.DENSITY_METHODS),
+                DENSITY_METHODS=", ".join(densities.DENSITY_METHODS),
             )
         )
     figure.clear()
@@ -140,8 +142,8 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
     page = Page(figure, net, style)
     ax = page.axes
     page.draw_frame()
-    if net.contour is not None:
-        page.draw_contours(net.contour)
+    if page.contours is not None:
+        draw_contours(page, page.contours)
     positions = [nets.project(s.vectors(), net.projection) for s in net.sets]
     arcs, rows = page.draw_circles()
     poles = page.draw_poles(positions)

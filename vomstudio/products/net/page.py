@@ -19,6 +19,7 @@ from vomstudio.products.net.contents import (
     NetLineEllipse,
     circles_shown,
 )
+from vomstudio.products.net.contours import ContourPlan, bar_room
 from vomstudio.products.net.labels import Box, free_place
 from vomstudio.products.net.legend import Entry, legend_entries, shortened, text_width
 from vomstudio.products.net.selection_highlight import draw_registered
@@ -28,13 +29,6 @@ from vomstudio.words import to_translate, tr
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
-
-DENSITY_NAMES = {
-    "kamb": to_translate("Density after Kamb, 3 σ"),
-    "exponential_kamb": to_translate("Density after Kamb, exponential kernel, 3 σ"),
-    "linear_kamb": to_translate("Density after Kamb, linear kernel, 3 σ"),
-    "schmidt": to_translate("Density after Schmidt"),
-}
 
 PROJECTION_NAMES = {
     "area": to_translate("Equal area, lower hemisphere"),
@@ -53,17 +47,19 @@ class Page:
         self.row = 1.45 * self.font
         self.pad = 0.8 * self.font
         self.entries = legend_entries(net, style)
+        self.contours = ContourPlan.of(net)
+        self.bar = self.contours if self.contours and self.contours.levels else None
         self.foot = list(net.notes)
         planes = sum(len(s) for s in net.sets if s.kind == "plane")
         if net.circles is None and planes > AUTO_CIRCLES:
             self.foot.append(tr("Great circles of {count:,} planes not drawn", count=planes))
+        if self.contours and not self.bar:
+            self.foot.append(tr("Nowhere dense enough for a contour"))
         self.foot.append(tr(PROJECTION_NAMES[net.projection]))
         self.heading = 1.9 * self.row if net.title else 0.0
         self.text_boxes: list[Box] = []
         self.outlines: list[Array] = []
         """Points of curves that labels should not lie on, on the net."""
-        self.levels: list[float] = []
-        self.colors: list[object] = []
         self._arrange()
         self.axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         r = self.radius
@@ -80,7 +76,7 @@ class Page:
         head = self.row + 0.6 * self.font  # N and its tick
         tick = 0.9 * self.font
         foot = len(self.foot)
-        bar = 4.5 * self.font if self.net.contour is not None else 0.0
+        bar = bar_room(self.bar, self.font)
 
         gap = tick + 1.5 * self.font
         column = self._column_width()
@@ -89,6 +85,9 @@ class Page:
             self.width - 2 * self.pad - tick - gap - column,
         )
 
+        # Beside the net the bar has its name over it; at the right edge there is no room for it.
+        named = self.bar is not None and not self.net.compact
+        foot += named
         rows = self._flow(self.width - 2 * self.pad)
         low = (len(rows) + foot) * self.row + self.pad
         while len(rows) > 1 and self.height - head - tick - low < 0.55 * self.height:
@@ -110,6 +109,10 @@ class Page:
             self.legend_x = self.cx + self.radius + gap
             self.legend_width = self.width - self.legend_x - self.pad
         else:
+            if self.bar is not None and named:
+                full = f"{self.bar.name}; {self.bar.unit}"
+                fits = text_width(full, self.font) <= self.width - 2 * self.pad
+                self.foot.insert(-1, full if fits else self.bar.name)
             self.rows = rows
             self.cx = (self.width - bar) / 2.0
             self.cy = self.height - self.heading - head - self.radius
@@ -119,8 +122,8 @@ class Page:
     def _column_width(self) -> float:
         """Width of a legend beside the net; long names are shortened rather than the net."""
         texts = [*self.foot]
-        if self.net.contour is not None:
-            texts += [tr(DENSITY_NAMES[self.net.contour]), tr(nets.DENSITY_UNITS[self.net.contour])]
+        if self.bar is not None:
+            texts += [self.bar.name, self.bar.unit]
         entries = [2.2 * self.font + text_width(e.text, self.font) for e in self.entries]
         widest = min(max(entries, default=0.0), 24.0 * self.font)
         title = text_width(self.net.title[:40], 1.15 * self.font, "bold")
@@ -129,7 +132,7 @@ class Page:
     def _foot(self) -> float:
         """Height of what stands under a legend beside the net: the caption and the colour bar."""
         under = (len(self.foot) + 1.0) * self.row
-        return under + (12.0 * self.font + 3.0 * self.row if self.net.contour else 0.0)
+        return under + (12.0 * self.font + 3.0 * self.row if self.bar else 0.0)
 
     def _flow(self, width: float) -> list[list[tuple[float, Entry]]]:
         """Entries set side by side in rows: (offset, entry)."""
@@ -202,60 +205,6 @@ class Page:
             self.cx, self.cy + self.radius + 0.6 * self.font + 0.62 * self.row, "N",
             align="center", weight="bold", size=1.15,
         )  # fmt: skip
-
-    def draw_contours(self, method: str) -> None:
-        from matplotlib import colormaps
-
-        vectors = [s.vectors() for s in self.net.sets if len(s)]
-        if not vectors:
-            return
-        x, y, values = nets.density_grid(np.vstack(vectors), method, self.net.projection)
-        self.levels = _levels(float(values.max()), method)
-        if not self.levels:
-            return
-        shades = np.linspace(0.12, 0.62, len(self.levels))
-        if self.style.contour_map == "dark":
-            shades = np.linspace(0.1, 0.75, len(self.levels))
-            self.colors = [colormaps["cividis"](float(s)) for s in shades]
-        else:
-            self.colors = [colormaps["Greys"](float(s)) for s in shades]
-        filled = self.axes.contourf(
-            x, y, values, levels=self.levels, colors=self.colors, extend="max",
-            zorder=layer("density"), antialiased=True,
-        )  # fmt: skip
-        filled.set_clip_path(self.rim)
-        lines = self.axes.contour(
-            x, y, values, levels=self.levels, colors=self.style.soft,
-            linewidths=0.6 * self.style.line_pt, zorder=layer("contours"),
-        )  # fmt: skip
-        lines.set_clip_path(self.rim)
-        self._draw_bar(method)
-
-    def _draw_bar(self, method: str) -> None:
-        from matplotlib.patches import Rectangle
-
-        n = len(self.levels)
-        thick = 1.0 * self.font
-        if self.beside:
-            tall = min(1.5 * self.font * n, 0.4 * self.height)
-            left, low = self.legend_x, self.pad + (len(self.foot) + 0.8) * self.row
-            self.text(left, low + tall + 0.8 * self.row, tr(nets.DENSITY_UNITS[method]))
-            self.text(left, low + tall + 1.8 * self.row, tr(DENSITY_NAMES[method]))
-        else:
-            tall = min(1.5 * self.font * n, 1.2 * self.radius)
-            left, low = self.width - self.pad - 3.2 * self.font, self.cy - tall / 2
-            short = "σ" if method != "schmidt" else "% / 1 %"
-            self.text(self.width - self.pad, low + tall + 0.8 * self.row, short, align="right")
-        for i, (level, color) in enumerate(zip(self.levels, self.colors, strict=True)):
-            y = low + tall * i / n
-            self.axes.add_patch(
-                Rectangle(
-                    self.net_of(left, y), thick / self.radius, tall / n / self.radius,
-                    facecolor=color, edgecolor=self.style.soft,
-                    linewidth=0.5 * self.style.line_pt, zorder=layer("legend"),
-                )
-            )  # fmt: skip
-            self.text(left + thick + 0.4 * self.font, y, f"{level:g}", color=self.style.ink)
 
     def draw_circles(self) -> tuple[list[Array], list[npt.NDArray[np.intp]]]:
         from matplotlib.collections import LineCollection
@@ -429,13 +378,3 @@ class Page:
                 markeredgecolor=edge, markeredgewidth=width,
             )  # fmt: skip
         self.text(x + 2.2 * self.font, y, entry.text)
-
-
-def _levels(top: float, method: str) -> list[float]:
-    """At most 8 round levels: every 2 (or more) standard deviations, or round shares."""
-    steps = (2, 4, 5, 10, 20, 50, 100, 200, 500) if method != "schmidt" else (1, 2, 5, 10, 20, 50)
-    for step in steps:
-        if top / step <= 8:
-            count = math.ceil(top / step) - 1
-            return [float(step * (i + 1)) for i in range(max(count, 0))]
-    return [float(steps[-1])]

@@ -7,13 +7,20 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.geology.density import DENSITY_UNITS, density
 from vomstudio.geology.orientation import lines_to_vectors
-from vomstudio.geology.stereonet import density
 from vomstudio.products.net.contents import NetContents, NetSet, circles_shown
+from vomstudio.products.net.contours import (
+    SEE_THROUGH,
+    contour_colors,
+    contour_levels,
+    contoured_groups,
+    dash,
+)
+from vomstudio.products.net.style import PRINT
 from vomstudio.words import tr
 
 _GRID = 101
-_CONTOURS = "Greys"
 
 
 def _library() -> Any:
@@ -86,11 +93,44 @@ def _label(s: NetSet) -> str:
 
 
 def _draw_density(ax: Any, net: NetContents, method: str) -> None:
-    """By our own kernels, at the places of the library's axes."""
+    """By our own kernels, at the places of the library's axes; with a bar beside the net."""
     across = np.linspace(-np.pi / 2, np.pi / 2, _GRID)
     longitude, latitude = np.meshgrid(across, across)
     plunge, bearing = _library().geographic2plunge_bearing(longitude.ravel(), latitude.ravel())
     at = lines_to_vectors(bearing, plunge)
-    data = np.concatenate([s.vectors() for s in net.sets])
-    values = density(data, at, method).reshape(longitude.shape)
-    ax.contourf(longitude, latitude, values, 8, cmap=_CONTOURS, alpha=0.8, zorder=0)
+    look, counted = net.contouring, []
+    for of, vectors in contoured_groups(net):
+        counted.append((of, density(vectors, at, method, look.sigma).reshape(longitude.shape)))
+    levels = contour_levels(net, max((float(v.max()) for _, v in counted), default=0.0))
+    drawn = []
+    for of, values in counted:
+        top = float(values.max())
+        if not levels or top <= levels[0]:
+            continue
+        colors = contour_colors(of, len(levels), look.is_filled, PRINT)
+        if look.is_filled:
+            # Up to a level above all, so that one level is enough.
+            drawn.append(
+                ax.contourf(
+                    longitude, latitude, values, [*levels, levels[-1] + top], colors=colors,
+                    alpha=0.8 if of is None else SEE_THROUGH, zorder=0,
+                )
+            )  # fmt: skip
+        else:
+            drawn.append(
+                ax.contour(
+                    longitude, latitude, values, list(levels), colors=colors,
+                    linestyles=dash(of), linewidths=1.1, zorder=0,
+                )
+            )  # fmt: skip
+    if drawn:
+        _draw_bar(ax, drawn[0], levels, tr(DENSITY_UNITS[method]))
+
+
+def _draw_bar(ax: Any, drawn: Any, levels: tuple[float, ...], unit: str) -> None:
+    """Under the legend, in the room that is left free for it. Of sets the first one's shades: the
+    levels are the same for all."""
+    inset = ax.inset_axes((1.13, 0.02, 0.04, min(0.06 * len(levels), 0.42)), projection=None)
+    bar = ax.figure.colorbar(drawn, cax=inset, spacing="uniform", ticks=list(levels))
+    bar.ax.tick_params(labelsize="small", length=0)
+    bar.ax.set_title(unit, fontsize="small", loc="left", pad=8)

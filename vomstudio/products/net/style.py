@@ -64,7 +64,7 @@ class NetStyle:
         # A type's colour is made for a photograph: on a dark net a deep one is lifted.
         if _lightness(self.net) < 0.2:
             while _contrast(color, self.net) < 3.0:
-                color = _mixed(color, self.ink, 0.15)
+                color = mixed(color, self.ink, 0.15)
         return color
 
     def symbol(self, s: NetSet) -> tuple[str, str, float]:
@@ -73,8 +73,8 @@ class NetStyle:
         if s.variant % 4 == 1:
             return self.net, self.outline(color), 1.5 * self.line_pt
         if s.variant % 4 == 2:
-            return _mixed(color, self.net), self.outline(color), 1.2 * self.line_pt
-        face = color if s.variant % 4 == 0 else _mixed(color, self.ink)
+            return mixed(color, self.net), self.outline(color), 1.2 * self.line_pt
+        face = color if s.variant % 4 == 0 else mixed(color, self.ink)
         edge = self.outline(face)
         if s.marker in "PX" and edge == face:  # a light rim would leave little of their arms
             return face, face, 0.5 * self.line_pt
@@ -82,7 +82,7 @@ class NetStyle:
 
     def outline(self, color: str) -> str:
         """A colour for thin lines: yellow would be lost on white paper."""
-        return _mixed(color, self.ink) if _contrast(color, self.net) < 1.8 else color
+        return mixed(color, self.ink) if _contrast(color, self.net) < 1.8 else color
 
 
 def layer(name: str) -> int:
@@ -90,7 +90,8 @@ def layer(name: str) -> int:
     return LAYERS.index(name)
 
 
-def _mixed(color: str, other: str, share: float = 0.5) -> str:
+def mixed(color: str, other: str, share: float = 0.5) -> str:
+    """Hex of a colour with a share, 0 to 1, of another."""
     from matplotlib.colors import to_hex, to_rgb
 
     pairs = zip(to_rgb(color), to_rgb(other), strict=True)

@@ -7,7 +7,7 @@ from typing import Any
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import no_fisher_reason
-from vomstudio.products.net.contents import NetContents, make_sets, means_of
+from vomstudio.products.net.contents import Contouring, NetContents, make_sets, means_of
 
 UNNAMED = "unassigned"
 
@@ -18,12 +18,13 @@ def net_of_table(
     *,
     projection: str = "area",
     contour: str | None = None,
+    contouring: Contouring | None = None,
 ) -> NetContents:
     """by : name or number of the column that tells the sets apart; None for `set`, else `kind`.
     Raises UsageError for a column that is not there."""
     groups: dict[str, tuple[str, Any, Any]] = {}
     turns: dict[str, Turns] = {}
-    for name, members in _members(table, by).items():
+    for name, members in members_of(table, by).items():
         for kind, wanted in (("plane", True), ("line", False)):
             rows = [i for i in members if table.is_plane[i] == wanted]
             if not rows:
@@ -45,11 +46,12 @@ def net_of_table(
         sets=sets,
         projection=projection,
         contour=contour,
+        contouring=contouring or Contouring(),
         means=means_of(clustered),
     )
 
 
-def _members(table: OrientationRows, column: str | None) -> dict[str, list[int]]:
+def members_of(table: OrientationRows, column: str | None) -> dict[str, list[int]]:
     """Rows by the column asked for, else by set, else by kind, else all together."""
     if column is not None:
         names = table.column(column)

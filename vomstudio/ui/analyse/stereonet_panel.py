@@ -39,6 +39,7 @@ from vomstudio.products.net.contents import (
 )
 from vomstudio.products.net.figure import NetArtists
 from vomstudio.products.net.style import NetStyle
+from vomstudio.ui.analyse.contour_button import ContourButton
 from vomstudio.ui.analyse.net_canvas import DPI, DrawnNet, NetCanvas, NetThread, Wanted
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -94,6 +95,7 @@ class StereonetPanel(QWidget):
         self._beta = self._toggle(
             "axis-arrow", tr("Fold axis (beta) and pi-plane of the bedding"), True
         )
+        self.contours = ContourButton(studio)
         self._export = QToolButton()
         self._export.setDefaultAction(export)
         self._under = ElidedLabel()
@@ -102,7 +104,8 @@ class StereonetPanel(QWidget):
         row = QHBoxLayout()
         row.setContentsMargins(4, 2, 4, 2)
         row.addWidget(self._projection)
-        for button in (self._circles, self._poles, self._means, self._beta, self._export):
+        toggles = (self._circles, self._poles, self._means, self._beta)
+        for button in (*toggles, self.contours, self._export):
             row.addWidget(button)
         row.addWidget(self._under, 1)
         layout = QVBoxLayout(self)
@@ -215,6 +218,8 @@ class StereonetPanel(QWidget):
             poles=self._poles.isChecked(),
             means=means_of(sets, studio.settings.notation) if self._means.isChecked() else (),
             fold=_fold(beds) if self._beta.isChecked() else None,
+            contour=self.contours.method,
+            contouring=self.contours.contouring,
             selected=frozenset(studio.selection.ids),
             ellipses=self._ellipses(),
             registered=self._registered(),

@@ -1,0 +1,124 @@
+"""`vomstudio rose`, and its figure."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from vomstudio.geology.roses import rose_of
+from vomstudio.products.net.rose import RoseContents, draw_roses, rings_of
+
+TABLE = "set,dipdir,dip,length\n" + "".join(
+    f"{name},{azimuth + i},{60 + i},{1 + i}\n"
+    for name, azimuth in (("A", 120), ("B", 300))
+    for i in range(5)
+)
+
+
+def test_strikes_of_each_set_are_counted_at_both_ends(run, write, tmp_path: Path) -> None:
+    ran = run("rose", write(TABLE), "-o", tmp_path / "r.svg", "--json")
+    assert ran.code == 0
+    assert (ran.json["of"], ran.json["axial"], ran.json["n"]) == ("strike", True, 10)
+    # Strikes 30 to 34 and 210 to 214 are the same axes.
+    for name in "AB":
+        found = ran.json["sets"][name]
+        assert found["shares"][3] == found["shares"][21] == 1.0
+        assert found["mean_deg"] == pytest.approx(32.0)
+    words = " ".join(ElementTree.parse(tmp_path / "r.svg").getroot().itertext())
+    assert "A (n = 5)" in words
+    assert "bins of 10°" in words
+
+
+def test_dip_directions_have_one_end_and_lengths_weigh(run, write, tmp_path: Path) -> None:
+    words = ["--of", "dip-direction", "--bin", "2", "--weight", "length", "--scale", "length"]
+    ran = run("rose", write(TABLE), "-o", tmp_path / "r.png", *words, "--json")
+    found = ran.json["sets"]["A"]
+    assert found["total"] == 15.0
+    # 120 and 121 share a bin with weights 1 and 2 of 15, 122 and 123 one with 3 and 4.
+    assert found["shares"][60:63] == pytest.approx([3 / 15, 7 / 15, 5 / 15])
+    assert sum(found["shares"]) == pytest.approx(1.0)
+
+
+def test_what_has_no_azimuth_is_left_out_and_said(run, write, tmp_path: Path) -> None:
+    table = TABLE + "A,10,0,3\nA,10,20,\n"
+    ran = run("rose", write(table), "-o", tmp_path / "r.pdf", "--weight", "length", "--json")
+    assert ran.json["sets"]["A"]["left_out"] == 2
+    assert "A: 2 rows" in ran.json["warnings"][-1]
+
+
+def test_a_set_without_any_azimuth_has_no_rose_and_is_named(run, write, tmp_path: Path) -> None:
+    ran = run("rose", write(TABLE + "flat,10,0,3\n"), "-o", tmp_path / "r.svg", "--json")
+    assert list(ran.json["sets"]) == ["A", "B"]
+    assert "flat: no row" in ran.json["warnings"][-1]
+    flat = run("rose", write("dipdir,dip\n10,0\n"), "-o", tmp_path / "f.svg")
+    assert flat.code == 2
+    assert "no planes with a strike" in flat.said
+
+
+def test_lines_alone_are_drawn_by_their_trend(run, write, tmp_path: Path) -> None:
+    ran = run("rose", write("trend,plunge\n40,10\n42,5\n10,90\n"), "-o", tmp_path / "r.svg")
+    assert ran.code == 0
+    assert "n = 2" in ran.out
+    assert "mean 041" in ran.out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--bin", "7"], "--bin"),
+        (["--of", "trend"], "no lines"),
+        (["--weight", "set"], "no number to weight by"),
+        (["--weight", "depth"], "depth"),
+        (["--of", "azimuth"], "--of"),
+    ],
+)
+def test_wrong_wishes_are_refused_and_nothing_is_drawn(
+    run, write, tmp_path: Path, words: list[str], said: str
+) -> None:
+    ran = run("rose", write(TABLE), "-o", tmp_path / "r.svg", *words)
+    assert ran.code == 2
+    assert said in ran.said
+    assert not (tmp_path / "r.svg").exists()
+
+
+@pytest.mark.parametrize("by_area", [True, False])
+def test_petals_are_to_scale(by_area: bool) -> None:
+    """Area by Gauss's formula: that of a sector of the rose, or its length as its share."""
+    rose = rose_of([5, 5, 5, 5, 15, 15, 95], axial=False)
+    figure = Figure(figsize=(6.7, 4.0))
+    (ax,) = draw_roses(figure, RoseContents("trend", {"a": rose}, None, by_area))
+    petals = [p.get_xy() for p in ax.patches if isinstance(p, Polygon)]
+    assert len(petals) == 3
+    lengths = [float(np.hypot(*p.T).max()) for p in petals]
+    shares = np.array([4, 2, 1]) / 7
+    size = np.square(lengths) if by_area else np.array(lengths)
+    np.testing.assert_allclose(size / size.sum(), shares, rtol=1e-9)
+    outermost = rings_of(4 / 7)[-1]
+    assert size[0] == pytest.approx(4 / 7 / outermost)
+    for petal, middle in zip(petals, (5.0, 15.0, 95.0), strict=True):
+        east, north = petal[7]
+        assert np.degrees(np.arctan2(east, north)) == pytest.approx(middle)
+
+
+@pytest.mark.parametrize("top", [0.001, 0.02, 0.06, 0.11, 0.3, 0.5, 0.61, 0.8, 1.0])
+def test_rings_are_round_and_hold_the_largest_petal(top: float) -> None:
+    rings = rings_of(top)
+    assert 2 <= len(rings) <= 3
+    assert rings[-1] >= top - 1e-9
+    np.testing.assert_allclose(rings, rings[0] * np.arange(1, len(rings) + 1))
+
+
+def test_many_roses_stand_side_by_side_and_apart() -> None:
+    roses = {f"Set {i}": rose_of([10.0 * i + j for j in range(9)], axial=True) for i in range(7)}
+    axes = draw_roses(Figure(figsize=(6.7, 8.0)), RoseContents("strike", roses))
+    boxes = [ax.get_position() for ax in axes]
+    for i, a in enumerate(boxes):
+        assert 0 <= a.x0 < a.x1 <= 1
+        assert a.y1 <= 1
+        for b in boxes[:i]:
+            assert a.x0 >= b.x1 - 1e-9 or b.x0 >= a.x1 - 1e-9 or a.y1 <= b.y0 or b.y1 <= a.y0

@@ -1,0 +1,203 @@
+"""Densities of poles and lines against closed forms, laws, and mplstereonet."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vomstudio.geology import density as densities
+from vomstudio.geology import stereonet as nets
+from vomstudio.geology.orientation import Array, lines_to_vectors, planes_to_poles
+
+METHODS = densities.DENSITY_METHODS
+SMOOTH = ("exponential_kamb", "linear_kamb")
+
+
+def scatter(n: int, seed: int, pull: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Array:
+    v = np.random.default_rng(seed).normal(size=(n, 3)) + pull
+    return np.asarray(v / np.linalg.norm(v, axis=1)[:, None])
+
+
+def even(n: int) -> Array:
+    """Unit vectors, spread as evenly over the hemisphere as a spiral of the golden angle does."""
+    i = np.arange(n) + 0.5
+    z, turn = -i / n, math.pi * (1.0 + math.sqrt(5.0)) * i
+    h = np.sqrt(1.0 - z**2)
+    return np.stack([h * np.cos(turn), h * np.sin(turn), z], axis=-1)
+
+
+def turned(vectors: Array, axis: Array, degrees: float) -> Array:
+    """About an axis, by Rodrigues' formula."""
+    a, t = axis / np.linalg.norm(axis), math.radians(degrees)
+    along = (vectors @ a)[:, None] * a
+    return along + math.cos(t) * (vectors - along) + math.sin(t) * np.cross(a, vectors)
+
+
+@pytest.mark.parametrize("method", densities.DENSITY_METHODS)
+def test_densities_agree_with_mplstereonet(
+    method: str, mplstereonet: Any, big_elk: tuple[np.ndarray, np.ndarray]
+) -> None:
+    dip_direction, dip = big_elk
+    lon, lat, theirs = mplstereonet.density_grid(
+        dip_direction - 90, dip.copy(), measurement="poles", method=method, gridsize=(20, 20)
+    )
+    plunge, bearing = mplstereonet.geographic2plunge_bearing(lon.ravel(), lat.ravel())
+    ours = densities.density(
+        planes_to_poles(dip_direction, dip), lines_to_vectors(bearing, plunge), method
+    )
+    np.testing.assert_allclose(ours, theirs.ravel(), atol=1e-9)
+
+
+def test_a_uniform_scatter_has_schmidt_density_one() -> None:
+    v = np.random.default_rng(2).normal(size=(100_000, 3))
+    v /= np.linalg.norm(v, axis=1)[:, None]
+    found = densities.density(v, lines_to_vectors([0, 40, 200], [90, 20, 50]), "schmidt")
+    np.testing.assert_allclose(found, 1, atol=5 * math.sqrt(1 / 1000))
+
+
+@pytest.mark.parametrize("projection", ["area", "angle"])
+@pytest.mark.parametrize("method", densities.DENSITY_METHODS)
+def test_the_grid_holds_the_density_of_the_line_at_each_place_of_the_net(
+    method: str, projection: str
+) -> None:
+    """One place at a time; beyond the rim that of the nearest place on it, and soon nothing."""
+    poles = np.random.default_rng(3).normal(size=(60, 3)) + [0.5, 1.0, -2.0]
+    poles /= np.linalg.norm(poles, axis=1)[:, None]
+    x, y, found = densities.density_grid(poles, method, projection, size=21, sigma=2.0)
+    assert x[0] == y[0] == -1.0
+    assert x[-1] == y[-1] == 1.0
+    assert found.shape == (21, 21)
+    rng = np.random.default_rng(4)
+    reach = 1.0 + 3.0 * 0.1
+    for row, column in rng.integers(0, 21, (80, 2)):
+        place = np.array([x[column], y[row]])
+        radius = float(np.hypot(*place))
+        if radius > reach:
+            assert found[row, column] == 0.0
+            continue
+        line = nets.unproject(place / max(radius, 1.0), projection)
+        wanted = densities.density(poles, line, method, 2.0)[0]
+        assert found[row, column] == pytest.approx(wanted, abs=1e-9)
+    assert found.max() > 0.0
+
+
+@pytest.mark.parametrize("sigma", [2.0, 3.0, 4.5])
+@pytest.mark.parametrize("method", METHODS)
+def test_an_even_spread_has_its_expected_count_everywhere(method: str, sigma: float) -> None:
+    """Kamb chose the circle so that a uniform scatter is expected to have sigma of its own standard
+    deviations in it; half a count less is shown. The kernels keep the volume of the circle."""
+    n = 4000
+    v, at = even(n), even(700)
+    area = sigma**2 / (n + sigma**2)
+    steep = 2.0 * (1.0 + n / sigma**2)
+    wanted, unit = {
+        "kamb": (n * area, math.sqrt(n * area * (1.0 - area))),
+        "linear_kamb": (n * area, math.sqrt(n * area * (1.0 - area))),
+        "exponential_kamb": (
+            n * (1.0 - math.exp(-steep)) / steep, math.sqrt(n * (steep / 2.0 - 1.0)) / steep
+        ),
+        "schmidt": (1.0 + 0.5, 1.0),
+    }[method]  # fmt: skip
+    expected = (wanted - 0.5) / unit
+    if method == "kamb":
+        assert wanted / unit == pytest.approx(sigma)
+    found = densities.density(v, at, method, sigma)
+    assert found.mean() == pytest.approx(expected, rel=0.02)
+    if method == "exponential_kamb":  # circles count whole poles, this kernel hardly notices them
+        assert np.median(np.abs(found / expected - 1.0)) < 0.01
+
+
+@settings(deadline=None, max_examples=20)
+@given(
+    st.sampled_from(METHODS), st.floats(-180, 180), st.integers(1, 200), st.integers(0, 1000),
+    st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0.1, 1)),
+)  # fmt: skip
+def test_turning_the_data_turns_their_density(
+    method: str, degrees: float, n: int, seed: int, axis: tuple[float, float, float]
+) -> None:
+    v, at = scatter(n, seed), scatter(50, seed + 1)
+    about = np.array(axis)
+    found = densities.density(turned(v, about, degrees), turned(at, about, degrees), method)
+    still = densities.density(v, at, method)
+    # A pole on the very edge of a circle may fall on either side of it.
+    away = np.abs(found - still)
+    assert np.median(away) < 1e-9 * (1.0 + still.max())
+    assert (away < 1e-6).mean() >= (0.9 if method in ("kamb", "schmidt") else 1.0)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_either_end_of_an_axis_counts_alike_and_neither_is_written_to(method: str) -> None:
+    v, at = scatter(70, 5), scatter(40, 6)
+    signs = np.where(np.arange(70) % 3 == 0, -1.0, 1.0)[:, None]
+    before = v.copy()
+    np.testing.assert_allclose(
+        densities.density(signs * v, -at, method), densities.density(v, at, method), atol=1e-9
+    )
+    assert (v == before).all()
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("n", [40, 3000])
+def test_what_is_too_far_to_count_may_be_left_out(method: str, n: int) -> None:
+    """In blocks, where most of a large set is far away, as one place at a time."""
+    v = scatter(n, 7, (0.0, 1.0, -1.0))
+    x, _, grid = densities.density_grid(v, method, size=31)
+    for row, column in np.random.default_rng(8).integers(0, 31, (25, 2)):
+        place = np.array([x[column], x[row]])
+        if np.hypot(*place) < 1.0:
+            one = densities.density(v, nets.unproject(place), method)
+            assert grid[row, column] == pytest.approx(one[0], abs=1e-8)
+
+
+def test_the_grid_is_as_fine_as_the_counting_circle_asks() -> None:
+    for n in (5, 500, 3000, 20_000):
+        circle = math.sqrt(densities.counting_area(n))
+        apart = 2.0 / (densities.grid_size(n) - 1)
+        assert apart <= max(circle / 3.0, 2.0 / 180.0) * 1.05
+        assert densities.density_grid(scatter(n, 1)[:5], size=None)[0].size >= 61
+    # On an equal-area net a circle of a share of the hemisphere has the root of that as radius.
+    share = densities.counting_area(500)
+    edge = lines_to_vectors([0.0], [90.0 - math.degrees(math.acos(1.0 - share))])
+    assert np.hypot(*nets.project(edge)[0]) == pytest.approx(math.sqrt(share))
+
+
+def test_ten_thousand_poles_are_counted_in_a_moment() -> None:
+    import time
+
+    v, best = scatter(10_000, 9, (0.0, 2.0, -2.0)), math.inf
+    for _ in range(3):
+        start = time.process_time()
+        densities.density_grid(v)
+        best = min(best, time.process_time() - start)
+    assert best < 1.0  # some 0.15 s where nothing else runs
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_densest_place_is_the_axis_of_a_round_cluster(method: str) -> None:
+    """Of poles on cones about an axis, and the axis."""
+    axis = lines_to_vectors([70.0], [35.0])[0]
+    first = np.cross(axis, [0.0, 0.0, 1.0])
+    first /= np.linalg.norm(first)
+    v = [axis]
+    for angle in (2.0, 4.0, *((9.0,) if method in SMOOTH else ())):
+        tip = math.cos(math.radians(angle)) * axis + math.sin(math.radians(angle)) * first
+        v += [turned(tip[None], axis, t)[0] for t in np.arange(0.0, 360.0, 30.0)]
+    place, top = densities.densest(np.array(v), method)
+    assert place[2] <= 0.0
+    away = math.degrees(math.acos(min(abs(float(place @ axis)), 1.0)))
+    assert away < (1e-4 if method in SMOOTH else 2.0)
+    assert top == pytest.approx(densities.density(v, place, method)[0])
+    assert top >= densities.density(v, even(500), method).max() - 1e-9
+
+
+@pytest.mark.parametrize("method", SMOOTH)
+def test_nowhere_is_denser_than_the_densest_place(method: str) -> None:
+    v = np.vstack([scatter(60, 1, (2.0, 2.0, -1.0)), scatter(90, 2, (-3.0, 1.0, -2.0))])
+    place, top = densities.densest(v, method)
+    assert top >= densities.density(v, even(20_000), method).max() - 1e-9
+    assert abs(place @ np.array([-3.0, 1.0, -2.0]) / math.sqrt(14.0)) > 0.97

@@ -1,0 +1,99 @@
+"""Azimuths in bins, against closed forms, laws and scipy's circular mean."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import circmean, circvar
+
+from vomstudio.errors import UsageError
+from vomstudio.geology.roses import bins_of, rose_of
+
+azimuths = st.lists(st.floats(-720, 720), min_size=1, max_size=40)
+
+
+@settings(deadline=None)
+@given(azimuths, st.booleans(), st.sampled_from([1.0, 5.0, 7.5, 10.0, 22.5, 45.0, 90.0]))
+def test_every_azimuth_is_in_one_bin_and_axes_in_both_halves(
+    found: list[float], axial: bool, width: float
+) -> None:
+    rose = rose_of(found, axial=axial, bin_deg=width)
+    assert len(rose.shares) == round(360.0 / width)
+    half = len(rose.shares) // 2
+    if axial:
+        np.testing.assert_array_equal(rose.shares[:half], rose.shares[half:])
+        assert rose.shares[:half].sum() == pytest.approx(1)
+        again = rose_of(np.array(found) + 180.0, axial=True, bin_deg=width)
+        np.testing.assert_allclose(again.shares, rose.shares)
+    else:
+        assert rose.shares.sum() == pytest.approx(1)
+
+
+def test_a_bin_has_its_lower_edge_also_where_arithmetic_fell_short_of_it() -> None:
+    for edge in np.arange(0.0, 360.0, 10.0):
+        for azimuth in (edge, edge - 360.0, edge + 1e-12, (edge + 0.1) - 0.1, edge + 9.999):
+            rose = rose_of([azimuth], axial=False)
+            assert rose.shares[int(edge / 10.0)] == 1.0, azimuth
+    assert rose_of([-1e-18], axial=True).shares[[0, 18]].tolist() == [1.0, 1.0]
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(0, 359), min_size=2, max_size=30), st.booleans())
+def test_mean_and_resultant_are_those_of_scipy(found: list[float], axial: bool) -> None:
+    period = 180.0 if axial else 360.0
+    rose = rose_of(found, axial=axial)
+    variance = circvar(np.array(found) % period, high=period)
+    assert rose.resultant == pytest.approx(1.0 - variance, abs=1e-9)
+    if rose.resultant > 1e-6:
+        assert rose.mean_deg is not None
+        away = (rose.mean_deg - circmean(np.array(found) % period, high=period)) % period
+        assert min(away, period - away) < 1e-6
+
+
+def test_a_weight_counts_as_that_many_rows() -> None:
+    rng = np.random.default_rng(1)
+    found, times = rng.uniform(0, 360, 30), rng.integers(0, 5, 30)
+    for axial in (False, True):
+        weighted = rose_of(found, axial=axial, weights=times)
+        repeated = rose_of(np.repeat(found, times), axial=axial)
+        np.testing.assert_allclose(weighted.shares, repeated.shares)
+        assert weighted.mean_deg == pytest.approx(repeated.mean_deg)
+        assert weighted.resultant == pytest.approx(repeated.resultant)
+        assert weighted.total == times.sum()
+
+
+def test_opposite_directions_have_no_mean_but_opposite_ends_of_an_axis_have() -> None:
+    assert rose_of([40.0, 220.0], axial=False).mean_deg is None
+    axes = rose_of([40.0, 220.0], axial=True)
+    assert axes.mean_deg == pytest.approx(40.0)
+    assert axes.resultant == pytest.approx(1.0)
+    # North lies between 350 and 10, and between the axes 170 and 10.
+    for axial, pair, whole in ((False, [350.0, 10.0], 360.0), (True, [170.0, 10.0], 180.0)):
+        mean = rose_of(pair, axial=axial).mean_deg
+        assert mean is not None
+        assert min(mean, whole - mean) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_an_even_fan_has_even_petals_and_no_direction() -> None:
+    rose = rose_of(np.arange(0.5, 360.0), axial=False)
+    np.testing.assert_allclose(rose.shares, 1 / 36)
+    assert rose.resultant < 1e-12
+
+
+def test_rows_without_azimuth_or_weight_are_counted() -> None:
+    rose = rose_of([10.0, math.nan, 20.0], axial=True, weights=[1.0, 1.0, math.nan])
+    assert (rose.n, rose.left_out) == (1, 2)
+    empty = rose_of([], axial=True)
+    assert (empty.n, empty.mean_deg, empty.total) == (0, None, 0.0)
+
+
+@pytest.mark.parametrize("width", [0.0, -10.0, 7.0, 0.5, 180.0, math.nan, math.inf])
+def test_bins_that_do_not_fit_are_refused(width: float) -> None:
+    with pytest.raises(UsageError, match="divide 180"):
+        bins_of(width)
+    with pytest.raises(UsageError, match="negative"):
+        rose_of([10.0], axial=True, weights=[-1.0])

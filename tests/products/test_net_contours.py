@@ -1,0 +1,181 @@
+"""Contours on the net: their levels, places, colours, bar, and what is said of them."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.contour import ContourSet
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from vomstudio.errors import UsageError
+from vomstudio.geology.density import DENSITY_METHODS, density
+from vomstudio.geology.stereonet import unproject
+from vomstudio.products.net.contents import Contouring, NetContents, make_sets
+from vomstudio.products.net.contours import check_contouring, density_found, few_reasons
+from vomstudio.products.net.figure import NetArtists, draw_stereonet
+from vomstudio.products.net.style import NetStyle
+
+
+def cluster(azimuth: float, dip: float, n: int, seed: int) -> tuple[str, np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return ("plane", (azimuth + rng.normal(0, 8, n)) % 360.0, dip + rng.normal(0, 5, n))
+
+
+SETS = make_sets({"Beds": cluster(120, 35, 60, 1), "Joints": cluster(250, 60, 40, 2)})
+NET = NetContents(SETS, contour="exponential_kamb")
+
+
+def draw(net: NetContents, style: NetStyle | None = None, wide: bool = True) -> NetArtists:
+    figure = Figure(figsize=(7.0, 4.5) if wide else (3.0, 6.0), dpi=100)
+    FigureCanvasAgg(figure)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return draw_stereonet(figure, net, style or NetStyle())
+
+
+def contours(artists: NetArtists, filled: bool) -> list[ContourSet]:
+    found = [c for c in artists.axes.collections if isinstance(c, ContourSet)]
+    return [c for c in found if c.filled == filled]
+
+
+def words(artists: NetArtists) -> list[str]:
+    return [t.get_text() for t in artists.axes.texts]
+
+
+@pytest.mark.parametrize("projection", ["area", "angle"])
+@pytest.mark.parametrize("each", [False, True])
+def test_the_density_on_a_contour_is_its_level(projection: str, each: bool) -> None:
+    """Counted anew at the places of the drawn line, without the grid."""
+    look = Contouring((3.0, 9.0), False, each)
+    artists = draw(replace(NET, projection=projection, contouring=look))
+    drawn = contours(artists, False)
+    data = [s.vectors() for s in SETS] if each else [np.vstack([s.vectors() for s in SETS])]
+    assert len(drawn) == len(data)
+    for lines, vectors in zip(drawn, data, strict=True):
+        for level, path in zip((3.0, 9.0), lines.get_paths(), strict=True):
+            inside = path.vertices[np.hypot(*path.vertices.T) < 0.999]
+            found = density(vectors, unproject(inside, projection))
+            # Straight pieces between the places of a grid, on a flank of 20 within its step.
+            assert np.abs(found - level).max() < 0.12 * level + 0.1
+
+
+def test_levels_asked_for_are_drawn_and_stand_in_the_bar() -> None:
+    artists = draw(replace(NET, contouring=Contouring((1.5, 7.0, 1000.0))))
+    (lines,) = contours(artists, False)
+    assert list(lines.levels) == [1.5, 7.0]  # nothing is as dense as 1000
+    assert {"1.5", "7", "standard deviations"} <= set(words(artists))
+    assert len([p for p in artists.axes.patches if isinstance(p, Rectangle)]) == 2
+    draw(replace(NET, contouring=Contouring((5.0,))))
+
+
+@pytest.mark.parametrize("filled", [None, True, False])
+@pytest.mark.parametrize("each", [False, True])
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("wide", [False, True])
+def test_lines_or_filled_of_all_or_of_each_set_in_its_colour(
+    filled: bool | None, each: bool, dark: bool, wide: bool
+) -> None:
+    from matplotlib.colors import to_hex
+
+    style = NetStyle.dark() if dark else NetStyle()
+    artists = draw(replace(NET, contouring=Contouring((), filled, each)), style, wide)
+    full = not each if filled is None else filled
+    parts = len(SETS) if each else 1
+    assert len(contours(artists, True)) == (parts if full else 0)
+    lines = contours(artists, False)
+    assert len(lines) == parts
+    if each:
+        for s, drawn in zip(SETS, lines, strict=True):
+            top = to_hex(np.asarray(drawn.get_edgecolor())[-1])
+            assert top.casefold() == style.outline(style.color(s.color)).casefold()
+    cells = [p for p in artists.axes.patches if isinstance(p, Rectangle)]
+    assert len(cells) == (parts * len(lines[0].levels) if full else 0)
+    # Whatever the bar's place, its figures stand in the figure and beside no other words.
+    width, height = artists.axes.figure.bbox.size
+    boxes = artists.text_boxes
+    assert all(a >= 0 and b >= 0 and c <= width and d <= height + 1 for a, b, c, d in boxes)
+    text = " ".join(words(artists))
+    assert "exponential kernel, 3 σ" in text
+    assert ("standard deviations" if wide else "σ") in words(artists)
+
+
+def test_sets_of_one_type_and_colour_are_told_apart_by_their_dashes() -> None:
+    pair = (SETS[0], replace(SETS[1], color=SETS[0].color, variant=1))
+    artists = draw(NetContents(pair, contour="linear_kamb", contouring=Contouring(each_set=True)))
+    one, other = (tuple(c.get_linestyle()[0]) for c in contours(artists, False))
+    assert one != other
+
+
+def test_the_sigma_asked_for_is_counted_with_and_named() -> None:
+    nets = [replace(NET, contouring=Contouring(sigma=s)) for s in (2.0, 4.5)]
+    drawn = [draw(net) for net in nets]
+    assert "Density after Kamb, exponential kernel, 4.5 σ" in words(drawn[1])
+    tops = []
+    for net, sigma in zip(nets, (2.0, 4.5), strict=True):
+        found = density_found(net)
+        assert found is not None
+        vectors = np.vstack([s.vectors() for s in SETS])
+        part = found["parts"][0]
+        place = np.radians([part["trend_deg"], part["plunge_deg"]])
+        line = [np.sin(place[0]) * np.cos(place[1]), np.cos(place[0]) * np.cos(place[1]),
+                -np.sin(place[1])]  # fmt: skip
+        assert density(vectors, line, sigma=sigma)[0] == pytest.approx(part["maximum"])
+        tops.append(part["maximum"])
+    assert tops[0] != pytest.approx(tops[1])
+
+
+def test_where_nothing_is_dense_enough_there_is_no_bar_but_a_note() -> None:
+    even = make_sets({"a": ("line", np.arange(0.0, 360.0, 30.0), np.full(12, 30.0))})
+    net = NetContents(even, contour="schmidt", contouring=Contouring((50.0,)))
+    artists = draw(net)
+    assert "Nowhere dense enough for a contour" in words(artists)
+    assert not contours(artists, False)
+    assert "% of data per 1 % area" not in words(artists)
+    found = density_found(net)
+    assert found is not None
+    assert found["levels"] == []
+    assert density_found(replace(net, sets=())) is None
+
+
+def test_few_orientations_are_told() -> None:
+    """Kamb's circle of 3 takes 9/12 of the hemisphere, of 9 exactly a half; Schmidt's never."""
+    three = make_sets({"a": ("plane", [10, 20, 30], [40, 50, 60]), "b": cluster(9, 40, 9, 3)})
+    each = NetContents(three, contour="kamb", contouring=Contouring(each_set=True))
+    (said,) = few_reasons(each)
+    assert said.startswith("a: 3 ")
+    assert "75" in said
+    assert few_reasons(replace(each, contouring=Contouring())) == []
+    assert few_reasons(replace(each, contour="schmidt")) == []
+    assert few_reasons(replace(each, contour=None)) == []
+
+
+@pytest.mark.parametrize(
+    ("contour", "levels", "sigma", "said"),
+    [
+        (None, (2.0,), 3.0, "method"),
+        ("kamb", (0.0, 2.0), 3.0, "above 0"),
+        ("kamb", (float("nan"),), 3.0, "above 0"),
+        ("kamb", (float("inf"),), 3.0, "above 0"),
+        ("kamb", tuple(float(i + 1) for i in range(21)), 3.0, "at most 20"),
+        ("kamb", (), 0.0, "between 0.5 and 10"),
+        ("kamb", (), float("nan"), "between 0.5 and 10"),
+    ],
+)
+def test_levels_and_sigmas_that_cannot_be_are_refused(
+    contour: str | None, levels: tuple[float, ...], sigma: float, said: str
+) -> None:
+    with pytest.raises(UsageError, match=said):
+        check_contouring(contour, levels, sigma)
+
+
+@pytest.mark.parametrize("method", DENSITY_METHODS)
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_even_a_few_can_be_contoured(method: str, n: int) -> None:
+    few = make_sets({"a": ("line", np.arange(n) * 20.0, np.full(n, 30.0))})
+    for each in (False, True):
+        draw(NetContents(few, contour=method, contouring=Contouring(each_set=each)))

@@ -1,0 +1,117 @@
+"""`vomstudio rose`: the azimuths of a table as rose diagrams."""
+
+from __future__ import annotations
+
+import argparse
+
+from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command, add_output
+from vomstudio.cli.output import Output
+from vomstudio.cli.stereonet import picture_format
+from vomstudio.errors import GeometryError
+from vomstudio.words import tr
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "rose", run, help_=tr("Draw rose diagrams, as SVG, PDF or PNG")
+    )
+    parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
+    add_output(parser, tr("the picture, by its ending: .svg, .pdf or .png"), required=True)
+    parser.add_argument(
+        "--of",
+        choices=["strike", "dip-direction", "trend"],
+        help=tr("which azimuth (default: strike, of lines alone trend)"),
+    )
+    parser.add_argument(
+        "--bin", type=float, default=10.0, metavar="DEG", help=tr("width of the bins (default 10)")
+    )
+    parser.add_argument(
+        "--weight", metavar="COLUMN", help=tr("weight by this column, such as the length")
+    )
+    parser.add_argument(
+        "--set", metavar="COLUMN", dest="set_column", help=tr("a rose for each set of this column")
+    )
+    parser.add_argument(
+        "--scale",
+        choices=["area", "length"],
+        default="area",
+        help=tr("what of a petal is its share (default area)"),
+    )
+    add_azimuth(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.files.atomic import atomic_write, check_target
+    from vomstudio.geology.roses import bins_of
+    from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.products.net.rose import mean_words, roses_of_table
+
+    format_ = picture_format(args.output)
+    bins_of(args.bin)
+    check_target(args.output, force=args.force, inputs=[args.table])
+    table = read_orientations(args.table, args.azimuth)
+    of = args.of or ("strike" if table.is_plane.any() else "trend")
+    found = roses_of_table(
+        table,
+        of,
+        args.set_column,
+        bin_deg=args.bin,
+        weight=args.weight,
+        by_area=args.scale == "area",
+    )
+    if not found.roses:
+        raise GeometryError(
+            tr("The table has no lines with a trend.")
+            if of == "trend"
+            else tr("The table has no planes with a strike; of lines draw --of trend."),
+            file=args.table,
+            field="--of",
+        )
+
+    from vomstudio.products.net.rose import write_roses
+
+    with atomic_write(args.output, args.force) as temporary:
+        write_roses(temporary, found, format=format_)
+    warnings = list(table.warnings)
+    for name, rose in found.roses.items():
+        if rose.left_out:
+            warnings.append(
+                tr(
+                    "{set}: {count} rows without azimuth or weight are left out.",
+                    set=name,
+                    count=rose.left_out,
+                )
+            )
+    warnings += [
+        tr("{set}: no row has an azimuth and a weight; it has no rose.", set=name)
+        for name in found.empty
+    ]
+    out.result(
+        {
+            "image": args.output,
+            "n": sum(rose.n for rose in found.roses.values()),
+            "of": of,
+            "axial": of == "strike",
+            "bin_deg": args.bin,
+            "weight": args.weight,
+            "scale": args.scale,
+            "sets": {
+                name: {
+                    "n": rose.n,
+                    "total": rose.total,
+                    "shares": rose.shares.tolist(),
+                    "mean_deg": rose.mean_deg,
+                    "resultant": rose.resultant,
+                    "left_out": rose.left_out,
+                }
+                for name, rose in found.roses.items()
+            },
+            "convention": table.convention,
+            "dropped_lines": list(table.dropped),
+            "warnings": warnings,
+        }
+    )
+    out.note(tr("read as {convention}", convention=table.convention))
+    out.warn(warnings)
+    for name, rose in found.roses.items():
+        out.text(tr("{set} (n = {count:,}): {mean}", set=name, count=rose.n, mean=mean_words(rose)))

@@ -1,0 +1,120 @@
+"""Azimuths counted in bins: what a rose diagram shows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import UsageError
+from vomstudio.geology.orientation import Array
+from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.words import tr
+
+ROSE_OF = ("strike", "dip-direction", "trend")
+_LEVEL_DEG = 1e-6
+"""Planes as flat, and lines as steep as this, have no azimuth."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rose:
+    """n azimuths in bins.
+
+    axial: both ends count alike, so that `shares` of one half of the circle are those of the
+    other, and each half sums to 1; directed azimuths sum to 1 over the circle. shares:
+    (360 / bin_deg,) from north clockwise, each bin with its lower edge. total: sum of the weights.
+    mean_deg: circular mean, of axes by doubled angles and from 0 to 180, None where there is none;
+    resultant: its mean resultant length, 0 (no direction) to 1 (all alike). left_out: rows without
+    azimuth or weight.
+    """
+
+    bin_deg: float
+    axial: bool
+    n: int
+    total: float
+    shares: Array
+    mean_deg: float | None
+    resultant: float
+    left_out: int = 0
+
+
+def rose_of(
+    azimuth_deg: npt.ArrayLike,
+    *,
+    axial: bool,
+    bin_deg: float = 10.0,
+    weights: npt.ArrayLike | None = None,
+) -> Rose:
+    """Counts azimuths (n,), each with its weight (n,), in bins that begin at north.
+
+    Rows without azimuth or weight (NaN) are left out. The mean is that of Mardia & Jupp (2000),
+    Directional Statistics, 2.2.1 and 9.4. Raises UsageError for bins that do not divide the half
+    circle evenly, and for negative weights.
+    """
+    bins = bins_of(bin_deg)
+    a = np.asarray(azimuth_deg, dtype=np.float64).ravel()
+    w = np.ones_like(a) if weights is None else np.asarray(weights, dtype=np.float64).ravel()
+    sound = np.isfinite(a) & np.isfinite(w)
+    left_out = int(len(a) - sound.sum())
+    a, w = a[sound], w[sound]
+    if (w < 0).any():
+        raise UsageError(tr("Weights must not be negative."), field="--weight")
+    period = 180.0 if axial else 360.0
+    # A hair more, so that 30.000000 that came out as 29.999999 is in the bin it begins.
+    place = np.floor((a % 360.0 + 1e-7) / bin_deg).astype(np.intp) % bins
+    half = bins // 2
+    counted = np.bincount(place % half if axial else place, w, minlength=half if axial else bins)
+    total = float(w.sum())
+    shares = counted / total if total > 0 else np.zeros(len(counted))
+    turn = np.radians(a * (360.0 / period))
+    east, north = float(w @ np.sin(turn)), float(w @ np.cos(turn))
+    resultant = math.hypot(east, north) / total if total > 0 else 0.0
+    mean = None
+    if resultant > 1e-9:
+        mean = math.degrees(math.atan2(east, north)) % 360.0 * period / 360.0
+    both = np.tile(shares, 2) if axial else shares
+    return Rose(bin_deg, axial, len(a), total, both, mean, min(resultant, 1.0), left_out)
+
+
+def bins_of(bin_deg: float) -> int:
+    """How many bins of that width make the circle. Raises UsageError."""
+    if math.isfinite(bin_deg) and 1.0 <= bin_deg <= 90.0:
+        half = round(180.0 / bin_deg)
+        if abs(half * bin_deg - 180.0) < 1e-9:
+            return 2 * half
+    raise UsageError(
+        tr("The bins must divide 180 degrees evenly, such as 5, 10, 15 or 30."), field="--bin"
+    )
+
+
+def azimuths_of(table: OrientationRows, of: str) -> Array:
+    """(n,) strikes (right-hand rule), dip directions or trends; NaN in rows of the other geometry,
+    of horizontal planes and of vertical lines."""
+    if of not in ROSE_OF:
+        raise ValueError(f"unknown azimuth {of!r}; use one of {ROSE_OF}")
+    if of == "trend":
+        steep = np.abs(table.plunge_deg) > 90.0 - _LEVEL_DEG
+        return np.where(table.is_plane | steep, np.nan, table.trend_deg)
+    found = np.where(table.is_plane & (table.dip_deg > _LEVEL_DEG), table.dip_direction_deg, np.nan)
+    return np.asarray((found - 90.0) % 360.0 if of == "strike" else found)
+
+
+def weights_of(table: OrientationRows, column: str) -> Array:
+    """(n,) the numbers of a column, NaN where it is empty. Raises UsageError for words that are no
+    numbers, and for a column that is not there."""
+    found = np.full(len(table), np.nan)
+    for i, word in enumerate(table.column(column)):
+        if word:
+            try:
+                found[i] = float(word)
+            except ValueError:
+                raise UsageError(
+                    tr(
+                        "“{word}” in the column {column} is no number to weight by.",
+                        word=word, column=column,
+                    ),
+                    file=str(table.path), field="--weight",
+                ) from None  # fmt: skip
+    return found

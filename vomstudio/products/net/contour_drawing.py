@@ -1,0 +1,101 @@
+"""Contours of density drawn on a net, and the bar that says what they mean."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vomstudio.products.net.contents import NetSet
+from vomstudio.products.net.contours import (
+    SEE_THROUGH,
+    ContourPlan,
+    bar_width,
+    columns_of,
+    contour_colors,
+    dash,
+)
+from vomstudio.products.net.page import Page
+from vomstudio.products.net.style import NetStyle, layer, mixed
+
+
+def draw_contours(page: Page, plan: ContourPlan) -> None:
+    style, n = page.style, len(plan.levels)
+    if not n:
+        return
+    for part in plan.parts:
+        top = float(part.values.max())
+        if top <= plan.levels[0]:
+            continue
+        colors = contour_colors(part.of, n, plan.filled, style)
+        if plan.filled:
+            # Up to a level above all, so that one level is enough.
+            filled = page.axes.contourf(
+                part.x, part.y, part.values, levels=[*plan.levels, plan.levels[-1] + top],
+                colors=colors, alpha=None if part.of is None else SEE_THROUGH,
+                zorder=layer("density"), antialiased=True,
+            )  # fmt: skip
+            filled.set_clip_path(page.rim)
+        shades = _line_colors(part.of, colors, plan.filled, style)
+        lines = page.axes.contour(
+            part.x, part.y, part.values, levels=list(plan.levels), colors=shades,
+            linewidths=_line_width(plan, style), linestyles=dash(part.of),
+            zorder=layer("contours"),
+        )  # fmt: skip
+        lines.set_clip_path(page.rim)
+    _draw_bar(page, plan)
+
+
+def _line_colors(
+    of: NetSet | None, colors: list[object], filled: bool, style: NetStyle
+) -> list[object]:
+    """Lines about filled contours only part them."""
+    if not filled:
+        return colors
+    color = style.soft if of is None else style.outline(style.color(of.color))
+    return [color] * len(colors)
+
+
+def _line_width(plan: ContourPlan, style: NetStyle) -> float:
+    return (0.6 if plan.filled else 1.1) * style.line_pt
+
+
+def _draw_bar(page: Page, plan: ContourPlan) -> None:
+    from matplotlib.patches import Rectangle
+
+    n, font, row = len(plan.levels), page.font, page.row
+    thick = bar_width(plan, font, page.beside)
+    if page.beside:
+        tall = min(1.5 * font * n, 0.4 * page.height)
+        left, low = page.legend_x, page.pad + (len(page.foot) + 0.8) * row
+        page.text(left, low + tall + 0.8 * row, plan.unit)
+        page.text(left, low + tall + 1.8 * row, plan.name)
+    else:
+        tall = min(1.5 * font * n, 1.2 * page.radius)
+        left, low = page.width - page.pad - 2.2 * font - thick, page.cy - tall / 2
+        page.text(page.width - page.pad, low + tall + 0.8 * row, plan.short_unit, align="right")
+    columns = columns_of(plan)
+    each = thick / len(columns)
+    for column, part in enumerate(columns):
+        colors = contour_colors(part.of, n, plan.filled, page.style)
+        for i, color in enumerate(colors):
+            x, y = left + column * each, low + tall * i / n
+            if plan.filled:
+                cell = Rectangle(
+                    page.net_of(x, y), each / page.radius, tall / n / page.radius,
+                    facecolor=_laid_over(color, part.of, page.style),
+                    edgecolor=page.style.soft, linewidth=0.5 * page.style.line_pt,
+                    zorder=layer("legend"),
+                )  # fmt: skip
+                page.axes.add_patch(cell)
+            else:
+                ends = np.array([page.net_of(x, y), page.net_of(x + 0.85 * each, y)])
+                page.axes.plot(
+                    *ends.T, color=color, linestyle=dash(part.of),
+                    linewidth=1.4 * _line_width(plan, page.style), zorder=layer("legend"),
+                )  # fmt: skip
+    for i, level in enumerate(plan.levels):
+        page.text(left + thick + 0.4 * font, low + tall * i / n, f"{level:g}")
+
+
+def _laid_over(color: object, of: NetSet | None, style: NetStyle) -> object:
+    """As it looks on the net."""
+    return color if of is None else mixed(style.net, str(color), SEE_THROUGH)

@@ -1,0 +1,204 @@
+"""What is contoured on a net, at which levels, in which colours, and what is said of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vomstudio.errors import UsageError
+from vomstudio.geology import density as densities
+from vomstudio.geology.orientation import Array, Line
+from vomstudio.products.net.contents import NetContents, NetSet
+from vomstudio.products.net.style import NetStyle, mixed
+from vomstudio.words import to_translate, tr
+
+DENSITY_NAMES = {
+    "kamb": to_translate("Density after Kamb, {sigma} σ"),
+    "exponential_kamb": to_translate("Density after Kamb, exponential kernel, {sigma} σ"),
+    "linear_kamb": to_translate("Density after Kamb, linear kernel, {sigma} σ"),
+    "schmidt": to_translate("Density after Schmidt"),
+}
+
+DASHES = ("-", "--", "-.", ":")
+"""Of the sets of one type, which have one colour."""
+
+MOST_ASKED = 20
+SIGMAS = (0.5, 10.0)
+
+SEE_THROUGH = 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class Contoured:
+    """The density of one set (None: of all together) and where its contours are drawn.
+
+    x, y (k,), values (k, k): as `density_grid` gives them.
+    """
+
+    of: NetSet | None
+    x: Array
+    y: Array
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ContourPlan:
+    """What is contoured, at which levels; without levels nothing is to be drawn."""
+
+    method: str
+    sigma: float
+    filled: bool
+    levels: tuple[float, ...] = ()
+    parts: tuple[Contoured, ...] = ()
+
+    @classmethod
+    def of(cls, net: NetContents) -> ContourPlan | None:
+        """None where no contours are wanted, or there is nothing to contour."""
+        groups = contoured_groups(net)
+        if net.contour is None or not groups:
+            return None
+        look = net.contouring
+        parts = tuple(
+            Contoured(s, *densities.density_grid(v, net.contour, net.projection, sigma=look.sigma))
+            for s, v in groups
+        )
+        top = max(float(part.values.max()) for part in parts)
+        levels = contour_levels(net, top)
+        return cls(net.contour, look.sigma, look.is_filled, levels, parts)
+
+    @property
+    def name(self) -> str:
+        return tr(DENSITY_NAMES[self.method], sigma=f"{self.sigma:g}")
+
+    @property
+    def unit(self) -> str:
+        return tr(densities.DENSITY_UNITS[self.method])
+
+    @property
+    def short_unit(self) -> str:
+        return "% / 1 %" if self.method == "schmidt" else "σ"
+
+
+def check_contouring(contour: str | None, levels: Sequence[float], sigma: float) -> None:
+    """Raises UsageError for levels or a sigma that cannot be; its `field` is the option's name."""
+    if levels and contour is None:
+        raise UsageError(tr("Levels need a method to contour by."), field="--levels")
+    if not all(math.isfinite(level) and level > 0 for level in levels):
+        raise UsageError(tr("The levels of contours must be above 0."), field="--levels")
+    if len(levels) > MOST_ASKED:
+        raise UsageError(
+            tr("There are {count} levels; use at most {most}.", count=len(levels), most=MOST_ASKED),
+            field="--levels",
+        )
+    if not SIGMAS[0] <= sigma <= SIGMAS[1]:
+        raise UsageError(
+            tr("Kamb's sigma lies between {least:g} and {most:g}.", least=SIGMAS[0],
+               most=SIGMAS[1]),
+            field="--sigma",
+        )  # fmt: skip
+
+
+def few_reasons(net: NetContents) -> list[str]:
+    """A sentence for each set that is too small for its contours to mean much."""
+    if net.contour is None:
+        return []
+    said = []
+    for of, v in contoured_groups(net):
+        area = densities.counting_area(len(v), net.contour, net.contouring.sigma)
+        if area > 0.5:
+            said.append(
+                tr(
+                    "{set}: {count} orientations are few for contours; the counting circle covers "
+                    "{share:.0%} of the net.",
+                    set=of.name if of else tr("All together"), count=len(v), share=area,
+                )
+            )  # fmt: skip
+    return said
+
+
+def contoured_groups(net: NetContents) -> list[tuple[NetSet | None, Array]]:
+    """Vectors (n, 3) of each set, or of all together (None), as the net is to be contoured."""
+    sets = [s for s in net.sets if len(s)]
+    if not sets:
+        return []
+    if net.contouring.each_set:
+        return [(s, s.vectors()) for s in sets]
+    return [(None, np.vstack([s.vectors() for s in sets]))]
+
+
+def contour_levels(net: NetContents, top: float) -> tuple[float, ...]:
+    """Those asked for, or round ones, below the highest density; of all sets alike."""
+    if net.contour is None:
+        return ()
+    wanted = net.contouring.levels or densities.round_levels(top, net.contour)
+    return tuple(level for level in wanted if level < top)
+
+
+def density_found(net: NetContents) -> dict[str, Any] | None:
+    """Method, unit, sigma and levels of a net's contours, and of each set (or all, None) how many
+    it has and where they lie densest, as plain values; None without contours."""
+    plan = ContourPlan.of(net)
+    if net.contour is None or plan is None:
+        return None
+    look, parts = net.contouring, []
+    for of, v in contoured_groups(net):
+        place, top = densities.densest(v, net.contour, look.sigma)
+        line = Line.from_vector(place)
+        parts.append(
+            {
+                "set": None if of is None else of.name,
+                "n": len(v),
+                "maximum": top,
+                "trend_deg": line.trend_deg,
+                "plunge_deg": line.plunge_deg,
+            }
+        )
+    return {
+        "method": net.contour,
+        "unit": densities.DENSITY_UNITS[net.contour],
+        "sigma": None if net.contour == "schmidt" else look.sigma,
+        "levels": list(plan.levels),
+        "filled": look.is_filled,
+        "parts": parts,
+    }
+
+
+def contour_colors(of: NetSet | None, n: int, filled: bool, style: NetStyle) -> list[object]:
+    """Of n levels, from the lowest: greys (or, on a dark net, a map for the eye) of all together,
+    shades of a set's own colour for that set."""
+    from matplotlib import colormaps
+
+    if of is None and filled:
+        if style.contour_map == "dark":
+            return [colormaps["cividis"](float(s)) for s in np.linspace(0.1, 0.75, n)]
+        return [colormaps["Greys"](float(s)) for s in np.linspace(0.12, 0.62, n)]
+    color = style.ink if of is None else style.outline(style.color(of.color))
+    return [mixed(color, style.net, float(share)) for share in np.linspace(0.55, 0.0, n)]
+
+
+def dash(of: NetSet | None) -> str:
+    return DASHES[of.variant % len(DASHES)] if of is not None else "-"
+
+
+def bar_width(plan: ContourPlan, font: float, beside: bool) -> float:
+    """Of the columns of the bar together, in points."""
+    k = len(columns_of(plan))
+    most = 8.0 if beside else 2.5
+    return font if k == 1 else font * min(0.9 * k, most)
+
+
+def columns_of(plan: ContourPlan) -> list[Contoured]:
+    """The first of each colour: the sets of a type share theirs, and a column of the bar."""
+    first: dict[str | None, Contoured] = {}
+    for part in plan.parts:
+        first.setdefault(part.of.color if part.of else None, part)
+    return list(first.values())
+
+
+def bar_room(plan: ContourPlan | None, font: float) -> float:
+    """What the bar takes of the width where it stands at the right edge."""
+    return 0.0 if plan is None or not plan.levels else 3.5 * font + bar_width(plan, font, False)

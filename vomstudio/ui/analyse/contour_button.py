@@ -1,0 +1,85 @@
+"""The button of the net whose menu chooses contours of density."""
+
+from __future__ import annotations
+
+from PySide6.QtGui import QActionGroup
+from PySide6.QtWidgets import QMenu, QToolButton
+
+from vomstudio.geology.density import DENSITY_METHODS
+from vomstudio.products.net.contents import Contouring
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.studio import Studio
+from vomstudio.words import to_translate, tr
+
+_METHODS = {
+    "": to_translate("No contours"),
+    "exponential_kamb": to_translate("Kamb, exponential kernel"),
+    "linear_kamb": to_translate("Kamb, linear kernel"),
+    "kamb": to_translate("Kamb, plain count"),
+    "schmidt": to_translate("Schmidt, 1 % of the area"),
+}
+
+
+class ContourButton(QToolButton):
+    """Keeps what is chosen in the settings, which tell the net."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self._studio = studio
+        tip = tr("Contours of the density of poles and lines")
+        self.setIcon(theme.icon("chart-bell-curve-cumulative"))
+        self.setToolTip(tip)
+        self.setAccessibleName(tip)
+        self.setCheckable(True)
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        theme.show_toggles(self)
+        menu = QMenu(self)
+        group = QActionGroup(self)
+        self.methods = {}
+        for method, title in _METHODS.items():
+            action = menu.addAction(tr(title))
+            action.setCheckable(True)
+            group.addAction(action)
+            action.triggered.connect(lambda _=False, m=method: self._choose(m))
+            self.methods[method] = action
+        menu.addSeparator()
+        self.filled = menu.addAction(tr("Filled"))
+        self.each_set = menu.addAction(tr("Each set by itself"))
+        for action in (self.filled, self.each_set):
+            action.setCheckable(True)
+            action.triggered.connect(lambda _=False: self._choose(self.method or None))
+        self.setMenu(menu)
+        self._show()
+        studio.settings_changed.connect(self._show)
+
+    @property
+    def method(self) -> str | None:
+        """One of `density.DENSITY_METHODS`; None without contours."""
+        chosen = self._studio.settings.contour
+        return chosen if chosen in DENSITY_METHODS else None
+
+    @property
+    def contouring(self) -> Contouring:
+        settings = self._studio.settings
+        return Contouring(filled=settings.contour_filled, each_set=settings.contour_each_set)
+
+    def nextCheckState(self) -> None:  # noqa: N802
+        """Qt's name. The space bar opens the menu as a click does: what is chosen there decides."""
+        self.showMenu()
+
+    def _choose(self, method: str | None) -> None:
+        settings = self._studio.settings
+        settings.contour = method or ""
+        settings.contour_filled = self.filled.isChecked()
+        settings.contour_each_set = self.each_set.isChecked()
+        self._studio.keep_settings()
+
+    def _show(self) -> None:
+        settings = self._studio.settings
+        self.methods[self.method or ""].setChecked(True)
+        self.filled.setChecked(settings.contour_filled)
+        self.each_set.setChecked(settings.contour_each_set)
+        for action in (self.filled, self.each_set):
+            action.setEnabled(self.method is not None)
+        # It looks pressed while there are contours.
+        self.setChecked(self.method is not None)
