@@ -159,6 +159,15 @@ def test_what_keeps_the_button_disabled_is_said(pairs) -> None:
     assert not pairs.register.isEnabled()
 
 
+def test_coordinates_outside_the_area_of_their_crs_are_told(pairs) -> None:
+    pairs.field.setText("EPSG:32633")
+    inside = pairs.said.text()
+    # The British grid ends at 1,300 km north.
+    pairs.field.setText("EPSG:27700")
+    more = [line for line in pairs.said.text().splitlines() if line not in inside]
+    assert any("27700" in line or "British" in line for line in more)
+
+
 def test_a_file_without_points_changes_nothing(studio, panel, tmp_path, monkeypatch) -> None:
     told: list[str] = []
     studio.workspace.notices.told.connect(lambda notice: told.append(notice.text))

@@ -111,19 +111,22 @@ class ControlPanel(QWidget):
 
     def _solve(self) -> None:
         """Place the model anew by what is ticked, and say what that is worth."""
-        from vomstudio.registration.evidence import Evidence, register
-        from vomstudio.workspace.registering import expected, pairs_of
+        from vomstudio.workspace.registering import expected, pairs_of, placed_by_points
 
         self.placed = None
         pairs = pairs_of(self._points)
+        model = self.model
+        opened = None if model is None else self._studio.models.get(model.id)
+        bounds = None if opened is None else opened.data.bounds
         try:
             self.crs = self._typed_crs()
-            placed = register(Evidence(pairs=pairs))
+            if model is not None:
+                self.placed = placed_by_points(pairs, bounds, model, self.crs)
+                self.said.setText(_in_words(self.placed))
+            else:
+                self.said.setText(tr("Open an outcrop model first."))
         except VomError as error:
             self.said.setText(self._in_short(len(pairs.labels), error))
-        else:
-            self.placed = placed
-            self.said.setText(_in_words(placed))
         self.table.show_residuals(self._points, self.placed)
         self._show_map()
         places = {} if self.model is None else expected(self._points, self.placed, self.model)
@@ -138,8 +141,6 @@ class ControlPanel(QWidget):
         return 1.0 if self.model is None else transform.scale_of(self.model.to_world)
 
     def _in_short(self, found: int, error: VomError) -> str:
-        if self.model is None:
-            return tr("Open an outcrop model first.")
         if not self._points:
             return tr(
                 "Read the coordinates of control points from a file, or click a point on the "
