@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.driver import wait
-from tests.ui.conftest import add_bed, add_cliff
+from tests.ui.conftest import add_bed, add_cliff, save_beds
 from vomstudio.document import edits
 from vomstudio.ui.scene import scene_presenter
 
@@ -15,15 +15,8 @@ COUNT = 12
 @pytest.fixture
 def stored(window, tmp_path, monkeypatch):
     """A saved project with more features than are prepared at once; another one is open."""
-    studio = window.studio
-    add_cliff(studio)
-    for i in range(COUNT):
-        add_bed(studio, f"b{i}", dip=0.1 * i)
-    path = tmp_path / "many.vom"
-    studio.save_as(path)
-    studio.workspace.projects.new()
     monkeypatch.setattr(scene_presenter, "_PORTION", 5)
-    return path
+    return save_beds(window.studio, tmp_path / "many.vom", COUNT)
 
 
 def test_features_are_drawn_soon(window, stored):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -59,3 +60,13 @@ def add_bed(studio, id_="t1", name="", dip=0.5, vertices=None, **more) -> Trace:
     trace = Trace(id_, name, more.pop("type_id", "bedding"), "m1", "0" * 64, points, **more)
     assert studio.attempt(edits.add_trace, trace)
     return studio.records[id_]
+
+
+def save_beds(studio, path: Path, count: int) -> Path:
+    """A project with so many beds on a cliff is saved there, and a new one is open."""
+    add_cliff(studio)
+    for i in range(count):
+        add_bed(studio, f"b{i}", dip=0.1 * i)
+    studio.save_as(path)
+    studio.workspace.projects.new()
+    return path

@@ -5,19 +5,14 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import QTimer
 
-from tests.ui.conftest import add_bed, add_cliff
+from tests.ui.conftest import add_bed, save_beds
 from vomstudio.workspace import projects
 
 
 @pytest.fixture
 def large(studio, tmp_path, monkeypatch):
     """A saved project that counts as large, and another one open."""
-    add_cliff(studio)
-    for i in range(3):
-        add_bed(studio, f"b{i}", dip=0.3 * i)
-    path = tmp_path / "large.vom"
-    studio.save_as(path)
-    studio.workspace.projects.new()
+    path = save_beds(studio, tmp_path / "large.vom", 3)
     monkeypatch.setattr(projects, "_LARGE", 1)
     return path
 

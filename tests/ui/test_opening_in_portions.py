@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QApplication
 
-from tests.ui.conftest import add_bed, add_cliff
+from tests.ui.conftest import save_beds
 from vomstudio.document import edits
 from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.interpret import project_tree
@@ -17,14 +17,8 @@ COUNT = 12
 @pytest.fixture
 def stored(studio, tmp_path, monkeypatch):
     """A saved project with more features than come at once; another one is open."""
-    add_cliff(studio)
-    for i in range(COUNT):
-        add_bed(studio, f"b{i}", dip=0.1 * i)
-    path = tmp_path / "many.vom"
-    studio.save_as(path)
-    studio.workspace.projects.new()
     monkeypatch.setattr(project_tree, "_PORTION", 5)
-    return path
+    return save_beds(studio, tmp_path / "many.vom", COUNT)
 
 
 def rows_of(tree) -> list[str]:

@@ -203,3 +203,13 @@ def looks_like_radians(azimuth: Floats, angle: Floats) -> str | None:
         "as degrees; if they are radians, convert them with numpy.degrees.",
         count=len(a),
     )
+
+
+def single_number(value: Any, name: str) -> float | None:
+    """None for None. Raises InputError, with the argument's name, for what is no single number."""
+    if value is None:
+        return None
+    array = numbers(value, name)
+    if array.shape != ():
+        raise InputError(tr("A single number is needed."), field=name)
+    return float(array)

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.api.checking import numbers, warn
+from vomstudio.api.checking import single_number, warn
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.reporting import Reported, told
-from vomstudio.errors import InputError
 from vomstudio.progress import CancelToken
 from vomstudio.registration import comparison
 from vomstudio.registration.comparison import Comparison
@@ -72,13 +71,13 @@ def compare(
     said: list[str] = []
     if not (_is_array(model) or _is_array(benchmark)):
         said = crs_doubts(first[1], second[1], (tr("The model"), tr("the benchmark")))
-    error = _length(registration_error_m, "registration_error_m")
+    error = single_number(registration_error_m, "registration_error_m")
     if error is None and m3c2 is not None:
         error = first[2]
     found = comparison.compare(
         first[0],
         second[0],
-        radius_m=_length(m3c2, "m3c2"),
+        radius_m=single_number(m3c2, "m3c2"),
         registration_error_m=error,
         progress=report,
     )
@@ -101,12 +100,3 @@ def _placed(given: Any, name: str) -> tuple[Any, str | None, float | None]:
     made: Mesh | PointCloud = model_of(given)
     crs = None if made.crs is None else world_crs(made.crs, made._source.unit_m)
     return made._data, crs, made._source.placing_error_m
-
-
-def _length(value: Any, name: str) -> float | None:
-    if value is None:
-        return None
-    array = numbers(value, name)
-    if array.shape != ():
-        raise InputError(tr("A single number is needed."), field=name)
-    return float(array)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import numbers, warn
+from vomstudio.api.checking import numbers, single_number, warn
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import PlaneFit
 from vomstudio.api.reporting import Reported, told
@@ -214,12 +214,15 @@ def orthophoto(
     >>> picture.image.shape == (*picture.depth.shape, 4), picture.crs
     (True, 'EPSG:32633')
     """
-    check_gsd(_number(gsd_m, "gsd_m"))
+    check_gsd(single_number(gsd_m, "gsd_m"))
     table = fold
     if fold is not None and not isinstance(fold, TableFold):
         table = fold_of(fold)
     direction = direction_of(
-        _number(trend_deg, "trend_deg"), _number(plunge_deg, "plunge_deg"), _plane(plane), table
+        single_number(trend_deg, "trend_deg"),
+        single_number(plunge_deg, "plunge_deg"),
+        _plane(plane),
+        table,
     )
     data = model_of(model)
     source = data._source
@@ -245,15 +248,6 @@ def _crs_of(model: Mesh | PointCloud) -> str | None:
     from vomstudio.io.gis.crs import world_crs
 
     return world_crs(model.crs, model._source.unit_m)
-
-
-def _number(value: Any, name: str) -> float | None:
-    if value is None:
-        return None
-    array = numbers(value, name)
-    if array.shape != ():
-        raise InputError(tr("A single number is needed."), field=name)
-    return float(array)
 
 
 def _plane(given: Any) -> str | None:

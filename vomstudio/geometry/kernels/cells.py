@@ -48,6 +48,23 @@ def _cell(value, size, count):  # type: ignore[no-untyped-def]
 
 
 @part
+def _rotation(p, q, m):  # type: ignore[no-untyped-def]
+    """(tangent, cosine, sine) of the turn that makes the element m between the diagonal elements p
+    and q vanish."""
+    if m == 0.0:
+        return 0.0, 1.0, 0.0
+    t = (q - p) / (2.0 * m)
+    t = math.copysign(1.0, t) / (abs(t) + math.sqrt(t * t + 1.0))
+    k = 1.0 / math.sqrt(t * t + 1.0)
+    return t, k, t * k
+
+
+@part
+def _swung(k, s, x, y):  # type: ignore[no-untyped-def]
+    return k * x - s * y, s * x + k * y
+
+
+@part
 def _turned(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
     """(unit eigenvector of the least eigenvalue, the eigenvalues from the least on) of the
     symmetric matrix with the rows (a, d, e), (d, b, f), (e, f, c): cyclic Jacobi rotations
@@ -58,33 +75,24 @@ def _turned(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
     for _ in range(30):
         if d * d + e * e + f * f <= 1e-32 * (a * a + b * b + c * c):
             break
-        if d != 0.0:
-            t = (b - a) / (2.0 * d)
-            t = math.copysign(1.0, t) / (abs(t) + math.sqrt(t * t + 1.0))
-            k = 1.0 / math.sqrt(t * t + 1.0)
-            s = t * k
-            a, b, d, e, f = a - t * d, b + t * d, 0.0, k * e - s * f, s * e + k * f
-            v00, v01 = k * v00 - s * v01, s * v00 + k * v01
-            v10, v11 = k * v10 - s * v11, s * v10 + k * v11
-            v20, v21 = k * v20 - s * v21, s * v20 + k * v21
-        if e != 0.0:
-            t = (c - a) / (2.0 * e)
-            t = math.copysign(1.0, t) / (abs(t) + math.sqrt(t * t + 1.0))
-            k = 1.0 / math.sqrt(t * t + 1.0)
-            s = t * k
-            a, c, e, d, f = a - t * e, c + t * e, 0.0, k * d - s * f, s * d + k * f
-            v00, v02 = k * v00 - s * v02, s * v00 + k * v02
-            v10, v12 = k * v10 - s * v12, s * v10 + k * v12
-            v20, v22 = k * v20 - s * v22, s * v20 + k * v22
-        if f != 0.0:
-            t = (c - b) / (2.0 * f)
-            t = math.copysign(1.0, t) / (abs(t) + math.sqrt(t * t + 1.0))
-            k = 1.0 / math.sqrt(t * t + 1.0)
-            s = t * k
-            b, c, f, d, e = b - t * f, c + t * f, 0.0, k * d - s * e, s * d + k * e
-            v01, v02 = k * v01 - s * v02, s * v01 + k * v02
-            v11, v12 = k * v11 - s * v12, s * v11 + k * v12
-            v21, v22 = k * v21 - s * v22, s * v21 + k * v22
+        t, k, s = _rotation(a, b, d)
+        a, b, d = a - t * d, b + t * d, 0.0
+        e, f = _swung(k, s, e, f)
+        v00, v01 = _swung(k, s, v00, v01)
+        v10, v11 = _swung(k, s, v10, v11)
+        v20, v21 = _swung(k, s, v20, v21)
+        t, k, s = _rotation(a, c, e)
+        a, c, e = a - t * e, c + t * e, 0.0
+        d, f = _swung(k, s, d, f)
+        v00, v02 = _swung(k, s, v00, v02)
+        v10, v12 = _swung(k, s, v10, v12)
+        v20, v22 = _swung(k, s, v20, v22)
+        t, k, s = _rotation(b, c, f)
+        b, c, f = b - t * f, c + t * f, 0.0
+        d, e = _swung(k, s, d, e)
+        v01, v02 = _swung(k, s, v01, v02)
+        v11, v12 = _swung(k, s, v11, v12)
+        v21, v22 = _swung(k, s, v21, v22)
     total = a + b + c
     least, most = min(a, b, c), max(a, b, c)
     x, y, z = v00, v10, v20
