@@ -140,6 +140,15 @@ def test_a_click_without_a_table_makes_a_point_whose_coordinates_are_typed(studi
     click(studio, MODEL[0])
     (point,) = studio.session.of(ControlPoint)
     assert (point.name, point.position) == ("C01", None)
+    assert "Type the coordinates" in panel.said.text()
+    # The next click is another point; one that is chosen in the list is moved.
+    click(studio, MODEL[1])
+    assert [p.name for p in studio.session.of(ControlPoint)] == ["C01", "C02"]
+    panel.table.selectRow(1)
+    click(studio, MODEL[2])
+    assert [p.vertices for p in studio.session.of(ControlPoint)] == [
+        (tuple(MODEL[0]),), (tuple(MODEL[2]),)
+    ]  # fmt: skip
     for column, text in enumerate(("398000", "4980000", "no"), 2):
         panel.table.item(0, column).setText(text)
     assert studio.session.of(ControlPoint)[0].position is None

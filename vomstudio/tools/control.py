@@ -117,7 +117,7 @@ class ControlTool:
         except VomError as error:
             self._context.say(str(error))
             return
-        self._current = id_ if point is None else self._next(point)
+        self._current = "" if point is None else self._next(point)
         self._context.created(id_)
         self._show()
         self._context.tool_changed()
@@ -136,11 +136,12 @@ class ControlTool:
         return next(iter(edit.ids))
 
     def _next(self, point: ControlPoint) -> str:
-        """The first one after it that has not been found, else the first of all such; else this."""
+        """The first one after it that has not been found, else the first of all such; else none, so
+        that a click too many moves nothing."""
         own = [p for p in self._context.session.of(ControlPoint) if p.model_id == point.model_id]
         here = next((i for i, p in enumerate(own) if p.id == point.id), 0)
         left = [p.id for p in (*own[here:], *own[:here]) if not p.vertices]
-        return left[0] if left else point.id
+        return left[0] if left else ""
 
     def _show(self) -> None:
         """A ring where the current point should be."""

@@ -146,6 +146,8 @@ class ControlPanel(QWidget):
                 "Read the coordinates of control points from a file, or click a point on the "
                 "outcrop and type its coordinates."
             )
+        if not found and not any(p.position for p in self._points):
+            return tr("Type the coordinates of the points in the list, or read them from a file.")
         left = sum(p.position is not None and not p.vertices for p in self._points)
         if found < 3 and left:
             return tr(
