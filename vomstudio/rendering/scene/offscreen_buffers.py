@@ -18,13 +18,15 @@ class Buffers:
     def __init__(self, window: vtkOpenGLRenderWindow) -> None:
         self._window = window
         self._buffers: dict[str, vtkOpenGLFramebufferObject] = {}
+        # What VTK tells of a buffer's size is a bare pointer in Python.
+        self._sizes: dict[str, tuple[int, int]] = {}
 
     def __getitem__(self, name: str) -> vtkOpenGLFramebufferObject:
         return self._buffers[name]
 
     def save(self, name: str, spot: Spot | None = None) -> None:
         """Keep what the window shows. spot : only there; elsewhere what was kept before stays"""
-        buffer = self._buffers[name] = self._fitting(self._buffers.get(name))
+        buffer = self._buffers[name] = self._fitting(name)
         self._copy(self._window.GetRenderFramebuffer(), buffer, spot)
 
     def restore(self, name: str, spot: Spot | None = None) -> None:
@@ -35,11 +37,13 @@ class Buffers:
         for buffer in self._buffers.values():
             buffer.ReleaseGraphicsResources(self._window)
         self._buffers.clear()
+        self._sizes.clear()
 
-    def _fitting(self, buffer: vtkOpenGLFramebufferObject | None) -> vtkOpenGLFramebufferObject:
+    def _fitting(self, name: str) -> vtkOpenGLFramebufferObject:
         width, height = self._window.GetSize()
+        buffer = self._buffers.get(name)
         if buffer is not None:
-            if list(buffer.GetLastSize()) == [width, height]:
+            if self._sizes[name] == (width, height):
                 return buffer
             buffer.ReleaseGraphicsResources(self._window)
         buffer = vtkOpenGLFramebufferObject()
@@ -51,6 +55,7 @@ class Buffers:
             width, height, True, 1, unsigned_char, True, depth_bits, 0, False
         )
         state.PopFramebufferBindings()
+        self._sizes[name] = (width, height)
         return buffer
 
     def _copy(
