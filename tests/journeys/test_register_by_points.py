@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QFileDialog
 
 from tests import driver
@@ -55,9 +56,14 @@ def test_ten_points_from_a_table_to_a_registered_model(
     clicks += 3
     driver.settled(window)
     driver.look_at(window, every, *SEEN_FROM)
+    before = picture(window)
     for point in points:
         driver.click(window.viewport, driver.pixel(window, point))
         clicks += 1
+    # Labels and dots, each drawn into the picture that is kept, and nothing else.
+    driver.wait(lambda: window.viewport.still, "the picture")
+    changed = np.abs(picture(window) - before).max(axis=2) > 40
+    assert 0.001 < changed.mean() < 0.1
     found = studio.session.of(ControlPoint)
     assert [p.name for p in found] == [f"GCP{i}" for i in range(1, COUNT + 1)]
     assert all(p.vertices for p in found)
@@ -79,6 +85,13 @@ def test_ten_points_from_a_table_to_a_registered_model(
     window.viewport.setFocus()
     driver.key(window, Qt.Key.Key_Z, driver.CTRL)
     assert studio.session.of(Model)[0].registration is None
+
+
+def picture(window) -> np.ndarray:
+    """(height, width, 3) of the outcrop."""
+    image = window.viewport.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
+    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
+    return rows[:, : 3 * image.width()].reshape(image.height(), -1, 3).astype(int)
 
 
 def _seen(window, point: np.ndarray) -> bool:
