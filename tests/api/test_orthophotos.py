@@ -12,7 +12,7 @@ import pytest
 import rasterio
 
 import vomstudio as vs
-from vomstudio.cli.output import to_json
+from vomstudio.cli.common.output import to_json
 
 MODEL = vs.sample("sample.obj")
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import vomstudio as vs
-from vomstudio.cli.output import to_json
+from vomstudio.cli.common.output import to_json
 
 PHOTOS = vs.sample("photos")
 

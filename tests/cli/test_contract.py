@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vomstudio.cli import COMMANDS
-from vomstudio.cli.output import to_json
+from vomstudio.cli.common.output import to_json
 from vomstudio.errors import WorkerError
 
 POINTS = "0 0 0\n9 0 0\n0 9 1\n9 9 1.1\n"

@@ -113,7 +113,7 @@ def test_versions_are_those_that_are_installed(run: Any) -> None:
 
 
 def test_a_broken_driver_leaves_the_versions(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vomstudio.cli.own_options.sys.executable", "/bin/false")
+    monkeypatch.setattr("vomstudio.cli.common.own_options.sys.executable", "/bin/false")
     assert json.loads(run("--version", "--json").out)["graphics"] is None
 
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli import text_tables
-from vomstudio.cli.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.output import Output
+from vomstudio.cli.common import text_tables
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.arguments import Parser, Subparsers, add_command, progress_of
-from vomstudio.cli.output import Output
+from vomstudio.cli.common.arguments import Parser, Subparsers, add_command, progress_of
+from vomstudio.cli.common.output import Output
 from vomstudio.errors import TargetError, WorkerError
 from vomstudio.progress import Progress
 from vomstudio.words import tr

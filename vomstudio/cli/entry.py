@@ -11,10 +11,10 @@ import traceback
 import warnings
 from collections.abc import Sequence
 
-from vomstudio.cli.arguments import HelpWanted, Parser
-from vomstudio.cli.first_word import COMMANDS, check_first_word
-from vomstudio.cli.output import Channel, Output, stdout_kept, to_json
-from vomstudio.cli.own_options import OWN_OPTIONS, add_own_options, run_own_option
+from vomstudio.cli.common.arguments import HelpWanted, Parser
+from vomstudio.cli.common.first_word import COMMANDS, check_first_word
+from vomstudio.cli.common.output import Channel, Output, stdout_kept, to_json
+from vomstudio.cli.common.own_options import OWN_OPTIONS, add_own_options, run_own_option
 from vomstudio.errors import Cancelled, InputError, VomError
 from vomstudio.failures import log  # noqa: F401 - without a log nothing of it reaches stderr
 from vomstudio.words import tr

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from vomstudio.cli.arguments import Subparsers, add_command, add_output
-from vomstudio.cli.output import Output
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
+from vomstudio.cli.common.output import Output
 from vomstudio.words import tr, tr_n
 
 

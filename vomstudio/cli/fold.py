@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from vomstudio.cli import text_tables
-from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command
-from vomstudio.cli.output import Output
+from vomstudio.cli.common import text_tables
+from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command
+from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from vomstudio.cli.arguments import Subparsers, add_command, progress_of
-from vomstudio.cli.output import Output
+from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.common.output import Output
 from vomstudio.words import tr, tr_n
 
 

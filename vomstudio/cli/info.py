@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.arguments import Subparsers, add_command, progress_of
-from vomstudio.cli.output import Output
+from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.common.output import Output
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n

@@ -5,15 +5,15 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.arguments import (
+from vomstudio.cli.common.arguments import (
     Subparsers,
     add_azimuth,
     add_command,
     add_output,
     progress_of,
 )
-from vomstudio.cli.output import Output
-from vomstudio.cli.text_tables import azimuth
+from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.text_tables import azimuth
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
 

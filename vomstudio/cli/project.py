@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.arguments import Run, Subparsers, add_command, progress_of
-from vomstudio.cli.output import Output
+from vomstudio.cli.common.arguments import Run, Subparsers, add_command, progress_of
+from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.geometry.units import METRES
 from vomstudio.words import tr, tr_n
@@ -380,7 +380,7 @@ def _in_words(summary: ProjectSummary) -> str:
 
 
 def _row_in_words(row: dict[str, Any]) -> str:
-    from vomstudio.cli import text_tables
+    from vomstudio.cli.common import text_tables
 
     def angle(name: str, show: Callable[[float, int], str]) -> str:
         return "–" if row.get(name) is None else show(row[name], 3)

@@ -6,8 +6,8 @@ import argparse
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from vomstudio.cli.arguments import Subparsers, add_command, progress_of
-from vomstudio.cli.output import Output
+from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
 if TYPE_CHECKING:

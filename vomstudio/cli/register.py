@@ -9,9 +9,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli import text_tables
-from vomstudio.cli.arguments import Parser, Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.output import Output
+from vomstudio.cli.common import text_tables
+from vomstudio.cli.common.arguments import Parser, Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
@@ -439,7 +439,7 @@ def _written(
     result: dict[str, Any],
 ) -> list[str]:
     if loaded is None:
-        from vomstudio.cli.output import to_json
+        from vomstudio.cli.common.output import to_json
         from vomstudio.files.atomic import write_bytes
 
         write_bytes(Path(args.output), (to_json(result) + "\n").encode(), force=args.force)

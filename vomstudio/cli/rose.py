@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command, add_output
-from vomstudio.cli.output import Output
+from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
+from vomstudio.cli.common.output import Output
 from vomstudio.cli.stereonet import picture_format
 from vomstudio.errors import GeometryError
 from vomstudio.words import tr

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from vomstudio.cli.arguments import Subparsers, add_azimuth, add_command, add_output
-from vomstudio.cli.output import Output
+from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
+from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
 

@@ -12,7 +12,7 @@ from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.cli.output import Output
+    from vomstudio.cli.common.output import Output
 
 Subparsers = Any
 """argparse's own class for these is private."""
@@ -76,7 +76,7 @@ def add_azimuth(parser: Parser) -> None:
 def progress_of(args: argparse.Namespace) -> Progress:
     """What the command's long work reports to."""
     if args.progress == "json":
-        from vomstudio.cli.output import JsonProgress
+        from vomstudio.cli.common.output import JsonProgress
 
         return JsonProgress()
     return Silent()

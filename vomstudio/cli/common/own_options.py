@@ -6,9 +6,9 @@ import argparse
 import sys
 from typing import Any
 
-from vomstudio.cli.arguments import HelpWanted, Parser
-from vomstudio.cli.first_word import COMMANDS
-from vomstudio.cli.output import Output
+from vomstudio.cli.common.arguments import HelpWanted, Parser
+from vomstudio.cli.common.first_word import COMMANDS
+from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.version import __version__
 from vomstudio.words import tr
