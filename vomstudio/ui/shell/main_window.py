@@ -112,11 +112,13 @@ class MainWindow(QMainWindow):
         self.photo_tab = PhotoTab(self.photo_opening, self.workspaces, self)
 
     def _make_actions(self) -> None:
+        from vomstudio.ui.scene.saved_views_box import SavedViewsBox
         from vomstudio.ui.scene.view_panel import ViewPanel
         from vomstudio.ui.sight.feature_photo import FeaturePhoto
         from vomstudio.ui.sight.sighting_list import SightingList
 
-        self.view_panel = ViewPanel(self.studio, self.view.look)
+        saved = SavedViewsBox(self.studio, self.view)
+        self.view_panel = ViewPanel(self.studio, self.view.look, saved)
         self._photo_shown = FeaturePhoto(self.studio)
         self._sightings = SightingList(self._photo_shown.images)
         self.actions_table = Actions(self)
