@@ -28,6 +28,7 @@ _PLACES = {
     "Orthophoto": "orthophotos",
     "register": "registrations",
     "compare": "comparisons",
+    "facets": "extractions",
     "reconstruct": "reconstructions",
     "Project": "projects",
     "ProjectModel": "projects",
