@@ -29,6 +29,7 @@ _PLACES = {
     "register": "registrations",
     "compare": "comparisons",
     "facets": "extractions",
+    "follow": "extractions",
     "reconstruct": "reconstructions",
     "Project": "projects",
     "ProjectModel": "projects",

@@ -1,4 +1,4 @@
-"""Facets of a model."""
+"""What the program finds on a model: facets, and lines that follow a contact."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import single_number, warn
+from vomstudio.api.checking import points, single_number, warn
 from vomstudio.api.comparisons import placed
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.tables import frame
+from vomstudio.extraction.followed_trace import FollowedTrace
 from vomstudio.progress import CancelToken
 from vomstudio.reprs import Shown
 
@@ -124,3 +125,75 @@ def facets(
         table=table,
         labels=found.as_fields(),
     )
+
+
+def follow(
+    model: Any,
+    through: Any,
+    *,
+    cost: str = "colour",
+    progress: Reported = None,
+    cancel: CancelToken | None = None,
+) -> FollowedTrace:
+    """A line that follows a contact over a model, from way-point to way-point.
+
+    Parameters
+    ----------
+    model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
+        in World, metres
+    through : (w, 3) way-points in World, at least two, in their order
+    cost : "colour" (like the colours at the way-points), "dark", "light", "gradient" (edges of
+        lightness), "curvature" (edges of the surface), or the name of a field, whose low values are
+        followed
+    progress : called with (stage, steps done, all steps or None), or a Progress
+    cancel : a vs.CancelToken that stops the work before it searches
+
+    Returns
+    -------
+    An object with the names of the command: ``points`` (n, 3) every vertex of the path, World, m;
+    ``length_m``; ``snap_m``, how far the farthest way-point lies from the path; ``plane``, a dict
+    of the orientation table's columns, None where there is none; ``warnings``.
+
+    Raises
+    ------
+    vs.errors.GeometryError for a way-point beyond ten resolutions of the model, and where it does
+    not hang together between two; vs.errors.UsageError for a cost that it does not have.
+
+    Source: least-cost paths as in Thiele et al. (2017), Solid Earth 8, 1241; Dijkstra (1959).
+
+    Examples
+    --------
+    A dark bed on a slope:
+
+    >>> import numpy as np
+    >>> import vomstudio as vs
+    >>> import tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "slope.csv"
+    >>> x, y = (a.ravel() for a in np.meshgrid(np.arange(0, 5, 0.05), np.arange(0, 5, 0.05)))
+    >>> z = 0.5 * y + 0.3 * np.sin(3 * x)
+    >>> grey = np.where(np.abs(z - 1.0) < 0.05, 10.0, 200.0)
+    >>> rows = np.column_stack([x, y, z, grey])
+    >>> np.savetxt(path, rows, delimiter=",", header="x,y,z,grey", comments="")
+    >>> slope = vs.read(path, unit="m")
+    >>> trace = vs.follow(slope, [[0.05, 1.9, 1.0], [4.9, 1.5, 1.0]], cost="grey")
+    >>> bool(np.abs(trace.points[:, 2] - 1.0).max() < 0.06)
+    True
+    """
+    from vomstudio.extraction.followed_trace import followed_trace
+    from vomstudio.extraction.surface_graph import SurfaceGraph
+    from vomstudio.io.models.opening import resolution
+
+    report = told(progress, cancel)
+    data, crs, _ = placed(model, "model")
+    way_points = points(through, "through")
+    report.stage("Following", None)
+    found = followed_trace(
+        SurfaceGraph(data),
+        way_points,
+        cost=cost,
+        resolution=resolution(data),
+        model=getattr(getattr(model, "path", None), "name", None) or "",
+        frame=crs or "local",
+    )
+    warn(found.warnings)
+    return found
