@@ -47,7 +47,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--min-points",
         metavar="N",
         type=int,
-        help=tr("of a facet (50, or on a mesh 1 % of its area)"),
+        help=tr("of a facet (50, or on a mesh 1 %% of its area)"),
     )
     parser.add_argument(
         "--min-area", metavar="M2", type=float, help=tr("of a facet, m2 (any area)")

@@ -2,8 +2,8 @@
 
 Tavani et al., section 4.1.3: where less than 30 % of the exposure is near-planar, planes found
 automatically do not stand for the outcrop. Vegetation is what scatters in all directions at the
-scale of the resolution, or is green and rough; debris is gentle ground whose pieces lie in all
-directions at a scale of twenty resolutions. What lies in a smooth facet is neither.
+scale of the resolution (in a cloud), or is green and rough; debris is gentle ground whose pieces
+face all directions at a scale of twenty resolutions. What lies in a smooth facet is neither.
 """
 
 from __future__ import annotations
@@ -54,7 +54,9 @@ def exposure_of(elements: Elements, labels: Labels, colors: Array | None) -> Exp
     inside = labels >= 0
     green = np.zeros(len(area), np.bool_) if colors is None else _green(colors)
     variation = _mean_of_neighbours(elements, np.nan_to_num(elements.variation, nan=1.0 / 3.0))
-    plants = ~inside & ((variation > _ALL_DIRECTIONS) | (green & (variation > _ROUGH)))
+    # Faces of a mesh at ledges face all directions as well.
+    volume = (variation > _ALL_DIRECTIONS) & (elements.of == "point")
+    plants = ~inside & (volume | (green & (variation > _ROUGH)))
     plants |= green & inside & (variation > 2.0 * _ROUGH)
     rubble = ~inside & ~plants & _jumbled_ground(elements)
     rock = ~(plants | rubble)

@@ -18,6 +18,7 @@ from vomstudio.extraction.borders import polygon_of_faces, polygon_of_points, wk
 from vomstudio.extraction.elements import Elements, elements_of
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of
 from vomstudio.extraction.growing import grown, share_going_over
+from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import Verdict, judge
 from vomstudio.geometry.cloud import PointCloud
@@ -237,11 +238,16 @@ def _facet(
 
 
 def _colors(data: Mesh | PointCloud, elements: Elements) -> Array | None:
-    if data.colors is None:
-        return None
     if elements.of == "face":
         assert isinstance(data, Mesh)
-        return np.asarray(data.colors[data.faces[elements.rows]].mean(axis=1), np.float64)
+        colours = data.colors
+        if colours is None and (textures := TextureColours(data)).any:
+            colours = textures.of_vertices
+        if colours is None:
+            return None
+        return np.asarray(colours[data.faces[elements.rows]].mean(axis=1), np.float64)
+    if data.colors is None:
+        return None
     return np.asarray(data.colors[elements.rows], np.float64)
 
 

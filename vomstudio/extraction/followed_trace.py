@@ -11,12 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.extraction.followed_plane import fit_followed
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
+from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.surface import VertexSurface
 from vomstudio.reprs import Shown
 from vomstudio.tables.orientation_table import Row, plane_row
@@ -84,9 +84,9 @@ def followed_trace(
 ) -> FollowedTrace:
     """Follow a contact through way-points (w, 3) in World and fit its plane.
 
-    surface : of a model in World; resolution : of the model, m. Raises GeometryError for a way-point that is not on the model, for
-    fewer than two, and where the model does not hang together between two; UsageError for a cost
-    that the model does not have.
+    surface : of a model in World; resolution : of the model, m
+    Raises GeometryError for a way-point that is not on the model, for fewer than two, and where the
+    model does not hang together between two; UsageError for a cost that the model does not have.
     """
     if len(way_points) < 2:
         raise GeometryError(tr("A trace is followed between at least two way-points."))
@@ -97,7 +97,7 @@ def followed_trace(
     said: list[str] = []
     plane: Row | None = None
     try:
-        fit = fit_followed(path.points)
+        fit = fit_plane(path.points)
     except GeometryError as error:
         said.append(str(error))
     else:
@@ -110,7 +110,9 @@ def followed_trace(
         )  # fmt: skip
         plane = plane_row(
             fit, verdict, id="1", resolution_m=own, model=model, frame=frame,
-            notes=tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost),
+            notes=tr(
+                "followed through {count} way-points by {cost}", count=len(way_points), cost=cost
+            ),
         )  # fmt: skip
     return FollowedTrace(
         points=path.points,

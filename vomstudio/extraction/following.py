@@ -24,9 +24,10 @@ COSTS = ("colour", "dark", "light", "gradient", "curvature")
 
 # A metre on the contact costs this much of one beside it.
 _LEAST = 0.02
-# Of the values in the corridor, what counts as nothing and as all.
-_LOW, _HIGH = 2.0, 98.0
-STRETCH = 1.6
+# Of the values in the corridor, in percent, what counts as nothing and as all: a thin bed is a
+# small part of them.
+_LOW, _HIGH = 0.2, 98.0
+STRETCH = 1.4
 _MARGIN = 12.0
 _WHOLE_NODES = 3_000_000
 # Chroma shows contacts that lightness does not.
@@ -84,7 +85,8 @@ class Follower:
         Raises GeometryError where the way-points are one place, or the surface between two of them
         does not hang together.
         """
-        given = np.asarray(way_points, np.float64).reshape(-1, 3) - self.surface.origin
+        world = np.asarray(way_points, np.float64).reshape(-1, 3)
+        given = world - self.surface.origin
         if len(given) < 2:
             raise GeometryError(tr("A path needs at least two way-points."))
         surface = self.surface
@@ -100,18 +102,18 @@ class Follower:
         line: list[Array] = []
         for i, leg in enumerate(legs):
             if i == 0:
-                snaps[0] = np.linalg.norm(leg[0] - given[0])
+                snaps[0] = np.linalg.norm(leg[0] - world[0])
             else:
                 leg = leg[1:] if len(leg) and np.array_equal(leg[0], line[-1][-1]) else leg
             if len(leg):
                 line.append(leg)
             at[i + 1] = sum(map(len, line)) - 1
-            snaps[i + 1] = np.linalg.norm(line[-1][-1] - given[i + 1])
+            snaps[i + 1] = np.linalg.norm(line[-1][-1] - world[i + 1])
         points = np.concatenate(line)
         if len(points) < 2:
             raise GeometryError(tr("All way-points are at one place of the model."))
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-        return Path(points + surface.origin, length, snaps, at)
+        return Path(points, length, snaps, at)
 
     def _leg(self, one: Array, other: Array, tints: Array | None, number: int) -> Array:
         spacing = self._spacing(one, other)
@@ -122,7 +124,7 @@ class Follower:
             ends = _nearest(graph.places, np.stack([one, other]))
             path = _path(graph, ends[0], ends[1], self._costs(graph, tints))
             if path is not None:
-                return graph.places[path]
+                return self.surface.world(graph, path)
             if len(graph.places) >= len(self.surface.places) or stretch > 50.0:
                 raise _apart(number)
             stretch *= 3.0
@@ -135,13 +137,16 @@ class Follower:
         weights = _weights(graph, costs := self._costs(graph, tints))
         legs = []
         for i in range(len(nodes) - 1):
-            near = np.asarray(tree.query(self._leg(given[i], given[i + 1], tints, i))[1], np.int64)
+            near = np.asarray(
+                tree.query(self._leg(given[i], given[i + 1], tints, i) - self.surface.origin)[1],
+                np.int64,
+            )
             step = np.linalg.norm(np.diff(graph.places[near], axis=0), axis=1)
             known = float((step * 0.5 * (costs[near[:-1]] + costs[near[1:]])).sum())
             path = _shortest(weights, int(nodes[i]), int(nodes[i + 1]), known * 1.001 + 1e-12)
             if path is None:
                 raise _apart(i)
-            legs.append(graph.places[path])
+            legs.append(self.surface.world(graph, path))
         return legs
 
     def _spacing(self, one: Array, other: Array) -> float:
@@ -161,14 +166,15 @@ class Follower:
         for point in given:
             graph = surface.corridor(point, point, 1.0, 4.0 * self._spacing(point, point))
             assert graph.colours is not None
-            found.append(graph.colours[_nearest(graph.places, point[None])[0]])
+            colours = _smoothed(graph, graph.colours)
+            found.append(colours[_nearest(graph.places, point[None])[0]])
         return _compared(np.array(found))
 
     def _costs(self, graph: Graph, tints: Array | None) -> Array:
         """(n,) cost of a metre at each node."""
         if tints is not None:
             assert graph.colours is not None
-            own = _compared(graph.colours)
+            own = _compared(_smoothed(graph, graph.colours))
             off = np.min(
                 [np.linalg.norm(own - tint, axis=1) for tint in np.unique(tints, axis=0)], axis=0
             )
@@ -187,7 +193,7 @@ class Follower:
         if self.cost not in COSTS:
             return graph.fields[self.cost]
         assert graph.colours is not None
-        light = graph.colours @ np.array([0.299, 0.587, 0.114])
+        light = _smoothed(graph, graph.colours) @ np.array([0.299, 0.587, 0.114])
         if self.cost == "dark":
             return np.asarray(light)
         if self.cost == "light":
@@ -204,6 +210,19 @@ def _gradient(graph: Graph, light: Array) -> Array:
     sums = np.bincount(i, change, n) + np.bincount(j, change, n)
     number = np.bincount(i, minlength=n) + np.bincount(j, minlength=n)
     return np.asarray(np.sqrt(sums / np.maximum(number, 1)))
+
+
+def _smoothed(graph: Graph, values: Array) -> Array:
+    """The mean (n, c) of each node's values and its neighbours': less noise, and least in the
+    middle of a bed, so that a path does not cut its corners from side to side."""
+    from scipy.sparse import csr_array
+
+    arcs = graph.arcs
+    n = arcs.shape[0]
+    ones = csr_array((np.ones(len(arcs.data)), arcs.indices, arcs.indptr), shape=(n, n))
+    number = 1.0 + np.diff(arcs.indptr) + np.bincount(arcs.indices, minlength=n)
+    sums = values + ones @ values + ones.T @ values
+    return np.asarray(sums / number[:, None])
 
 
 def _compared(colours: Array) -> Array:

@@ -34,8 +34,8 @@ NEIGHBOURS = 10
 # A neighbour farther off than this many usual distances is across a gap.
 _GAP = 3.0
 _MOST_NODES = 150_000
-_DEEPEST = 5
-_PIXELS_AN_EDGE = 2.0
+_DEEPEST = 9
+_PIXELS_AN_EDGE = 3.0
 _BLOCK = 200_000
 
 
@@ -170,6 +170,14 @@ class SurfaceGraph:
             _ = self._near
 
     # --- a part ------------------------------------------------------------------------------
+    def world(self, graph: Graph, nodes: Ints) -> Array:
+        """(k, 3) places of a graph's nodes in the frame of the data, its own points to the bit."""
+        points = self.data.vertices if isinstance(self.data, Mesh) else self.data.points
+        found = graph.places[nodes] + self.origin
+        own = graph.row[nodes]
+        found[own >= 0] = points[own[own >= 0]]
+        return np.asarray(found)
+
     def corridor(self, one: Array, other: Array, stretch: float, margin: float) -> Graph:
         """What lies within an ellipse around two places (3,), from the origin on: all paths from
         one to the other that are at most `stretch` times as long as the straight line, and a
