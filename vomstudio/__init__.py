@@ -28,6 +28,8 @@ _PLACES = {
     "Orthophoto": "orthophotos",
     "register": "registrations",
     "compare": "comparisons",
+    "facets": "extractions",
+    "follow": "extractions",
     "reconstruct": "reconstructions",
     "Project": "projects",
     "ProjectModel": "projects",

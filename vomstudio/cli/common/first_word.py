@@ -11,7 +11,8 @@ from vomstudio.words import tr
 
 COMMANDS = (
     "demo", "info", "convert", "fit", "stats", "fold", "stereonet", "rose", "ortho", "plan",
-    "check", "frames", "reconstruct", "register", "compare", "project", "export",
+    "check", "frames", "reconstruct", "register", "compare", "facets", "trace", "project",
+    "export",
 )  # fmt: skip
 """The words after `vomstudio` that are commands, each the name of its module here."""
 
