@@ -15,7 +15,15 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "export", run, help_=tr("Write a project's features for other programs")
     )
     parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
-    parser.add_argument("--to", metavar="FORMAT", required=True, help=tr("csv, gpkg, shp or dxf"))
+    parser.add_argument(
+        "--to",
+        metavar="FORMAT",
+        required=True,
+        help=tr(
+            "csv, gpkg, shp, geojson, dxf, kml, stereonet, orient, faultkin, wintensor, gempy, "
+            "loopstructural or gems"
+        ),
+    )
     add_output(parser, tr("the file to write"), required=True)
 
 
