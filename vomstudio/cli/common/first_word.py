@@ -10,9 +10,7 @@ from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
 COMMANDS = (
-    "demo", "info", "convert", "fit", "stats", "fold", "stereonet", "rose", "ortho", "plan",
-    "check", "frames", "reconstruct", "register", "compare", "facets", "trace", "project",
-    "export",
+    "demo", "info", "convert", "fit", "stats", "fold", "stereonet", "rose", "ortho", "plan", "check", "frames", "reconstruct", "register", "compare", "facets", "trace", "project", "export", "slope",
 )  # fmt: skip
 """The words after `vomstudio` that are commands, each the name of its module here."""
 
