@@ -60,7 +60,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.stereonet import picture_format
     from vomstudio.files.atomic import atomic_write, check_target
     from vomstudio.products.fractures.mapping import (
-        FractureOrder, map_fractures, parse_circle, parse_strikes,
+        FractureOrder,
+        map_fractures,
+        parse_circle,
+        parse_strikes,
     )  # fmt: skip
 
     order = FractureOrder(
@@ -114,8 +117,9 @@ def _in_words(found: dict[str, Any]) -> str:
     if found["scanline"] is not None:
         line = found["scanline"]
         rows += [
-            (tr("scanline"), tr_n("{count} crossing on {length} m", "{count} crossings on {length} m",
-                                  line["n"], length=number(found["scanline_m"], 2))),
+            (tr("scanline"), tr_n(
+                "{count} crossing on {length} m", "{count} crossings on {length} m", line["n"],
+                length=number(found["scanline_m"], 2))),
             ("P10", tr("{value} 1/m", value=figures(found["P10_1_per_m"]))),
             (tr("  by Terzaghi"), tr("P21 {value} 1/m, cap: {cap}",
                                    value=figures(line["P21_1_per_m"]),

@@ -117,7 +117,7 @@ def _weibull() -> Law:
     from scipy.special import gammaincc, gammaln
 
     def power(x: Floats, u: Floats) -> Floats:
-        return np.exp(np.minimum(math.exp(u[1]) * (np.log(x) - u[0]), -_FLOOR))
+        return np.asarray(np.exp(np.minimum(math.exp(u[1]) * (np.log(x) - u[0]), -_FLOOR)))
 
     def log_h(x: Floats, u: Floats) -> Floats:
         a, z = math.exp(-u[1]), power(x, u)
@@ -173,6 +173,15 @@ def laws_for(lengths: Floats, cut: Ints) -> list[Law]:
     """The four laws; the power law begins at the shortest length (n,) that was seen whole."""
     whole = lengths[cut == 0]
     return [_exponential(), _lognormal(), _weibull(), _power_law(float(whole.min()))]
+
+
+def law_of(fit: Fit) -> tuple[Law, Floats]:
+    """The law of a fit, with the logarithms of its parameters."""
+    least = fit.parameters.get("minimum_m")
+    laws = [_exponential(), _lognormal(), _weibull()]
+    laws += [] if least is None else [_power_law(least.value)]
+    law = next(law for law in laws if law.name == fit.distribution)
+    return law, np.log([fit.parameters[name].value for name in law.parameters])
 
 
 def fit_laws(lengths: Floats, cut: Ints, window: Window | None = None) -> list[Fit]:

@@ -14,11 +14,20 @@ from vomstudio.geology.fractures.length_laws import LEAST_COMPLETE, Fit, Paramet
 from vomstudio.geology.fractures.nodes import Mended, NodeCounts, nodes_of
 from vomstudio.geology.fractures.pieces import Flags, Floats, Ints, Pieces, Shapes, pieces_of
 from vomstudio.geology.fractures.scanlines import (
-    Crossings, Spacing, axial_mean_deg, crossings_of, spacing_of,
+    Crossings,
+    Spacing,
+    axial_mean_deg,
+    crossings_of,
+    spacing_of,
 )  # fmt: skip
 from vomstudio.geology.fractures.windows import (
-    CircleEstimates, IntensityAtSize, circle_estimates, directions_of, intensity_by_size,
-    mean_by_ends, window_of,
+    CircleEstimates,
+    IntensityAtSize,
+    circle_estimates,
+    directions_of,
+    intensity_by_size,
+    mean_by_ends,
+    window_of,
 )  # fmt: skip
 from vomstudio.reprs import Shown
 from vomstudio.words import tr, tr_n
@@ -90,7 +99,8 @@ class FractureSet:
 
 @dataclass(frozen=True, repr=False)
 class FractureNetwork(Shown):
-    """See docs/cli.md; None is what cannot be stated."""
+    """See docs/cli.md; None is what cannot be stated. P21_unclipped_1_per_m : with all that the
+    traces have outside the area, which is too much."""
 
     traces: int
     pieces: int
@@ -99,6 +109,7 @@ class FractureNetwork(Shown):
     P20_1_per_m2: float | None
     P20_nodes_1_per_m2: float | None
     P21_1_per_m: float | None
+    P21_unclipped_1_per_m: float | None
     error95: Errors95 | None
     nodes: NodeCounts
     mended: tuple[Mended, ...]
@@ -123,6 +134,7 @@ class Mapped:
     """The figures, with the pieces they are of, for pictures."""
 
     found: FractureNetwork
+    counted: Counted
     pieces: Pieces
     sets: tuple[str, ...]
     set_of: Ints
@@ -178,6 +190,7 @@ def fracture_network(
         P20_1_per_m2=None if size is None else len(pieces) / size,
         P20_nodes_1_per_m2=None if size is None else (nodes.counts.I + nodes.counts.Y) / 2 / size,
         P21_1_per_m=None if size is None else float(lengths.sum()) / size,
+        P21_unclipped_1_per_m=None if size is None else float(shapely.length(lines).sum()) / size,
         error95=None if size is None else _errors(lengths, ends, size),
         nodes=nodes.counts,
         mended=nodes.mended,
@@ -197,7 +210,7 @@ def fracture_network(
             ),
         ),
     )
-    return Mapped(found, pieces, names, set_of[pieces.trace])
+    return Mapped(found, counted, pieces, names, set_of[pieces.trace])
 
 
 def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
@@ -205,8 +218,8 @@ def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
     lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
     n = len(lengths)
     if not n:
-        reason = tr("There are no traces in the area.")
-        return Lengths(0, None, (None, None), *(None,) * 6, {}, {}, (), (), reason)
+        none = tr("There are no traces in the area.")
+        return Lengths(0, None, (None, None), *(None,) * 6, {}, {}, (), (), none)
     window = None if area is None or not cut.any() else window_of(pieces, area)
     by_chance = fit_laws(lengths, cut)
     fits = by_chance if window is None else fit_laws(lengths, cut, window)
@@ -260,9 +273,7 @@ def _check(lines: Shapes, counted: Counted, snap_m: float, cap: float | None) ->
     import shapely
 
     if not (math.isfinite(snap_m) and snap_m >= 0):
-        raise GeometryError(
-            tr("The tolerance must be 0 or more, in metres."), field="--snap"
-        )
+        raise GeometryError(tr("The tolerance must be 0 or more, in metres."), field="--snap")
     if cap is not None and not (math.isfinite(cap) and cap >= 1):
         raise GeometryError(
             tr("Terzaghi weights begin at 1; the cap cannot be lower."), field="--terzaghi-cap"

@@ -13,16 +13,15 @@ import numpy as np
 from vomstudio.geology.fractures.pieces import Flags, Floats, Ints, Pieces, Shapes
 
 _REACH = 10.0
-"""Of the tolerance: how far an end may lie beyond the crossing that it is taken to, along the trace;
+"""Of the tolerance: how far along the trace an end may lie beyond the crossing that it is taken to;
 traces that meet at an acute angle cross long before they are a tolerance apart."""
 
 
 @dataclass(frozen=True)
 class Mended:
     """An end that the tolerance moved. what : gap (it stopped short of a trace), overshoot (it ran
-    past one), edge (it stopped short of the edge of the area), joint (ends of traces that were
-    brought together); trace, other : their numbers, other None at an edge; distance_m : how far the
-    end was from it"""
+    past one), edge (it stopped short of the edge of the area); trace, other : their numbers, other
+    None at an edge; x, y : the end as drawn; distance_m : how far it was from the other"""
 
     what: str
     trace: int
@@ -137,7 +136,7 @@ def _grouped(
     ends: Floats, free: Ints, crossing: Floats, pair: Ints, touches: _Touches, piece: Ints,
     tolerance: float,
 ) -> tuple[Ints, int]:  # fmt: skip
-    """(free + crossings,) the node of each free end and of each crossing, and how many there are."""
+    """(free + crossings,) the node of each free end and each crossing, and how many there are."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -150,7 +149,7 @@ def _grouped(
     # An end that ran past a trace belongs to the crossing with it.
     place_of = np.full(len(ends), -1, np.int64)
     place_of[free] = np.arange(len(free))
-    key = {}
+    key: dict[tuple[int, int], list[int]] = {}
     for row, (a, b) in enumerate(pair.tolist()):
         key.setdefault((a, b), []).append(row)
     extra = []
@@ -240,7 +239,14 @@ def _mended_edges(
     at = np.flatnonzero(cut)
     distance = shapely.distance(shapely.boundary(area), shapely.points(ends[at]))
     return [
-        Mended("edge", int(pieces.trace[piece[end]]) + 1, None, *map(float, ends[end]), float(d))
+        Mended(
+            "edge",
+            int(pieces.trace[piece[end]]) + 1,
+            None,
+            float(ends[end, 0]),
+            float(ends[end, 1]),
+            float(d),
+        )
         for end, d in zip(at, distance, strict=True)
         if d > pieces.rounding_m
     ]

@@ -27,8 +27,8 @@ class Pieces:
     """The traces inside an area, not cut at nodes.
 
     lines : (n,) shapely lines; trace : (n,) row of the trace that each is of; cut : (n, 2) whether
-    its start and its end lie on the edge of the area, where nobody knows how it goes on; rounding_m :
-    places nearer than that are the same.
+    its start and its end lie on the edge of the area, where nobody knows how it goes on;
+    rounding_m : places nearer than that are the same.
     """
 
     lines: Shapes

@@ -134,7 +134,7 @@ def axial_mean_deg(azimuth_deg: Floats, weights: Floats) -> tuple[float | None, 
 
 
 def in_ranges(azimuth_deg: Floats, ranges: Sequence[tuple[float, float]]) -> Ints:
-    """(n,) the range from a to b, clockwise, that holds each azimuth or its opposite; -1 for none."""
+    """(n,) the range, clockwise, that holds each azimuth or its opposite; -1 where none does."""
     found = np.full(len(azimuth_deg), -1, np.int64)
     for i, (low, high) in enumerate(ranges):
         width = (high - low) % 180.0 or 180.0

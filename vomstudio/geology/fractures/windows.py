@@ -163,7 +163,7 @@ def _centres(area: Any, radius: float) -> Floats:
             break
         spacing *= 1.1
     if len(kept):
-        return kept
+        return np.asarray(kept)
     point = shapely.point_on_surface(room)
     return np.array([[point.x, point.y]])
 

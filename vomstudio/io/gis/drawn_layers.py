@@ -156,16 +156,18 @@ def _axes(path: Path, crs: str | None, shapes: Shapes) -> StatedAxes:
     import shapely
 
     axes = stated_axes(crs)
+    if not len(shapes):
+        return axes
     bounds = np.asarray(shapely.total_bounds(shapes), np.float64).reshape(2, 2)
-    if axes.kind == "geographic" and path.suffix.lower() in (".json", ".geojson"):
-        if np.nanmax(np.abs(bounds), initial=0.0) > MOST_DEGREES:
-            raise InputError(
-                tr(
-                    "GeoJSON that names no coordinate reference system is in degrees, and these "
-                    "numbers cannot be. Write its 'crs' member, or save it as GeoPackage."
-                ),
-                file=path,
-            )
+    is_json = path.suffix.lower() in (".json", ".geojson")
+    if axes.kind == "geographic" and is_json and np.nanmax(np.abs(bounds)) > MOST_DEGREES:
+        raise InputError(
+            tr(
+                "GeoJSON that names no coordinate reference system is in degrees, and these "
+                "numbers cannot be. Write its 'crs' member, or save it as GeoPackage."
+            ),
+            file=path,
+        )
     refused = why_refused(axes, np.nan_to_num(bounds))
     if refused is not None:
         raise InputError(refused, file=path)
@@ -220,36 +222,54 @@ def _parts(
     size = shapely.area(parts) if "Polygon" in wanted else shapely.length(parts)
     long = kind & (size > 0)
     feature = np.asarray(finite, np.int64)[at]
-    said: list[str] = []
-    _say(said, len(shapes) - len(finite), tr_n(
-        "{count} feature without finite coordinates is left out.",
-        "{count} features without finite coordinates are left out.", len(shapes) - len(finite)))  # fmt: skip
-    other, short = int(np.sum(~kind)), int(np.sum(kind & ~long))
-    _say(said, other, tr_n(
-        "{count} shape of another kind is left out.",
-        "{count} shapes of another kind are left out.", other))  # fmt: skip
-    _say(said, short, tr_n(
-        "{count} shape without length or area is left out (feature {first}).",
-        "{count} shapes without length or area are left out (first feature {first}).", short,
-        first=int(feature[kind & ~long][0]) + 1 if short else 0))  # fmt: skip
+    said = []
+    if lost := len(shapes) - len(finite):
+        said.append(
+            tr_n(
+                "{count} feature without finite coordinates is left out.",
+                "{count} features without finite coordinates are left out.",
+                lost,
+            )
+        )
+    if other := int(np.sum(~kind)):
+        said.append(
+            tr_n(
+                "{count} shape of another kind is left out.",
+                "{count} shapes of another kind are left out.",
+                other,
+            )
+        )
+    if short := int(np.sum(kind & ~long)):
+        said.append(
+            tr_n(
+                "{count} shape without length or area is left out: feature {first}.",
+                "{count} shapes without length or area are left out, the first is feature {first}.",
+                short,
+                first=int(feature[kind & ~long][0]) + 1,
+            )
+        )
     parts, feature = parts[long], feature[long]
     again = len(feature) - len(np.unique(feature))
     if again and "Polygon" not in wanted:
-        said.append(tr_n(
-            "{count} more trace than features: parts that do not join are traces of their own.",
-            "{count} more traces than features: parts that do not join are traces of their own.",
-            again))  # fmt: skip
+        said.append(
+            tr_n(
+                "Parts of a feature that do not join are traces of their own: {count} more than "
+                "there are features.",
+                "Parts of features that do not join are traces of their own: {count} more than "
+                "there are features.",
+                again,
+            )
+        )
     kept = _first_of_each(parts)
-    twice = len(parts) - len(kept)
-    _say(said, twice, tr_n(
-        "{count} shape that is drawn twice is counted once.",
-        "{count} shapes that are drawn twice are counted once.", twice))  # fmt: skip
+    if twice := len(parts) - len(kept):
+        said.append(
+            tr_n(
+                "{count} shape that is drawn twice is counted once.",
+                "{count} shapes that are drawn twice are counted once.",
+                twice,
+            )
+        )
     return parts[kept], feature[kept], said
-
-
-def _say(said: list[str], count: int, sentence: str) -> None:
-    if count:
-        said.append(sentence)
 
 
 def _is_finite(shape: Any) -> bool:

@@ -40,9 +40,7 @@ class FractureOrder:
 def map_fractures(order: FractureOrder) -> Mapped:
     """Raises InputError, UsageError and GeometryError with the file that is to blame."""
     if sum(given is not None for given in (order.area, order.circle, order.scanline)) > 1:
-        raise UsageError(
-            tr("Give an area, a circle or a scanline: one of them."), field="--area"
-        )
+        raise UsageError(tr("Give an area, a circle or a scanline: one of them."), field="--area")
     drawn = read_lines(order.traces, order.layer)
     said = list(drawn.warnings)
     counted = Counted()
