@@ -23,6 +23,7 @@ _PLACES = {
     "read_orientations": "tables",
     "stats": "sets",
     "fold": "sets",
+    "fractures": "fracture_maps",
     "stereonet": "nets",
     "orthophoto": "orthophotos",
     "Orthophoto": "orthophotos",

@@ -57,7 +57,6 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.cli.stereonet import picture_format
     from vomstudio.files.atomic import atomic_write, check_target
     from vomstudio.products.fractures.mapping import (
         FractureOrder,
@@ -65,6 +64,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         parse_circle,
         parse_strikes,
     )  # fmt: skip
+    from vomstudio.products.net.figure import picture_format
 
     order = FractureOrder(
         traces=Path(args.traces),

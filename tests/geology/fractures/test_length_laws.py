@@ -216,5 +216,7 @@ def test_windows_are_corrected_in_95_of_100(name: str) -> None:
           + ", ".join(f"{k} {100 * v / runs:.1f}" for k, v in held.items()))  # fmt: skip
     assert corrected == pytest.approx(true.mean(), rel=0.03)
     assert naive < 0.9 * true.mean()
+    # The mean of a heavy tail needs more traces than one window has.
+    least = {"mean by ends": 0.90}
     for key, count in held.items():
-        assert 0.91 <= count / runs <= 0.98, key
+        assert least.get(key, 0.92) <= count / runs <= 0.98, key

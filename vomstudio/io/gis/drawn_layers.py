@@ -62,6 +62,15 @@ def read_lines(path: str | Path, layer: str | None = None) -> DrawnLayer:
     )  # fmt: skip
 
 
+def drawn_lines(lines: Shapes | None) -> DrawnLayer:
+    """Lines (n,) of the interface, in metres, as if they had been read. Raises InputError."""
+    given = np.empty(0, np.object_) if lines is None else lines
+    parts, feature, said = _parts(given, _LINES)
+    if not len(parts):
+        raise InputError(tr("There are no lines with a length."), field="traces")
+    return DrawnLayer(Path("traces"), parts, feature + 1, {}, None, tuple(said))
+
+
 def read_area(path: str | Path, layer: str | None = None) -> tuple[Any, DrawnLayer]:
     """All polygons of a file as one shapely area, with what was read. Raises as `read_lines`."""
     import shapely
@@ -98,7 +107,8 @@ def _read(path: Path, layer: str | None, wanted: tuple[str, ...], none: str) -> 
     layer = layer or _layer_of(path, wanted)
     try:
         told, _, raw, fields = pyogrio.raw.read(path, layer=layer, force_2d=True)
-        shapes = shapely.from_wkb(raw, on_invalid="ignore")
+        # A table without geometry has none at all.
+        shapes = shapely.from_wkb([] if raw is None else raw, on_invalid="ignore")
     except _gdal_errors() as error:
         raise _unreadable(path) from error
     axes = _axes(path, told["crs"], shapes)

@@ -11,10 +11,16 @@ import numpy as np
 
 from vomstudio.errors import UsageError
 from vomstudio.geology.fractures.network import Counted, Mapped, fracture_network
-from vomstudio.geology.fractures.pieces import circle_area, pieces_of
+from vomstudio.geology.fractures.pieces import Shapes, circle_area, pieces_of
 from vomstudio.geology.fractures.scanlines import in_ranges
 from vomstudio.geology.fractures.windows import directions_of
-from vomstudio.io.gis.drawn_layers import DrawnLayer, read_area, read_lines, same_frame
+from vomstudio.io.gis.drawn_layers import (
+    DrawnLayer,
+    drawn_lines,
+    read_area,
+    read_lines,
+    same_frame,
+)
 from vomstudio.words import tr
 
 SET_COLUMN = "set"
@@ -26,7 +32,7 @@ class FractureOrder:
     of nodes, the attribute that names sets or ranges of strikes, the cap of Terzaghi weights, the
     layer of the traces."""
 
-    traces: Path
+    traces: Path | None
     area: Path | None = None
     circle: tuple[float, float, float] | None = None
     scanline: Path | None = None
@@ -37,13 +43,25 @@ class FractureOrder:
     layer: str | None = None
 
 
-def map_fractures(order: FractureOrder) -> Mapped:
-    """Raises InputError, UsageError and GeometryError with the file that is to blame."""
-    if sum(given is not None for given in (order.area, order.circle, order.scanline)) > 1:
+def map_fractures(
+    order: FractureOrder,
+    *,
+    lines: Shapes | None = None,
+    counted: Counted | None = None,
+    sets: Sequence[str] | None = None,
+) -> Mapped:
+    """lines : (n,) in place of the file of traces; counted : in place of that of the area or the
+    scanline; sets : (n,) the set of each trace, in place of an attribute.
+    Raises InputError, UsageError and GeometryError with the file that is to blame."""
+    asked = [order.area, order.circle, order.scanline, counted]
+    if sum(given is not None for given in asked) > 1:
         raise UsageError(tr("Give an area, a circle or a scanline: one of them."), field="--area")
-    drawn = read_lines(order.traces, order.layer)
+    drawn = (
+        drawn_lines(lines)
+        if lines is not None or order.traces is None
+        else read_lines(order.traces, order.layer)
+    )
     said = list(drawn.warnings)
-    counted = Counted()
     if order.circle is not None:
         counted = Counted(circle_area(*order.circle), circle=order.circle)
     elif order.area is not None:
@@ -56,10 +74,18 @@ def map_fractures(order: FractureOrder) -> Mapped:
         same_frame(drawn, read)
         said += read.warnings
         counted = Counted(scanlines=read.shapes)
+    if sets is None:
+        sets = sets_of(drawn, order.set_column, order.strikes)
+    elif lines is None or len(sets) != len(lines):
+        raise UsageError(
+            tr("Every trace needs its set: there are {count} sets.", count=len(sets)), field="by"
+        )
+    else:
+        sets = [sets[i - 1] for i in drawn.feature]
     return fracture_network(
         drawn.shapes,
         counted,
-        sets=sets_of(drawn, order.set_column, order.strikes),
+        sets=sets,
         snap_m=order.snap_m,
         terzaghi_cap=order.terzaghi_cap,
         warnings=said,
