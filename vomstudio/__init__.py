@@ -24,6 +24,7 @@ _PLACES = {
     "stats": "sets",
     "fold": "sets",
     "slope": "sets",
+    "fractures": "fracture_maps",
     "stereonet": "nets",
     "orthophoto": "orthophotos",
     "Orthophoto": "orthophotos",

@@ -152,6 +152,17 @@ CASES = (
     Case("rose-refused", "rose {work}/planes.csv --bin 7 -o {work}/roses.svg", code=2),
     Case("slope", "slope {work}/planes.csv --face 310/75 --friction 35", after=("fit-by",)),
     Case("slope-refused", "slope {work}/planes.csv --face 310/0 --friction 35", code=2),
+    Case(
+        "fractures",
+        "fractures {work}/traces.geojson --area {work}/area.geojson --snap 0.01"
+        " --plot {work}/fractures.svg",
+    ),
+    Case(
+        "fractures-scanline",
+        "fractures {work}/traces.geojson --scanline {work}/traces.geojson"
+        " --strikes 80-100 --terzaghi-cap 3",
+    ),
+    Case("fractures-refused", "fractures {work}/three.csv", code=2),
     Case("stereonet-refused", "stereonet {work}/three.csv -o {work}/net.txt", code=2),
     Case(
         "ortho-fold",
@@ -263,6 +274,7 @@ def prepare(folder: Path) -> dict[str, str]:
         + "".join(f"foot,{270 - k},{40 + k % 2}\n" for k in range(6))
         + "".join(f"fault,{100 + 2 * k},{70 - k % 3}\n" for k in range(6))
     )
+    write_traces(work)
     write_film(work / "pan.avi")
     frame = next((specimens / "schema1.vom/reconstruction/photos-preview/work").glob("frame-*"))
     return {
@@ -271,6 +283,21 @@ def prepare(folder: Path) -> dict[str, str]:
         "resources": str(resource("sample").parent),
         "frame": frame.name,
     }
+
+
+def write_traces(work: Path) -> None:
+    """Two sets of traces in metres, one abutting on the other, and the area around them."""
+    lines = [[[0.5 * k, 0.3 * k], [0.5 * k + 7 + 0.7 * k % 3, 0.3 * k]] for k in range(12)]
+    lines += [[[k, 0.3], [k, 0.9 + 0.2 * k]] for k in range(3, 9)]
+    ring = [[1, -1], [9, -1], [9, 5], [1, 5], [1, -1]]
+    for name, kind, shapes in (("traces", "LineString", lines), ("area", "Polygon", [[ring]])):
+        features = [
+            {"type": "Feature", "properties": {}, "geometry": {"type": kind, "coordinates": c}}
+            for c in shapes
+        ]
+        crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}}
+        layer = {"type": "FeatureCollection", "crs": crs, "features": features}
+        (work / f"{name}.geojson").write_text(json.dumps(layer))
 
 
 def write_film(path: Path) -> None:
