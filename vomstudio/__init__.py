@@ -26,6 +26,8 @@ _PLACES = {
     "stereonet": "nets",
     "orthophoto": "orthophotos",
     "Orthophoto": "orthophotos",
+    "dem": "elevations",
+    "ElevationModel": "elevations",
     "register": "registrations",
     "compare": "comparisons",
     "reconstruct": "reconstructions",

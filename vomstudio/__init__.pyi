@@ -1,5 +1,7 @@
 from vomstudio import errors as errors
 from vomstudio.api.comparisons import compare as compare
+from vomstudio.api.elevations import ElevationModel as ElevationModel
+from vomstudio.api.elevations import dem as dem
 from vomstudio.api.models import Mesh as Mesh
 from vomstudio.api.models import PointCloud as PointCloud
 from vomstudio.api.models import read as read
