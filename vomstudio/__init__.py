@@ -28,6 +28,8 @@ _PLACES = {
     "stereonet": "nets",
     "orthophoto": "orthophotos",
     "Orthophoto": "orthophotos",
+    "dem": "elevations",
+    "ElevationModel": "elevations",
     "register": "registrations",
     "compare": "comparisons",
     "facets": "extractions",

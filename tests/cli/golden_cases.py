@@ -180,6 +180,13 @@ CASES = (
         "ortho {specimens}/boulder.ply --trend 40 --plunge 90 --up y --unit 0.3048 --gsd 0.05"
         " -o {work}/cloud.tif",
     ),
+    Case(
+        "dem",
+        "dem {specimens}/schema1.vom/models/face/face.obj --plane 200/85 --gsd 0.1 --slope"
+        " -o {work}/dem.tif",
+    ),
+    Case("dem-cloud", "dem {specimens}/boulder.ply --up y --gsd 0.05 -o {work}/dem-cloud.tif"),
+    Case("dem-refused", "dem {specimens}/boulder.ply --limit 0 -o {work}/none.tif", code=2),
     Case("ortho-refused", "ortho {specimens}/boulder.ply -o {work}/none.tif", code=2),
     Case(
         "plan",

@@ -11,8 +11,8 @@ from vomstudio.words import tr
 
 COMMANDS = (
     "demo", "info", "convert", "fit", "stats", "fold", "stereonet", "rose", "slope", "fractures",
-    "ortho", "facets", "trace", "plan", "check", "frames", "reconstruct", "register", "compare",
-    "project", "export",
+    "ortho", "dem", "facets", "trace", "plan", "check", "frames", "reconstruct", "register",
+    "compare", "project", "export",
 )  # fmt: skip
 """The words after `vomstudio` that are commands, each the name of its module here."""
 
