@@ -5,12 +5,15 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from functools import partial
+from typing import TypeVar
 
 from PySide6.QtCore import QObject, QRunnable, QThreadPool, QTimer
+from shiboken6 import isValid
 
 from vomstudio.failures import exception_hooks
 from vomstudio.ui.common.qt_owner import poster
 
+Made = TypeVar("Made")
 Work = Callable[[], object]
 Then = Callable[[object], None]
 
@@ -24,7 +27,7 @@ class Background(QObject):
 
     def __init__(self, owner: QObject) -> None:
         super().__init__(owner)
-        self._closed = False
+        self.closed = False
         self._post = poster(self)
 
     def run(self, work: Work, then: Then) -> None:
@@ -33,14 +36,24 @@ class Background(QObject):
 
     def close(self) -> None:
         """No result is passed on any more."""
-        self._closed = True
+        self.closed = True
+
+    def unless_closed(self, then: Callable[[Made], None]) -> Callable[[Made], None]:
+        """A function that does nothing once this is closed, or gone with its owner: for what is
+        called by somebody who outlives the owner, such as a job."""
+
+        def called(made: Made) -> None:
+            if isValid(self) and not self.closed:
+                then(made)
+
+        return called
 
     def _hand_over(self, then: Then, made: object) -> None:
         """From the thread."""
         self._post(partial(self._deliver, then, made))
 
     def _deliver(self, then: Then, made: object) -> None:
-        if not self._closed:
+        if not self.closed:
             then(made)
 
 
@@ -78,6 +91,11 @@ class NewestResult(QObject):
             self._slow.start()
         self._wanted = work
         self._begin()
+
+    def close(self) -> None:
+        """No result is passed on any more."""
+        self.drop()
+        self._background.close()
 
     def drop(self) -> None:
         """What was asked for is not wanted any more."""

@@ -165,6 +165,7 @@ class MainWindow(QMainWindow):
     def _rest_commands(self) -> list[Command]:
         from vomstudio.ui.analyse import net_commands, ortho_commands, profile_dialog
         from vomstudio.ui.interpret import feature_commands, line_commands, tool_panels
+        from vomstudio.ui.registration import commands as registration_commands
         from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell import compact_commands, help_commands, tour
 
@@ -174,6 +175,7 @@ class MainWindow(QMainWindow):
         return [
             *ortho_commands.commands(studio, view, self.view_panel, self),
             profile_dialog.command(studio, self._dialogs, self),
+            *registration_commands.commands(studio, self._dialogs, self),
             *line_commands.commands(studio, self.view_panel, self),
             *(command for some in self._of_tools for command in some),
             *net_commands.commands(studio, lambda: getattr(self, "net", None), self),
