@@ -105,6 +105,12 @@ CASES = (
         "compare-m3c2",
         "compare {work}/above.xyz {work}/ground.xyz --m3c2 0.4 --registration-error 0.01",
     ),
+    Case(
+        "compare-orientations",
+        "compare {work}/above.xyz {work}/ground.xyz --orientations {work}/planes.csv "
+        "{work}/planes.csv",
+        after=("fit-by",),
+    ),
     Case("compare-refused", "compare {work}/above.xyz {resources}/sample/sample.obj", code=2),
     Case("fit-refused", "fit {work}/broken.csv", code=2),
     Case("stats-sets", "stats {work}/planes.csv --set kind", after=("fit-by",)),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common.actions import Command
@@ -11,7 +13,17 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 
 
-def commands(studio: Studio, dialogs: OpenDialogs, parent: QWidget) -> list[Command]:
+class Workspaces(Protocol):
+    def switch(self, name: str) -> None: ...
+
+
+class Docks(Protocol):
+    def bring_forward(self, name: str) -> None: ...
+
+
+def commands(
+    studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
+) -> list[Command]:
     """parent : of the dialogs"""
 
     def no_model() -> str | None:
@@ -27,8 +39,16 @@ def commands(studio: Studio, dialogs: OpenDialogs, parent: QWidget) -> list[Comm
         if model is not None:
             dialogs.show(FitDialog, lambda: FitDialog(parent, studio, model), model.id)
 
+    def compare() -> None:
+        workspaces.switch("register")
+        docks.bring_forward("compare")
+
     return [
         Command("fit_model", tr("Fit to another &model…"), fit, "vector-combine", (),
                 tr("Places the model by another one of the same rock: points that are clicked in "
                    "both, then the surfaces, with the error in degrees."), no_model),
+        Command("compare_models", tr("Compare with a &benchmark…"), compare,
+                "compare-horizontal", (),
+                tr("Signed distances from a better model or cloud of the same rock, and what of "
+                   "them is more than chance."), no_model),
     ]  # fmt: skip

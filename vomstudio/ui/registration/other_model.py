@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
 
 from vomstudio.document.records import Frame, Model
@@ -91,10 +91,29 @@ class OtherModelBox(QWidget):
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
 
+    def offer_besides(self, besides: str) -> None:
+        """The models of the project, but for this one, and the files that were read. What was
+        chosen stays chosen where it can."""
+        before = self.models.currentData()
+        offered = {m.id for m in self._studio.session.of(Model) if m.id in self._studio.models}
+        listed = {self.models.itemData(row) for row in range(self.models.count())} - {""}
+        if listed == (offered - {besides}) | set(self._files):
+            return
+        self._besides = besides
+        with QSignalBlocker(self.models):
+            self.models.clear()
+            self._list()
+            found = self.models.findData(before) if before else -1
+            self.models.setCurrentIndex(max(found, 0))
+        if self.models.currentData() != before:
+            self._changed()
+
     def _list(self) -> None:
         for model in self._studio.session.of(Model):
             if model.id != self._besides and model.id in self._studio.models:
                 self.models.addItem(model.name, model.id)
+        for key, made in self._files.items():
+            self.models.addItem(made.name, key)
         if not self.models.count():
             self.models.addItem(tr("Choose a file"), "")
 

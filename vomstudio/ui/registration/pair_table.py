@@ -50,12 +50,12 @@ class PairTable(QTableWidget):
 
 
 def placed_in_words(placed: Placed) -> str:
-    """What the points alone say; what is wrong with one of them comes first."""
+    """What the points alone say."""
     from vomstudio.registration.remarks import said_of_worst
 
     rms = placed.rms_control_m or 0.0
     said = [tr("By the points alone: {rms:.3f} m (RMS).", rms=rms), *said_of_worst(placed)]
-    return "\n".join([*reversed(placed.warnings), " ".join(said)])
+    return "\n".join([" ".join(said), *reversed(placed.warnings)])
 
 
 def fitted_in_words(found: FittedModel) -> str:
@@ -68,4 +68,4 @@ def fitted_in_words(found: FittedModel) -> str:
         *said_of_worst(found.placed),
         tr("The error of what it was fitted to is not in it."),
     ]
-    return "\n".join([*reversed(found.placed.warnings), " ".join(said)])
+    return "\n".join([" ".join(said), *found.placed.warnings])
