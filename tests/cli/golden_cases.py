@@ -121,6 +121,10 @@ CASES = (
         "trace-refused",
         "trace {work}/slope.csv --through {work}/ground.xyz -o {work}/none.csv --cost shade",
         code=2,
+        "compare-orientations",
+        "compare {work}/above.xyz {work}/ground.xyz --orientations {work}/planes.csv "
+        "{work}/planes.csv",
+        after=("fit-by",),
     ),
     Case("compare-refused", "compare {work}/above.xyz {resources}/sample/sample.obj", code=2),
     Case("fit-refused", "fit {work}/broken.csv", code=2),

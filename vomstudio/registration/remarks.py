@@ -108,6 +108,19 @@ def said_of_worst(placed: Placed) -> list[str]:
     return said
 
 
+def said_of_fitted(places: int, overlap: float, rms_m: float, blocks: int, block_m: float) -> str:
+    """What a fit to a reference rests on; the figures of `FittedToReference`."""
+    return tr(
+        "Fitted to the reference at {places} places ({share:.0f} % of the model), which it misses "
+        "by {rms:.3g} m (robust, 1 sigma); the error is that of {blocks} blocks of {side:.3g} m.",
+        places=places,
+        share=100.0 * overlap,
+        rms=rms_m,
+        blocks=blocks,
+        side=block_m,
+    )
+
+
 def said_of_errors(
     error: RotationError, scale95: float | None, known: Known, points: Points | None
 ) -> list[str]:
