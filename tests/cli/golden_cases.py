@@ -121,6 +121,8 @@ CASES = (
         "trace-refused",
         "trace {work}/slope.csv --through {work}/ground.xyz -o {work}/none.csv --cost shade",
         code=2,
+    ),
+    Case(
         "compare-orientations",
         "compare {work}/above.xyz {work}/ground.xyz --orientations {work}/planes.csv "
         "{work}/planes.csv",

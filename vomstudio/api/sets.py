@@ -7,11 +7,8 @@ from typing import Any, Literal
 
 from vomstudio.api.checking import one_of, warn
 from vomstudio.api.tables import Azimuth, rows_of
-<<<<<<< HEAD
-from vomstudio.geology.orientation import Plane
-=======
 from vomstudio.geology.error_weights import WEIGHTINGS
->>>>>>> statistics
+from vomstudio.geology.orientation import Plane
 from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
 from vomstudio.geology.table_statistics import TableStatistics, table_statistics

@@ -212,13 +212,13 @@ def _csv_cell(value: Any) -> str:
             return f"{value:.12g}" if math.isfinite(value) else ""
         case int() | np.integer():
             return str(value)
-    return _csv_text(str(value))
+    return csv_text(str(value))
 
 
 _QUOTED = re.compile(r'[,"\n\r]')
 
 
-def _csv_text(text: str) -> str:
+def csv_text(text: str) -> str:
     text = guarded(text)
     # A leading # would make the row a comment for whoever reads it.
     if text[:1] == "#" or _QUOTED.search(text) or text != text.strip():

@@ -84,7 +84,10 @@ def svg_text(drawing: Drawing) -> str:
     mm = 1000.0 / scale
     width, height = ((high - low) * mm).tolist()
     left, top = MARGIN_MM, MARGIN_MM
-    page = (width + 2 * MARGIN_MM, height + 2 * MARGIN_MM + (len(drawing.title) + 2) * 1.6 * _TEXT_MM)
+    page = (
+        width + 2 * MARGIN_MM,
+        height + 2 * MARGIN_MM + (len(drawing.title) + 2) * 1.6 * _TEXT_MM,
+    )
     matrix = (mm, mm, left - low[0] * mm, top + high[1] * mm)
     out = [
         '<?xml version="1.0" encoding="UTF-8"?>',

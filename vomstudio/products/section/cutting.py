@@ -107,7 +107,9 @@ def _within(pieces: Array, panel: Panel) -> Array:
         for k, end in enumerate((a, b)):
             off = beyond(end[:, 0], limit)
             share = (limit - a[off, 0]) / step[off, 0]
-            cut[off, k] = np.stack([np.full(len(share), limit), a[off, 1] + share * step[off, 1]], 1)
+            cut[off, k] = np.stack(
+                [np.full(len(share), limit), a[off, 1] + share * step[off, 1]], 1
+            )
     return cut
 
 

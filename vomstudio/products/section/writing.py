@@ -212,7 +212,9 @@ def section_drawing(
     pad = max(0.05 * float((high - low).max()), 1e-3)
     ends = end_names(curtain, north_known)
     unit = "m" if metric else tr("units")
-    height = tr("Z ({unit})", unit=unit) if curtain.vertical else tr("up the plane ({unit})", unit=unit)
+    height = (
+        tr("Z ({unit})", unit=unit) if curtain.vertical else tr("up the plane ({unit})", unit=unit)
+    )
     return Drawing(
         tuple(shapes),
         np.stack([low - pad, high + pad]),
@@ -274,7 +276,9 @@ def _head(curtain: Curtain, crs: str | None, model: str, figures: SectionFigures
         f"deg; {height}",
     ]
     if figures.dip_deg is not None:
-        rows.append(f"plane: dip direction {figures.dip_direction_deg:.4f}, dip {figures.dip_deg:.4f}")
+        rows.append(
+            f"plane: dip direction {figures.dip_direction_deg:.4f}, dip {figures.dip_deg:.4f}"
+        )
     if figures.slab_m is not None:
         rows.append(f"points within {figures.slab_m / 2:.6g} m of the section on either side")
     return "".join(f"# {row}\n" for row in rows)
@@ -303,7 +307,9 @@ def _features_table(flats: tuple[Flat, ...]) -> str:
         item = flat.item
         names = [csv_text(word) for word in (item.layer, item.id, item.name, item.kind, item.set)]
         angles = (item.dip_direction_deg, item.dip_deg, flat.apparent_dip_deg)
-        for k, ((s, t), away) in enumerate(zip(flat.points.tolist(), flat.away.tolist(), strict=True)):
+        for k, ((s, t), away) in enumerate(
+            zip(flat.points.tolist(), flat.away.tolist(), strict=True)
+        ):
             out.writerow(
                 [*names, k + 1, f"{s:.6f}", f"{t:.6f}", f"{away:.6f}",
                  *("" if a is None or not math.isfinite(a) else f"{a:.4f}" for a in angles)]
