@@ -3,8 +3,6 @@ plane."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import Qt
@@ -38,6 +36,8 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.bedding_axis import BeddingAxis
+from vomstudio.ui.scene.outcrop_view import OutcropView
+from vomstudio.ui.scene.saved_views_box import SavedViewsBox
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.looking import Direction, across_slip, depth_along, meeting_line
 
@@ -49,16 +49,13 @@ _EDGE_ON = 0.05
 
 
 class ViewPanel(QWidget):
-    """`look` turns the view: look(trend_deg, plunge_deg), orthographic. saved : shows the views
-    that have a name"""
+    """Directions for a view of the outcrop, and views that have a name."""
 
-    def __init__(
-        self, studio: Studio, look: Callable[[float, float], None], saved: QWidget
-    ) -> None:
+    def __init__(self, studio: Studio, view: OutcropView) -> None:
         super().__init__()
         explain(self, "numbers.md#the-view-direction")
         self._studio = studio
-        self._look = look
+        self._look = view.look
         self._direction = Line(0.0, 0.0)
         self._bedding = BeddingAxis(studio, lambda: self.only_selected.isChecked())
         self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
@@ -116,7 +113,7 @@ class ViewPanel(QWidget):
         layout.addLayout(form)
         layout.addLayout(grid)
         layout.addWidget(self._cost)
-        layout.addWidget(saved)
+        layout.addWidget(SavedViewsBox(studio, view))
         layout.addWidget(self.only_selected)
         layout.addWidget(self._verdict)
         layout.addStretch()
