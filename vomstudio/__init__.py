@@ -18,6 +18,7 @@ _PLACES = {
     "plan": "surveys",
     "fit_plane": "planes",
     "fit_planes": "planes",
+    "fit_parallel": "planes",
     "PlaneFit": "planes",
     "LineFit": "planes",
     "read_orientations": "tables",

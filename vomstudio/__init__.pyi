@@ -13,6 +13,7 @@ from vomstudio.api.orthophotos import Orthophoto as Orthophoto
 from vomstudio.api.orthophotos import orthophoto as orthophoto
 from vomstudio.api.planes import LineFit as LineFit
 from vomstudio.api.planes import PlaneFit as PlaneFit
+from vomstudio.api.planes import fit_parallel as fit_parallel
 from vomstudio.api.planes import fit_plane as fit_plane
 from vomstudio.api.planes import fit_planes as fit_planes
 from vomstudio.api.projects import Project as Project

@@ -129,6 +129,8 @@ CASES = (
         after=("fit-by",),
     ),
     Case("compare-refused", "compare {work}/above.xyz {resources}/sample/sample.obj", code=2),
+    Case("fit-parallel", "fit {resources}/sample/picks.csv --by pick --parallel --same B01,B02"),
+    Case("fit-parallel-refused", "fit {work}/three.csv --same a,b", code=2),
     Case("fit-refused", "fit {work}/broken.csv", code=2),
     Case("stats-sets", "stats {work}/planes.csv --set kind", after=("fit-by",)),
     Case("stats-project", "stats {work}/project.csv --set set", after=("export-csv",)),
