@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import (
+    QAction,
     QCloseEvent,
     QDragEnterEvent,
     QDropEvent,
@@ -165,7 +166,7 @@ class MainWindow(QMainWindow):
     def _rest_commands(self) -> list[Command]:
         from vomstudio.ui.analyse import net_commands, ortho_commands, profile_dialog
         from vomstudio.ui.interpret import feature_commands, line_commands, tool_panels
-        from vomstudio.ui.registration import commands as registration_commands
+        from vomstudio.ui.registration import pair_commands
         from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell import compact_commands, help_commands, tour
 
@@ -175,9 +176,7 @@ class MainWindow(QMainWindow):
         return [
             *ortho_commands.commands(studio, view, self.view_panel, self),
             profile_dialog.command(studio, self._dialogs, self),
-            *registration_commands.commands(
-                studio, self._dialogs, self.workspaces, self.docks, self
-            ),
+            *pair_commands.commands(studio, self._dialogs, self.workspaces, self.docks, self),
             *line_commands.commands(studio, self.view_panel, self),
             *(command for some in self._of_tools for command in some),
             *net_commands.commands(studio, lambda: getattr(self, "net", None), self),
@@ -216,7 +215,6 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.interpret.table_panel import TablePanel
         from vomstudio.ui.interpret.tree_photos import TreePhotos
         from vomstudio.ui.photos.photos_panel import PhotosPanel
-        from vomstudio.ui.registration.compare_panel import ComparePanel
         from vomstudio.ui.scene.display_panel import DisplayPanel
         from vomstudio.ui.shell.record_actions import record_actions
         from vomstudio.ui.sight.in_photos_panel import InPhotosPanel
@@ -239,15 +237,12 @@ class MainWindow(QMainWindow):
         self.in_photos = InPhotosPanel(
             studio, self.photo_links, self._photo_shown, self._sightings, actions
         )
-        self.compare = ComparePanel(studio)
         self.messages = MessagesPanel()
         for view in (self.tree.tree, self.table.view):
-            # Only with the focus on the view itself: in an editor Delete deletes letters.
-            key = QShortcut(QKeySequence.StandardKey.Delete, view)
-            key.setContext(Qt.ShortcutContext.WidgetShortcut)
-            key.activated.connect(actions["delete"].trigger)
+            _delete_by_key(view, actions["delete"])
 
     def _fill_docks(self) -> None:
+        from vomstudio.ui.registration.compare_panel import ComparePanel
         from vomstudio.ui.shell.jobs_panel import JobsPanel
 
         # The net needs matplotlib: its place is kept until the window is on the screen.
@@ -259,7 +254,7 @@ class MainWindow(QMainWindow):
         add("view", tr("View direction"), self.view_panel, scrolls=True)
         add("display", tr("Display"), self.display_panel)
         add("properties", tr("Properties"), self.properties)
-        add("compare", tr("Compare"), self.compare, scrolls=True)
+        add("compare", tr("Compare"), ComparePanel(self.studio), scrolls=True)
         add("table", tr("Orientations"), self.table)
         add("photos", tr("Photos"), self.photos_panel)
         add("in_photos", tr("In the photos"), self.in_photos)
@@ -444,6 +439,13 @@ class MainWindow(QMainWindow):
             self.net.close_thread()
         self.studio.close()
         event.accept()
+
+
+def _delete_by_key(view: QWidget, action: QAction) -> None:
+    """Only with the focus on the view itself: in an editor Delete deletes letters."""
+    key = QShortcut(QKeySequence.StandardKey.Delete, view)
+    key.setContext(Qt.ShortcutContext.WidgetShortcut)
+    key.activated.connect(action.trigger)
 
 
 def _warm_up(studio: Studio) -> None:
