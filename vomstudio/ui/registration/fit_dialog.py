@@ -324,10 +324,14 @@ class FitDialog(QDialog):
             return tr(
                 "Choose what the model is fitted to: another model of the project, or a file."
             )
+        if self._job is not None:
+            return tr("The surfaces are being fitted.")
         if self.points.here is not None:
             return tr("Click the same point on the right.")
         if self.points.there is not None:
             return tr("Click the same point on the left.")
+        if self.fitted is not None:
+            return tr("Register the model by this fit, or click more points and fit it again.")
         if len(self.points.pairs) < 3:
             return tr(
                 "Click a point on the left and the same one on the right; three or more, far "
