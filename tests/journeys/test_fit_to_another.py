@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 from scipy.spatial.transform import Rotation
 
 from tests import driver
+from vomstudio.document import edits
 from vomstudio.document.records import Model
 from vomstudio.geometry import transform
 from vomstudio.io.models.opening import read_model
@@ -159,3 +160,38 @@ def test_what_the_views_hold_is_freed_and_a_fit_can_be_stopped(window, outcrop, 
     dialog.close()
     assert all(view.scene is None for view in views)
     driver.wait(lambda: not window.findChildren(FitDialog), "the end of the dialog")
+
+
+def test_a_model_without_north_places_no_other(window, outcrop, moved) -> None:
+    driver.open_outcrop(window, outcrop)
+    studio = window.studio
+    own = driver.model(window)
+    # Its file states no frame.
+    studio.open_model(moved)
+    driver.wait(lambda: len(studio.models) == 2, "the other model")
+    driver.wait(lambda: driver.dialog_of(window), "the dialog that asks for its frame")
+    driver.dialog_of(window).reject()
+    studio.selection.set([own.id])
+    window.actions_table.run("fit_model")
+    driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
+    (dialog,) = window.findChildren(FitDialog)
+    assert dialog.other.models.currentText() == "lidar"
+    assert dialog.reference is None
+    assert "not declared" in dialog.said.text()
+    assert not dialog.fit.isEnabled()
+    dialog.close()
+    driver.wait(lambda: not window.findChildren(FitDialog), "the end of the dialog")
+    # The other way round it is placed by the one that is declared.
+    (lidar,) = (m for m in studio.session.of(Model) if m.id != own.id)
+    studio.selection.set([lidar.id])
+    window.actions_table.run("fit_model")
+    driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
+    (dialog,) = window.findChildren(FitDialog)
+    assert dialog.reference is not None
+    assert dialog.reference.id == own.id
+    assert dialog.fit.isEnabled()
+    # It may go meanwhile.
+    assert studio.attempt(edits.remove_model, own.id)
+    assert dialog.reference is None
+    assert not dialog.fit.isEnabled()
+    dialog.close()

@@ -171,6 +171,10 @@ class FitDialog(QDialog):
         return record if isinstance(record, Model) else None
 
     def _reference_chosen(self, *_: object) -> None:
+        if self._job is not None:
+            # It was for another one, or for another place of it.
+            self._studio.jobs.cancel(self._job)
+            self._job = None
         found = self.other.current()
         why = None
         if found is not None and not found.frame.has_north:
@@ -365,26 +369,30 @@ class FitDialog(QDialog):
         cache = self._studio.project.cache
         self.fitted = None
         self.said.setText(tr("Fitting the surfaces…"))
-        self._job = self._studio.jobs.submit(
-            FIT_TO_REFERENCE,
-            FitOrder(
-                own.standing(cache), reference.standing(cache), not model.frame.has_metres,
-                self.points.pairs, self.stable.part(self.points.pairs),
-            ),
-            title=tr("Fitting {model} to {other}", model=model.name, other=reference.name),
-            on_done=self._background.unless_closed(self._came),
-            on_failed=self._background.unless_closed(self._failed),
+        order = FitOrder(
+            own.standing(cache), reference.standing(cache), not model.frame.has_metres,
+            self.points.pairs, self.stable.part(self.points.pairs),
         )  # fmt: skip
+
+        def ended(made: FittedModel | Failed) -> None:
+            if self._job is not None and self._job.number == job.number:
+                self._job = None
+                self._came(made)
+
+        job = self._job = self._studio.jobs.submit(
+            FIT_TO_REFERENCE,
+            order,
+            title=tr("Fitting {model} to {other}", model=model.name, other=reference.name),
+            on_done=self._background.unless_closed(ended),
+            on_failed=self._background.unless_closed(ended),
+        )
         self._explain_buttons()
 
-    def _came(self, made: FittedModel) -> None:
-        self._job, self.fitted = None, made
+    def _came(self, made: FittedModel | Failed) -> None:
+        self.fitted = made if isinstance(made, FittedModel) else None
         self._show()
-
-    def _failed(self, event: Failed) -> None:
-        self._job = None
-        self._show()
-        self.said.setText(tr("The fit was stopped.") if event.cancelled else event.message)
+        if isinstance(made, Failed):
+            self.said.setText(tr("The fit was stopped.") if made.cancelled else made.message)
 
     def accept(self) -> None:
         """Register the model by what was found."""
