@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document import edits
-from vomstudio.document.records import Model
+from vomstudio.document.records import Model, Registration
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.jobs.events import Failed
@@ -304,7 +304,7 @@ class FitDialog(QDialog):
         if self._problem:
             return self._problem
         if self.fitted is not None:
-            return fitted_in_words(self.fitted)
+            return fitted_in_words(self.fitted, self._record())
         return "" if self.placed is None else placed_in_words(self.placed)
 
     # --- buttons -----------------------------------------------------------------------------
@@ -394,22 +394,28 @@ class FitDialog(QDialog):
         if isinstance(made, Failed):
             self.said.setText(tr("The fit was stopped.") if made.cancelled else made.message)
 
+    def _record(self) -> Registration | None:
+        """What was found, with the error of what the model was fitted to."""
+        from vomstudio.workspace.registering import registration_of, with_error_of
+
+        model, reference = self._model(), self.reference
+        if model is None or reference is None or self.fitted is None:
+            return None
+        pairs = self.points.as_pairs() if self.points.pairs else None
+        crs = reference.standing(self._studio.project.cache).crs
+        record = registration_of(self.fitted.placed, pairs, model, crs, reference.name)
+        other = self._studio.records.get(reference.id)
+        return with_error_of(record, other.registration if isinstance(other, Model) else None)
+
     def accept(self) -> None:
         """Register the model by what was found."""
-        from vomstudio.workspace.registering import (
-            registration_of,
-            set_words,
-            sets_turned_deg,
-            turned_deg,
-        )
+        from vomstudio.workspace.registering import set_words, sets_turned_deg, turned_deg
 
         studio, before, reference = self._studio, self._model(), self.reference
         if before is None or reference is None or self.fitted is None:
             return
-        pairs = self.points.as_pairs() if self.points.pairs else None
-        crs = reference.standing(studio.project.cache).crs
-        record = registration_of(self.fitted.placed, pairs, before, crs, reference.name)
-        if not studio.attempt(edits.set_registration, record, [before.id]):
+        record = self._record()
+        if record is None or not studio.attempt(edits.set_registration, record, [before.id]):
             return
         after = studio.records[before.id]
         assert isinstance(after, Model)
