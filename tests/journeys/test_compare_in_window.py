@@ -30,7 +30,7 @@ def higher(outcrop, tmp_path) -> Path:
 
 def panel_of(window) -> ComparePanel:
     window.actions_table.run("compare_models")
-    (panel,) = window.findChildren(ComparePanel)
+    panel = window.findChild(ComparePanel)
     driver.settled(window)
     driver.wait(panel.isVisible, "the panel")
     return panel

@@ -339,8 +339,8 @@ class FitDialog(QDialog):
         if len(self.points.pairs) < 3:
             return tr(
                 "Click a point on the left and the same one on the right; three or more, far "
-                "apart and not on a line. Where the model lies on the other one already, none is "
-                "needed."
+                "apart and not on a line. Where the model lies on the other one already, fewer "
+                "will do, or none."
             )
         return tr(
             "Fit the surfaces, or click more points; where the counterpart should be is ringed."
@@ -350,9 +350,7 @@ class FitDialog(QDialog):
         if self.reference is None:
             return tr("Choose what the model is fitted to.")
         count = len(self.points.pairs)
-        if 0 < count < 3:
-            return tr("Click three points at least, or none.")
-        if count and self.placed is None:
+        if count >= 3 and self.placed is None:
             return self._problem or tr("The points are being solved.")
         return self.stable.why_not(self.points.pairs)
 

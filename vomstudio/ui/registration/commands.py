@@ -10,15 +10,12 @@ from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.words import tr
 
 
 class Workspaces(Protocol):
     def switch(self, name: str) -> None: ...
-
-
-class Docks(Protocol):
-    def bring_forward(self, name: str) -> None: ...
 
 
 def commands(
