@@ -59,8 +59,8 @@ class StablePart:
 
 @dataclass(frozen=True)
 class FitOrder:
-    """scale : it is one of the unknowns; pairs : three or more, or fewer where the model stands near
-    the reference already; stable : None for all of the reference"""
+    """scale : it is one of the unknowns; pairs : three or more, or fewer where the model stands
+    near the reference already; stable : None for all of the reference"""
 
     model: StandingModel
     reference: StandingModel
