@@ -33,6 +33,7 @@ _PLACES = {
     "ElevationModel": "elevations",
     "register": "registrations",
     "compare": "comparisons",
+    "agreement": "agreements",
     "facets": "extractions",
     "follow": "extractions",
     "reconstruct": "reconstructions",
