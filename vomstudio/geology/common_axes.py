@@ -104,9 +104,7 @@ def _strays(members: Sequence[Array], means: Array, beta: Array) -> tuple[Array,
     variances = [
         square / (n - 1) if n > 1 else pooled for square, n in zip(squares, counts, strict=True)
     ]
-    # Two readings that happen to agree do not make a mean exact.
-    least = pooled / 4.0
-    return np.array([max(v, least) for v in variances]) / counts, free
+    return np.array(variances) / counts, free
 
 
 def _region_of(
@@ -136,7 +134,8 @@ def _chance(means: Array, axes: Array, strays: Array, free: int) -> float | None
     if k < 3:
         return None
     flat, off = means @ axes[:2].T, means @ axes[2]
-    weights = 1.0 / np.maximum(strays, 1e-16)
+    # Two readings that happen to agree do not make a mean exact.
+    weights = 1.0 / np.maximum(strays, max(0.25 * float(strays.mean()), 1e-16))
     tilt = np.linalg.solve((flat.T * weights) @ flat, (flat.T * weights) @ off)
     square = float(weights @ (off - flat @ tilt) ** 2)
     if free == 0:
