@@ -126,7 +126,7 @@ def _cylinder(shape: Shape, error95_deg: float | None, near: float, far: float) 
 
 
 def _believed(shape: Shape, error95_deg: float, width: float, near: float, far: float) -> Verdict:
-    reasons, conditions = [], []
+    reasons, conditions = list[str](), list[str]()
     within = tr(
         "nine tenths of the poles lie within {within:.1f} degrees of the great circle "
         "({limit:.0f} wanted)",

@@ -185,8 +185,8 @@ class StatisticsPanel(QWidget):
             return []
         names = [k.name for k in self._studio.session.of(FeatureType) if k.id in kinds]
         said = tr(
-            "{count} types are pooled ({types}): the mean of a mixture rarely means anything, and no "
-            "fold axis is sought",
+            "{count} types are pooled ({types}): the mean of a mixture rarely means anything, and "
+            "no fold axis is sought",
             count=len(kinds),
             types=", ".join(names),
         )
