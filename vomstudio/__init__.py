@@ -24,6 +24,7 @@ _PLACES = {
     "stats": "sets",
     "fold": "sets",
     "stereonet": "nets",
+    "rose": "nets",
     "orthophoto": "orthophotos",
     "Orthophoto": "orthophotos",
     "register": "registrations",

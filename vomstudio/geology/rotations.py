@@ -40,4 +40,4 @@ def meetings(poles: npt.ArrayLike, least_deg: float = 1.0) -> Array:
     length = np.linalg.norm(lines, axis=1)
     kept = length > float(np.sin(np.radians(least_deg)))
     lines = lines[kept] / length[kept, None]
-    return np.where(lines[:, 2:] > 0, -lines, lines)
+    return np.asarray(np.where(lines[:, 2:] > 0, -lines, lines))

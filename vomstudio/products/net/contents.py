@@ -134,6 +134,11 @@ class NetCircle:
     half_angle_deg: float
     label: str
 
+    @property
+    def dash(self) -> str:
+        """Of its line: great and small circles are told apart."""
+        return "--" if self.half_angle_deg == 90.0 else ":"
+
     def outline(self, projection: str) -> list[Array]:
         """Polylines (k, 2) on the net."""
         axis = self.axis.vector()

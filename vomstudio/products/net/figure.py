@@ -148,7 +148,7 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
     arcs, rows = page.draw_circles()
     for circle in net.circles_typed:
         for part in circle.outline(net.projection):
-            ax.plot(*part.T, color=style.ink, linewidth=style.line_pt, linestyle=(0, (4, 2)),
+            ax.plot(*part.T, color=style.ink, linewidth=style.line_pt, linestyle=circle.dash,
                     zorder=layer("circles"))  # fmt: skip
     poles = page.draw_poles(positions)
     if net.fold is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QGuiApplication, QPaintEvent
@@ -14,13 +15,17 @@ from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Record, Typed
 from vomstudio.document.registration_errors import model_of, turns_of
 from vomstudio.errors import VomError
-from vomstudio.ui.analyse.statistics_words import Rows, fold_rows, statistics_rows
+from vomstudio.ui.analyse.statistics_words import Rows, domain_rows, fold_rows, statistics_rows
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.geology.folds import FoldAxis
+    from vomstudio.geology.orientation import Plane
 
 _SOON_MS = 120
 _SELECTED = ("selection", "", "")
@@ -175,6 +180,7 @@ class StatisticsPanel(QWidget):
                     [p.dip_direction_deg for p in planes], [p.dip_deg for p in planes], turns
                 )
                 pages.insert(0, (tr("As a fold"), fold_rows(axis, notation)))
+                pages[1:1] = _domains([f.set_name for f in own], planes, axis)
             except VomError as error:
                 pages.insert(0, (tr("As a fold"), [(tr("Verdict"), error.message)]))
         return pages
@@ -191,6 +197,24 @@ class StatisticsPanel(QWidget):
             types=", ".join(names),
         )
         return [(tr("Mind"), said)]
+
+
+def _domains(
+    names: Sequence[str], planes: Sequence[Plane], axis: FoldAxis
+) -> list[tuple[str, Rows]]:
+    """The sets of a type as domains (hanging wall, footwall), where there are several."""
+    from vomstudio.geology.domains import domain_axes
+
+    members: dict[str, list[Plane]] = {}
+    for name, plane in zip(names, planes, strict=True):
+        members.setdefault(name or tr("no set"), []).append(plane)
+    if len(members) < 2:
+        return []
+    beds = {
+        name: ([p.dip_direction_deg for p in own], [p.dip_deg for p in own])
+        for name, own in sorted(members.items(), key=lambda item: natural(item[0]))
+    }
+    return [(tr("Its sets as domains"), domain_rows(*domain_axes(beds, axis)))]
 
 
 def _empty(choice: Choice) -> str:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from vomstudio.geology.distributions import AxisConfidence, LineFigures
+from vomstudio.geology.domains import DomainFigures, OneAxisFigures
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geology.orientation import Line, Plane
@@ -53,6 +56,25 @@ def fold_rows(axis: FoldAxis, notation: str) -> Rows:
         )
         rows.append((tr("Leave one out"), said))
     return [*rows, *((("•"), reason) for reason in axis.reasons)]
+
+
+def domain_rows(domains: Mapping[str, DomainFigures], one: OneAxisFigures) -> Rows:
+    """Each domain's own axis, and whether one serves all."""
+    rows = []
+    for name, domain in domains.items():
+        if domain.axis is None:
+            said = tr("n = {n}: {reason}", n=domain.n, reason=domain.reason)
+        else:
+            beta = domain.axis.beta
+            said = tr(
+                "n = {n}: beta {line}; {verdict}; valid: {valid}",
+                n=domain.n,
+                line=format_line(Line(beta.trend_deg, beta.plunge_deg), 0),
+                verdict=domain.axis.verdict,
+                valid=domain.axis.valid,
+            )
+        rows.append((name, said))
+    return [*rows, *(("•", reason) for reason in one.reasons)]
 
 
 def _counted(found: SetStatistics) -> str:
