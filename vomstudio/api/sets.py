@@ -1,4 +1,4 @@
-"""Sets of orientations: statistics and folds."""
+"""Sets of orientations: statistics, folds, slopes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from typing import Any, Literal
 from vomstudio.api.checking import one_of, warn
 from vomstudio.api.tables import Azimuth, rows_of
 from vomstudio.geology.error_weights import WEIGHTINGS
+from vomstudio.geology.orientation import Plane
 from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
+from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
 from vomstudio.geology.table_statistics import TableStatistics, table_statistics
 
 
@@ -119,3 +121,59 @@ def fold(
     rows = rows_of(table, azimuth)
     names = None if sets is None else checked_names([str(name) for name in sets])
     return table_fold(rows, kind, names, domain, waviness_deg)
+
+
+def slope(
+    table: Any,
+    face: str | tuple[float, float],
+    friction_deg: float,
+    lateral_deg: float = 20.0,
+    *,
+    limits: Literal["curved", "straight"] = "curved",
+    azimuth: Azimuth | None = None,
+) -> TableSlope:
+    """Whether planes and their intersections let a rock slope fail: kinematic analysis.
+
+    Parameters
+    ----------
+    table, azimuth : as in `stats`; lines in it are left out
+    face : dip direction and dip of the slope, degrees: ``(135, 70)`` or ``"135/70"``
+    friction_deg : the friction angle, at least 0 and below 90
+    lateral_deg : how far from the slope's direction planes and direct toppling count; 90 for no
+        limit. Wedges have none.
+    limits : of planes: "curved" (small circles about the slope's strike) or "straight" (of the dip
+        direction); those of direct toppling are of the trend
+
+    Returns
+    -------
+    TableSlope: ``planar``, ``wedge``, ``flexural_toppling`` and ``direct_toppling``, each with
+    ``critical``, ``of`` (planes; of wedge and direct toppling intersections of all pairs),
+    ``share`` = critical / of (None of nothing), ``probability`` (the share to be expected with each
+    plane's own error, from the columns of the orientation table, drawn with a fixed seed; None
+    where planes carry no error) and ``secondary``; ``ids`` of the critical planes, and
+    ``direct_toppling.bases``, planes on which blocks can topple.
+
+    Raises
+    ------
+    vs.errors.UsageError for a horizontal face and angles that cannot be; vs.errors.GeometryError
+    for a table without planes; vs.errors.InputError as `stats`.
+
+    Planar sliding and wedges after Markland (Wyllie & Mah 2004), flexural toppling after Goodman
+    (1980), direct toppling after Hudson & Harrison (1997).
+
+    Examples
+    --------
+    A plane that dips out of the slope, flatter than it and steeper than the friction angle, slides;
+    with one that strikes across it forms a wedge:
+
+    >>> import vomstudio as vs
+    >>> found = vs.slope(([100, 170], [45, 70]), (100, 70), 30)
+    >>> found.planar.critical, found.planar.of, found.wedge.critical, found.wedge.of
+    (1, 2, 1, 1)
+    """
+    plane = face if isinstance(face, str) else Plane(*map(float, face))
+    asked = slope_face(plane, float(friction_deg), float(lateral_deg), limits)
+    rows = rows_of(table, azimuth)
+    found = table_slope(rows, asked)
+    warn(found.warnings[len(rows.warnings) :])
+    return found
