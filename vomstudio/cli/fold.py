@@ -34,7 +34,9 @@ def add_parser(subparsers: Subparsers) -> None:
         "--waviness",
         type=float,
         metavar="DEG",
-        help=tr("how far poles of a cylindrical fold stray (default: 90 % within 10 degrees)"),
+        help=tr(
+            "how far poles of a cylindrical fold stray (default: nine tenths within 10 degrees)"
+        ),
     )
     add_azimuth(parser)
 

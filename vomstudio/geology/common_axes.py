@@ -16,9 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.geology.chances import chi2_tail, f_tail
 from vomstudio.geology.common_turns import Moved, Turns, joined, moved, principal_axis
 from vomstudio.geology.distributions import f95
-from vomstudio.geology.fold_verdicts import KNOWN_AXIS_DEG, WEAK_AXIS_DEG, Verdict
+from vomstudio.geology.folding.verdicts import KNOWN_AXIS_DEG, WEAK_AXIS_DEG, Verdict
 from vomstudio.geology.folds import MIN_ARC, FoldAxis, PairFigures, axis_of
 from vomstudio.geology.intersections import UncertainPlane, intersection_line, mean_plane
 from vomstudio.geology.orientation import Array, planes_to_poles
@@ -127,9 +128,6 @@ def _region_of(
 def _chance(means: Array, axes: Array, strays: Array, free: int) -> float | None:
     """Chance of means so far off a common plane where they share one; None of two, which always
     do."""
-    from scipy.stats import chi2
-    from scipy.stats import f as fisher_f
-
     k = len(means)
     if k < 3:
         return None
@@ -139,8 +137,8 @@ def _chance(means: Array, axes: Array, strays: Array, free: int) -> float | None
     tilt = np.linalg.solve((flat.T * weights) @ flat, (flat.T * weights) @ off)
     square = float(weights @ (off - flat @ tilt) ** 2)
     if free == 0:
-        return float(chi2.sf(square, k - 2))
-    return float(fisher_f.sf(square / (k - 2), k - 2, free))
+        return chi2_tail(k - 2, square)
+    return f_tail(k - 2, free, square / (k - 2))
 
 
 def _pairs(names: Sequence[str], members: Sequence[Array]) -> tuple[PairFigures, ...]:

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.geology.chances import f_tail
 from vomstudio.geology.folds import AxisFigures, FoldAxis, fold_axis
 from vomstudio.geology.orientation import Array, angle_between_lines, planes_to_poles
 from vomstudio.geology.statistics import flip_to, orientation_tensor
@@ -95,8 +96,6 @@ def _square(along: Array) -> float:
 def _judged(
     together: float, separate: float, parameters: int, n: int, apart: float
 ) -> OneAxisFigures:
-    from scipy.stats import f as fisher_f
-
     extra, free = parameters - 2, n - parameters
     if extra <= 0 or free <= 0:
         said = tr(
@@ -106,7 +105,7 @@ def _judged(
         return OneAxisFigures(True, None, None, apart, (said,))
     variance = max(separate / free, 1e-12)
     ratio = max(together - separate, 0.0) / extra / variance
-    p = float(fisher_f.sf(ratio, extra, free))
+    p = f_tail(extra, free, ratio)
     apart_words = tr(
         "{apart:.0f} degrees apart at most; chance of that where one axis serves all: p {p}",
         apart=apart,

@@ -33,8 +33,8 @@ from vomstudio.geology.common_turns import (
     region,
 )
 from vomstudio.geology.distributions import LineFigures, f95, uniformity
-from vomstudio.geology.fold_shapes import Shape, arc_deg, rms, shape_of
-from vomstudio.geology.fold_verdicts import WEAK_AXIS_DEG, Verdict, verdict_of
+from vomstudio.geology.folding.shapes import Shape, arc_deg, rms, shape_of
+from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict, verdict_of
 from vomstudio.geology.orientation import (
     Array,
     Line,

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.geology.fold_shapes import Cone, Shape, TwoCircles
+from vomstudio.geology.folding.shapes import Cone, Shape, TwoCircles
 from vomstudio.words import tr
 
 CYLINDRICAL_DEG, NEARLY_CYLINDRICAL_DEG = 10.0, 20.0

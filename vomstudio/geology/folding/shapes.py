@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from vomstudio.geology.chances import f_tail, t95
 from vomstudio.geology.orientation import Array, Line
 from vomstudio.geology.statistics import flip_to, orientation_tensor, vollmer
 
@@ -211,9 +212,6 @@ def _design(x: Array, axis: Array) -> tuple[Array, Array]:
 def _cone_test(poles: Array, axes: Array, residuals: Array) -> tuple[float, float]:
     """p of the great circle against the small one, and the 95 % half-width of the half-angle; by
     where the poles lie along the great circle, as its error would be if that were the truth."""
-    from scipy.special import stdtrit
-    from scipy.stats import f as fisher_f
-
     n = len(poles)
     design, _ = _design(_one_sided(poles, axes), axes[2])
     singular = np.linalg.svd(design, compute_uv=False)
@@ -227,9 +225,9 @@ def _cone_test(poles: Array, axes: Array, residuals: Array) -> tuple[float, floa
     variance = better / free
     if math.degrees(math.sqrt(variance)) < NO_SCATTER_DEG:
         return 0.0, 0.0
-    p = float(fisher_f.sf(max(worse - better, 0.0) / variance, 1, free))
+    p = f_tail(1, free, max(worse - better, 0.0) / variance)
     spread = float(np.linalg.inv(design.T @ design)[0, 0])
-    return p, math.degrees(float(stdtrit(free, 0.975)) * math.sqrt(variance * spread))
+    return p, math.degrees(t95(free) * math.sqrt(variance * spread))
 
 
 # Two great circles ------------------------------------------------------------------------------
