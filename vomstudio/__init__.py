@@ -27,6 +27,7 @@ _PLACES = {
     "slope": "sets",
     "fractures": "fracture_maps",
     "stereonet": "nets",
+    "rose": "nets",
     "orthophoto": "orthophotos",
     "Orthophoto": "orthophotos",
     "dem": "elevations",

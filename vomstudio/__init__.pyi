@@ -9,6 +9,7 @@ from vomstudio.api.fracture_maps import fractures as fractures
 from vomstudio.api.models import Mesh as Mesh
 from vomstudio.api.models import PointCloud as PointCloud
 from vomstudio.api.models import read as read
+from vomstudio.api.nets import rose as rose
 from vomstudio.api.nets import stereonet as stereonet
 from vomstudio.api.orthophotos import Orthophoto as Orthophoto
 from vomstudio.api.orthophotos import orthophoto as orthophoto

@@ -139,6 +139,7 @@ CASES = (
     Case("fold", "fold {work}/planes.csv", after=("fit-by",)),
     Case("fold-joints", "fold {work}/project.csv --kind joint", after=("export-csv",)),
     Case("fold-sets", "fold {work}/three.csv --sets hanging,foot,fault"),
+    Case("fold-domains", "fold {work}/three.csv --domain set"),
     Case("fold-refused", "fold {work}/lines.csv", code=2),
     Case(
         "stereonet", "stereonet {work}/planes.csv --set kind -o {work}/net.svg", after=("fit-by",)

@@ -75,6 +75,8 @@ def fold(
     *,
     kind: str | None = None,
     sets: Sequence[str] | None = None,
+    domain: str | None = None,
+    waviness_deg: float | None = None,
     azimuth: Azimuth | None = None,
 ) -> TableFold:
     """Pi-plane and fold axis of planes, and whether one view direction is valid for them.
@@ -84,12 +86,20 @@ def fold(
     table, azimuth : as in `stats`; lines in it are left out
     kind : use planes of this kind only; of a table with kinds bedding is taken without it
     sets : the axis common to two or three of its sets, by their means
+    domain : column that names the domains, such as hanging wall and footwall: each gets its own
+        axis, and whether one serves all is tested
+    waviness_deg : how far poles of a cylindrical fold stray (standard deviation); None for the
+        limits of Ramsay & Huber (1987): nine tenths within 10 degrees
 
     Returns
     -------
     TableFold: ``n``, ``used``, ``left_out``, ``beta`` (``trend_deg``, ``plunge_deg``, semi-axes of
-    its joint 95 % region), ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``arc_deg``, ``valid`` (yes,
-    conditional or no), ``verdict`` and ``reasons``.
+    its joint 95 % region), ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``within90_deg``,
+    ``arc_deg``, ``cone`` (the best small circle), ``limbs`` (mean planes, interlimb angle, axial
+    plane), ``leave_one_out`` (the plane that turns beta most), ``pairs`` (where two sets meet),
+    ``domains`` and ``one_axis``, ``valid`` (yes, conditional or no), ``verdict`` (cylindrical,
+    conical, homoclinal, two axes, scattered or undetermined; of sets common axis or two axes) and
+    ``reasons``.
 
     Raises
     ------
@@ -97,7 +107,7 @@ def fold(
     that is not there; vs.errors.InputError as `stats`.
 
     Beta is the eigenvector of the smallest eigenvalue of the poles' orientation tensor (textbook
-    4.2, fig. 31), its confidence after Anderson (1963).
+    4.2, fig. 31), its confidence after Anderson (1963); cones after Gray, Geiser & Geiser (1980).
 
     Examples
     --------
@@ -110,7 +120,7 @@ def fold(
     """
     rows = rows_of(table, azimuth)
     names = None if sets is None else checked_names([str(name) for name in sets])
-    return table_fold(rows, kind, names)
+    return table_fold(rows, kind, names, domain, waviness_deg)
 
 
 def slope(
