@@ -23,6 +23,7 @@ _PLACES = {
     "read_orientations": "tables",
     "stats": "sets",
     "fold": "sets",
+    "slip": "sets",
     "slope": "sets",
     "stereonet": "nets",
     "orthophoto": "orthophotos",

@@ -10,7 +10,7 @@ from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
 COMMANDS = (
-    "demo", "info", "convert", "fit", "stats", "fold", "stereonet", "rose", "slope",
+    "demo", "info", "convert", "fit", "stats", "fold", "stereonet", "rose", "slope", "slip",
     "ortho", "plan",
     "check", "frames", "reconstruct", "register", "compare", "project", "export",
 )  # fmt: skip

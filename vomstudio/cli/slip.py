@@ -1,0 +1,55 @@
+"""`vomstudio slip`: what faults with known slip say together."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from vomstudio.cli.common import text_tables
+from vomstudio.cli.common.arguments import Subparsers, add_command
+from vomstudio.cli.common.output import Output
+from vomstudio.words import tr, tr_n
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers,
+        "slip",
+        run,
+        help_=tr("P and T axes, kinematic axes and right dihedra of faults"),
+    )
+    parser.add_argument(
+        "table",
+        metavar="TABLE",
+        help=tr("table of faults with striae and sense of slip: ours, FaultKin's, Win-Tensor's"),
+    )
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.geology.table_slip import table_slip
+    from vomstudio.io.text.slip_reading import read_slips
+
+    found = table_slip(read_slips(Path(args.table)))
+    result = found.as_dict()
+    out.result(result)
+    out.warn(found.warnings)
+    axes, dihedra = result["kinematic_axes"], result["right_dihedra"]
+    rows = [
+        [name, text_tables.line(axes[key]), text_tables.number(axes[key]["value"], 2),
+         text_tables.number(axes[key]["confidence95_deg"], 1)]
+        for name, key in (
+            (tr("shortening"), "shortening"),
+            (tr("intermediate"), "intermediate"),
+            (tr("extension"), "extension"),
+        )
+    ]  # fmt: skip
+    heads = [tr("kinematic axis"), tr("trend/plunge"), tr("value"), tr("95 % cone")]
+    shares = [
+        [name, text_tables.line(dihedra[key]),
+         text_tables.number(100.0 * dihedra[key]["share"], 0)]
+        for name, key in ((tr("compression"), "compression"), (tr("extension"), "extension"))
+    ]  # fmt: skip
+    out.text(tr_n("{count} fault", "{count} faults", found.n))
+    out.text(text_tables.table(heads, ["", "deg", "", "deg"], rows))
+    heads = [tr("right dihedra"), tr("trend/plunge"), tr("of faults")]
+    out.text(text_tables.table(heads, ["", "deg", "%"], shares))
