@@ -180,6 +180,8 @@ CASES = (
     Case("project-verify", "project {specimens}/schema1.vom verify"),
     Case("project-refused", "project {work}/none.vom list", code=2),
     Case("export-csv", "export {specimens}/schema1.vom --to csv -o {work}/project.csv"),
+    Case("export-faultkin", "export {specimens}/schema5.vom --to faultkin -o {work}/slips.txt"),
+    Case("export-kml", "export {specimens}/schema5.vom --to kml -o {work}/map.kml", code=2),
     Case("export-gpkg", "export {specimens}/schema1.vom --to gpkg -o {work}/project.gpkg"),
     Case("export-shp", "export {specimens}/schema1.vom --to shp -o {work}/project.shp"),
     Case("export-dxf", "export {specimens}/schema1.vom --to dxf -o {work}/project.dxf"),

@@ -54,12 +54,12 @@ def movements(
 
 def p_axes(normals: Array, slips: Array) -> Array:
     """(n, 3) unit vectors of greatest shortening."""
-    return (normals - slips) / np.sqrt(2.0)
+    return np.asarray((normals - slips) / np.sqrt(2.0))
 
 
 def t_axes(normals: Array, slips: Array) -> Array:
     """(n, 3) unit vectors of greatest extension."""
-    return (normals + slips) / np.sqrt(2.0)
+    return np.asarray((normals + slips) / np.sqrt(2.0))
 
 
 @dataclass(frozen=True, eq=False)

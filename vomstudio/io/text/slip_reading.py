@@ -85,9 +85,9 @@ def read_slips(path: str | Path) -> SlipTable:
 def slips_of(table: TextTable) -> SlipTable:
     """Of a table that has been read. Raises as `read_slips`."""
     columns = {
-        part: found
+        part: place
         for part, names in _NAMES.items()
-        if (found := _column(table, names)) is not None
+        if (place := _column(table, names)) is not None
     }
     _check(table, columns)
     cells = {part: table.cells(column) for part, column in columns.items()}
