@@ -151,8 +151,9 @@ def _levels(text: str | None) -> tuple[float, ...]:
         ) from None
 
 
-def picture_format(path: str) -> str:
-    """svg, pdf or png by the ending of a path. Raises UsageError."""
+def picture_format(path: str, field: str = "--output") -> str:
+    """svg, pdf or png by the ending of a path. field : the option that names it. Raises
+    UsageError."""
     from vomstudio.products.net.figure import FORMATS
 
     ending = Path(path).suffix.lower().removeprefix(".")
@@ -160,6 +161,6 @@ def picture_format(path: str) -> str:
         raise UsageError(
             tr("The ending of the name decides the format: .svg, .pdf or .png."),
             file=path,
-            field="--output",
+            field=field,
         )
     return ending
