@@ -116,3 +116,27 @@ def test_many_faults_take_little_time() -> None:
         }
     )
     assert vs.slip(frame).n == n
+
+
+def test_arrows_of_normal_faults_point_outward_and_the_picture_names_the_axes(
+    run, write, tmp_path: Path
+) -> None:
+    import xml.etree.ElementTree as ElementTree
+
+    from matplotlib.figure import Figure
+
+    from vomstudio.geology.table_slip import table_slip
+    from vomstudio.products.net.slip_figure import draw_slip
+
+    path, target = write(TABLE), tmp_path / "s.svg"
+    assert run("slip", path, "--plot", target, "--json").json["image"] == str(target)
+    said = " ".join(ElementTree.parse(target).getroot().itertext())
+    assert "2 faults" in said
+    assert "P axes" in said
+    table = read_slips(path)
+    left, _ = draw_slip(Figure((7, 5)), table, table_slip(table))
+    arrows = [t for t in left.texts if getattr(t, "arrow_patch", None) is not None]
+    assert len(arrows) == 2
+    for arrow in arrows:
+        head, tail = np.array(arrow.xy), np.array(arrow.get_position())
+        assert np.linalg.norm(head) > np.linalg.norm(tail)

@@ -23,14 +23,31 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="TABLE",
         help=tr("table of faults with striae and sense of slip: ours, FaultKin's, Win-Tensor's"),
     )
+    parser.add_argument(
+        "--plot", metavar="FILE", help=tr("also the nets as a picture, .svg, .pdf or .png")
+    )
+    parser.add_argument(
+        "--force", action="store_true", help=tr("replace FILE if it is there already")
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.cli.stereonet import picture_format
+    from vomstudio.files.atomic import atomic_write, check_target
     from vomstudio.geology.table_slip import table_slip
     from vomstudio.io.text.slip_reading import read_slips
 
-    found = table_slip(read_slips(Path(args.table)))
-    result = found.as_dict()
+    if args.plot is not None:
+        format_ = picture_format(args.plot, "--plot")
+        check_target(args.plot, force=args.force, inputs=[args.table])
+    table = read_slips(Path(args.table))
+    found = table_slip(table)
+    if args.plot is not None:
+        from vomstudio.products.net.slip_figure import write_slip_figure
+
+        with atomic_write(args.plot, args.force) as temporary:
+            write_slip_figure(temporary, table, found, format=format_)
+    result = {**found.as_dict(), "image": args.plot}
     out.result(result)
     out.warn(found.warnings)
     axes, dihedra = result["kinematic_axes"], result["right_dihedra"]

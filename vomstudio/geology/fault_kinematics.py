@@ -126,8 +126,13 @@ def right_dihedra(normals: Array, slips: Array) -> RightDihedra:
     x, y = np.meshgrid(side, side)
     directions = unproject(np.stack([x.ravel(), y.ravel()], axis=-1))
     directions = directions[np.isfinite(directions).all(axis=1)]
+    return RightDihedra(directions, compressed_share(directions, normals, slips))
+
+
+def compressed_share(directions: Array, normals: Array, slips: Array) -> Array:
+    """(m,) share of the faults in whose dihedra of compression each direction (m, 3) lies."""
     count = np.zeros(len(directions))
     for start in range(0, len(normals), _AT_A_TIME):
         part = slice(start, start + _AT_A_TIME)
         count += ((normals[part] @ directions.T) * (slips[part] @ directions.T) < 0.0).sum(axis=0)
-    return RightDihedra(directions, count / len(normals))
+    return count / len(normals)

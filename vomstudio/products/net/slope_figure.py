@@ -14,27 +14,24 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.errors import UsageError
 from vomstudio.geology import slopes
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Array, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.slopes import Margins, SlopeFace, Zones
 from vomstudio.geology.table_slopes import Mode, TableSlope
+from vomstudio.products.net.plain_net import FONT_PT, INK, PAPER, SOFT, draw_frame, save_figure
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FORMATS = ("svg", "pdf", "png")
 SIZE_MM = (170.0, 206.0)
 MOST_LINES = 3000
 """More intersections than this are thinned evenly: they would only be a blot."""
 
-_INK, _SOFT, _PAPER = "#1a1a1a", "#7a7a7a", "#ffffff"
 _ZONE, _CRITICAL, _CALM, _FACE = "#f3c6a8", "#c1440e", "#8a8f98", "#1a1a1a"
-_FONT_PT = 8.0
 _GRID = 401
 
 
@@ -64,20 +61,7 @@ def write_slope_figure(
     dpi: float = 300.0,
 ) -> None:
     """Writes the figure as svg, pdf or png. Raises UsageError for another format."""
-    if format not in FORMATS:
-        raise UsageError(
-            tr("A figure cannot be written as “{format}”; use svg, pdf or png.", format=format)
-        )
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(size_mm[0] / 25.4, size_mm[1] / 25.4), dpi=dpi)
-    FigureCanvasAgg(figure)
-    draw_slope(figure, table, face, found)
-    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
-    with rc_context({"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}):
-        figure.savefig(target, format=format, dpi=dpi, facecolor=_PAPER, metadata=metadata)
+    save_figure(target, lambda figure: draw_slope(figure, table, face, found), format, size_mm, dpi)
 
 
 def draw_slope(
@@ -85,7 +69,7 @@ def draw_slope(
 ) -> list[Axes]:
     """Four nets over the whole figure, which is cleared first."""
     figure.clear()
-    figure.set_facecolor(_PAPER)
+    figure.set_facecolor(PAPER)
     panels = _panels(table, face, found)
     made = []
     for number, panel in enumerate(panels):
@@ -102,7 +86,7 @@ def draw_slope(
             azimuth=plane.dip_direction_deg, dip=plane.dip_deg, friction=face.friction_deg,
             lateral=face.lateral_deg, n=found.n,
         ),
-        fontsize=_FONT_PT + 1, color=_INK, va="top",
+        fontsize=FONT_PT + 1, color=INK, va="top",
     )  # fmt: skip
     _legend(figure, panels)
     return made
@@ -158,35 +142,27 @@ def _some_intersections(normals: Array) -> Array:
     cross = np.cross(normals[first], normals[second])
     length = np.linalg.norm(cross, axis=1)
     lines = cross[length > 1e-9] / length[length > 1e-9, None]
-    return np.where(lines[:, 2:] > 0.0, -lines, lines)
+    return np.asarray(np.where(lines[:, 2:] > 0.0, -lines, lines))
 
 
 def _draw(ax: Axes, face: SlopeFace, panel: _Panel) -> None:
-    from matplotlib.patches import Circle
-
     ax.set_xlim(-1.15, 1.15)
     ax.set_ylim(-1.42, 1.16)
-    ax.set_aspect("equal")
-    ax.set_axis_off()
-    rim = Circle((0.0, 0.0), 1.0, facecolor="none", edgecolor=_INK, linewidth=0.9, zorder=6)
-    ax.add_patch(rim)
+    rim = draw_frame(ax)
     _shade(ax, face, panel, rim)
     back = face.axes()
     for curve in panel.limits:
         for part in nets.split_at_primitive(curve @ back):
-            ax.plot(*part.T, color=_SOFT, linewidth=0.7, linestyle=(0, (4, 2)), zorder=3)
+            ax.plot(*part.T, color=SOFT, linewidth=0.7, linestyle=(0, (4, 2)), zorder=3)
     ax.plot(*nets.great_circle(face.plane).T, color=_FACE, linewidth=1.3, zorder=4)
     at = nets.project(panel.vectors @ back)
     critical = panel.zones.critical
     size = float(np.interp(len(at), [50, 1000], [3.6, 1.4]))
-    calm = {"marker": "o", "linestyle": "none", "markeredgewidth": 0.0, "zorder": 5}
+    calm: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgewidth": 0.0, "zorder": 5}
     ax.plot(*at[~critical].T, markersize=size, color=_CALM, **calm)
     ax.plot(*at[critical].T, markersize=1.25 * size, color=_CRITICAL, **calm)
-    _ticks(ax)
-    ax.text(
-        -1.13, 1.15, panel.title, fontsize=_FONT_PT + 1, fontweight="bold", va="top", color=_INK
-    )
-    ax.text(-1.13, -1.12, _said(panel), fontsize=_FONT_PT, va="top", color=_INK)
+    ax.text(-1.13, 1.15, panel.title, fontsize=FONT_PT + 1, fontweight="bold", va="top", color=INK)
+    ax.text(-1.13, -1.12, _said(panel), fontsize=FONT_PT, va="top", color=INK)
 
 
 def _said(panel: _Panel) -> str:
@@ -218,36 +194,27 @@ def _shade(ax: Axes, face: SlopeFace, panel: _Panel, rim: Any) -> None:
         drawn.set_clip_path(rim)
 
 
-def _ticks(ax: Axes) -> None:
-    for azimuth in range(0, 360, 10):
-        angle = np.radians(azimuth)
-        inner = 0.96 if azimuth % 90 == 0 else 0.98
-        ends = np.outer([inner, 1.0], [np.sin(angle), np.cos(angle)])
-        ax.plot(*ends.T, color=_INK, linewidth=0.6, zorder=6)
-    ax.text(0.0, 1.02, tr("N"), ha="center", va="bottom", fontsize=_FONT_PT, color=_INK)
-
-
 def _legend(figure: Figure, panels: list[_Panel]) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    dot = {"marker": "o", "linestyle": "none", "markeredgewidth": 0.0}
+    dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgewidth": 0.0}
     entries: list[Any] = [
         Line2D([], [], color=_FACE, linewidth=1.3, label=tr("face")),
         Patch(facecolor=_ZONE, label=tr("critical zone")),
-        Line2D([], [], color=_CRITICAL, label=tr("critical"), markersize=4, **dot),  # type: ignore[arg-type]
-        Line2D([], [], color=_CALM, label=tr("not critical"), markersize=3.4, **dot),  # type: ignore[arg-type]
-        Line2D([], [], color=_SOFT, linewidth=0.7, linestyle=(0, (4, 2)),
+        Line2D([], [], color=_CRITICAL, label=tr("critical"), markersize=4, **dot),
+        Line2D([], [], color=_CALM, label=tr("not critical"), markersize=3.4, **dot),
+        Line2D([], [], color=SOFT, linewidth=0.7, linestyle=(0, (4, 2)),
                label=tr("daylight, friction, slip and lateral limits")),
     ]  # fmt: skip
     figure.legend(
         handles=entries, loc="lower left", bbox_to_anchor=(0.02, 0.028), ncols=5, frameon=False,
-        fontsize=_FONT_PT, handlelength=1.8, columnspacing=1.4,
+        fontsize=FONT_PT, handlelength=1.8, columnspacing=1.4,
     )  # fmt: skip
     foot = tr("Equal area, lower hemisphere")
     if any(mode.mode.of > MOST_LINES for mode in panels):
         foot += tr("; {count:,} intersections drawn, all counted", count=MOST_LINES)
-    figure.text(0.03, 0.012, foot, fontsize=_FONT_PT, color=_SOFT)
+    figure.text(0.03, 0.012, foot, fontsize=FONT_PT, color=SOFT)
 
 
 # Construction lines, in the frame of the face --------------------------------------------------
