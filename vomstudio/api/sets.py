@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Literal
 
-from vomstudio.api.checking import warn
+from vomstudio.api.checking import one_of, warn
 from vomstudio.api.tables import Azimuth, rows_of, text_of
+from vomstudio.geology.error_weights import WEIGHTINGS
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
 from vomstudio.geology.table_slip import TableSlip, table_slip
@@ -20,6 +21,7 @@ def stats(
     *,
     by: str | None = None,
     directed: bool = False,
+    weights: Literal["error"] | None = None,
     azimuth: Azimuth | None = None,
 ) -> TableStatistics:
     """The statistics of sets of planes or lines.
@@ -30,6 +32,8 @@ def stats(
         arrays (dip direction, dip), (n,) each, degrees
     by : column that names the sets; None for one set ``all``
     directed : lines have a head and a tail and are not flipped; plunges may be negative
+    weights : "error" to weight each by its own 95 % error (``total95_deg``, else
+        ``max_confidence95_deg``) and the natural scatter of its set
     azimuth : what a column called only ``azimuth`` means: "strike" or "dipdir"
 
     Returns
@@ -37,7 +41,10 @@ def stats(
     TableStatistics: ``n`` and ``sets``, by name a SetStatistics with ``n``, ``of``, ``axial``,
     ``fisher`` (``trend_deg``, ``plunge_deg``, ``kappa``, ``alpha95_deg``, ``R``; None with
     ``fisher_reason`` where the set is no cluster), ``tensor`` (``eigenvalues``, ``axes``),
-    ``woodcock`` (``K``, ``C``) and ``vollmer`` (``P``, ``G``, ``R``).
+    ``woodcock`` (``K``, ``C``), ``vollmer`` (``P``, ``G``, ``R``), ``bingham`` (``k1``, ``k2``,
+    ``confidence95`` of the three axes, ``fit_p``), ``kent`` (of an elongated cluster), each None
+    with a reason where it is not defined, ``uniformity`` (``test``, ``statistic``, ``p``) and
+    ``weights``. ``fit_p`` is the chance of data as unlike the model as these.
 
     Raises
     ------
@@ -45,7 +52,9 @@ def stats(
     orientations; vs.errors.UsageError for a column that is not there.
 
     Axial data are described by the orientation tensor (Woodcock 1977; Vollmer 1990), clusters by
-    Fisher (1953) after flipping into the hemisphere of the tensor's first axis.
+    Fisher (1953) after flipping into the hemisphere of the tensor's first axis. Bingham (1974) and
+    Kent (1982) are fitted by maximum likelihood; goodness of fit is the smooth test (Boulerice &
+    Ducharme 1997), uniformity that of Bingham or Rayleigh (Mardia & Jupp 2000).
 
     Examples
     --------
@@ -56,7 +65,9 @@ def stats(
     (274, 50)
     """
     rows = rows_of(table, azimuth)
-    found = table_statistics(rows, by, directed)
+    if weights is not None:
+        one_of(weights, WEIGHTINGS, "weights")
+    found = table_statistics(rows, by, directed, weights)
     warn(found.warnings[len(rows.warnings) :])
     return found
 

@@ -32,10 +32,10 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.cli.stereonet import picture_format
     from vomstudio.files.atomic import atomic_write, check_target
     from vomstudio.geology.table_slip import table_slip
     from vomstudio.io.text.slip_reading import read_slips
+    from vomstudio.products.net.figure import picture_format
 
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")

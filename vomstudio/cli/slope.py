@@ -47,10 +47,10 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.cli.stereonet import picture_format
     from vomstudio.files.atomic import atomic_write, check_target
     from vomstudio.geology.table_slopes import slope_face, table_slope
     from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.products.net.figure import picture_format
 
     face = slope_face(args.face, args.friction, args.lateral, args.limits)
     if args.plot is not None:

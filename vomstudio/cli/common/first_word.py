@@ -11,8 +11,9 @@ from vomstudio.words import tr
 
 COMMANDS = (
     "demo", "info", "convert", "fit", "stats", "fold", "stereonet", "rose", "slope", "slip",
-    "ortho", "plan",
-    "check", "frames", "reconstruct", "register", "compare", "project", "export",
+    "fractures", "ortho", "dem", "facets", "trace", "plan", "check", "frames",
+    "reconstruct", "register",
+    "compare", "project", "export",
 )  # fmt: skip
 """The words after `vomstudio` that are commands, each the name of its module here."""
 

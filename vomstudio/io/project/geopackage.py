@@ -18,6 +18,7 @@ from vomstudio.document.records import Record
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_group
 from vomstudio.io.gis.crs import world_crs
+from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.qgis_project import MapLayer, qgs
 from vomstudio.io.gis.qml import Style, qml
 from vomstudio.io.project.map_styles import style_of
@@ -27,9 +28,6 @@ from vomstudio.words import tr
 
 _TYPES = {"point": "Point Z", "line": "LineString Z", "ring": "Polygon Z"}
 
-
-VERSION = "1.2"
-"""Of GeoPackage. QGIS 3.22 warns of 1.4, and opens its layers without their styles."""
 
 _STYLES = """
 CREATE TABLE layer_styles (
@@ -61,7 +59,7 @@ def write_layers(
     with atomic_group(paths, force=force) as parts:
         append = False
         for layer in layers:
-            _write(
+            write_layer(
                 parts[0], layer.name, _TYPES[layer.kind], _geometry(layer), layer.columns, crs,
                 described=table.limits.in_words, append=append,
             )  # fmt: skip
@@ -118,39 +116,3 @@ def _geometry(layer: Layer) -> npt.NDArray[Any]:
         return np.asarray(shapely.points(places))
     make = shapely.linestrings if layer.kind == "line" else shapely.polygons
     return np.array([make(shape) for shape in layer.shapes], dtype=object)
-
-
-def _write(
-    part: Path,
-    layer: str,
-    geometry_type: str,
-    geometry: npt.NDArray[Any],
-    columns: dict[str, npt.NDArray[Any]],
-    crs: str | None,
-    *,
-    described: str,
-    append: bool,
-) -> None:
-    import shapely
-    from pyogrio.errors import DataSourceError, FieldError, GeometryError
-    from pyogrio.raw import write
-
-    try:
-        write(
-            str(part),
-            shapely.to_wkb(geometry),
-            list(columns.values()),
-            np.array(list(columns), dtype=object),
-            layer=layer,
-            driver="GPKG",
-            geometry_type=geometry_type,
-            crs=crs,
-            append=append,
-            layer_options={"DESCRIPTION": described},
-            dataset_options=None if append else {"VERSION": VERSION},
-        )
-    except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:
-        raise TargetError(
-            tr("The layer {layer} cannot be written ({error}).", layer=layer, error=error),
-            file=part,
-        ) from error
