@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from vomstudio.api.checking import one_of, warn
 from vomstudio.api.tables import Azimuth, rows_of, text_of
+from vomstudio.errors import UsageError
 from vomstudio.geology.error_weights import WEIGHTINGS
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
@@ -14,6 +15,7 @@ from vomstudio.geology.table_slip import TableSlip, table_slip
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
 from vomstudio.geology.table_statistics import TableStatistics, table_statistics
 from vomstudio.io.text.slip_reading import slips_of
+from vomstudio.words import tr
 
 
 def stats(
@@ -163,12 +165,26 @@ def slope(
     >>> found.planar.critical, found.planar.of, found.wedge.critical, found.wedge.of
     (1, 2, 1, 1)
     """
-    plane = face if isinstance(face, str) else Plane(*map(float, face))
-    asked = slope_face(plane, float(friction_deg), float(lateral_deg), limits)
+    asked = slope_face(
+        face if isinstance(face, str) else _plane_of(face),
+        float(friction_deg),
+        float(lateral_deg),
+        limits,
+    )
     rows = rows_of(table, azimuth)
     found = table_slope(rows, asked)
     warn(found.warnings[len(rows.warnings) :])
     return found
+
+
+def _plane_of(face: Any) -> Plane:
+    try:
+        azimuth, dip = (float(angle) for angle in face)
+    except (TypeError, ValueError) as error:
+        raise UsageError(
+            tr("The face is its dip direction and dip, such as (135, 70)."), field="face"
+        ) from error
+    return Plane(azimuth, dip)
 
 
 def slip(table: Any) -> TableSlip:
