@@ -24,6 +24,7 @@ _PLACES = {
     "read_orientations": "tables",
     "stats": "sets",
     "fold": "sets",
+    "slip": "sets",
     "slope": "sets",
     "fractures": "fracture_maps",
     "stereonet": "nets",

@@ -24,6 +24,7 @@ from vomstudio.api.reconstructions import reconstruct as reconstruct
 from vomstudio.api.registrations import register as register
 from vomstudio.api.samples import sample as sample
 from vomstudio.api.sets import fold as fold
+from vomstudio.api.sets import slip as slip
 from vomstudio.api.sets import slope as slope
 from vomstudio.api.sets import stats as stats
 from vomstudio.api.surveys import check as check

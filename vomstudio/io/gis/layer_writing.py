@@ -12,6 +12,9 @@ import numpy.typing as npt
 from vomstudio.errors import TargetError
 from vomstudio.words import tr
 
+VERSION = "1.2"
+"""Of GeoPackage. QGIS 3.22 warns of 1.4, and opens its layers without their styles."""
+
 
 def write_layer(
     part: Path,
@@ -42,6 +45,7 @@ def write_layer(
             crs=crs,
             append=append,
             layer_options={"DESCRIPTION": described},
+            dataset_options=None if append else {"VERSION": VERSION},
         )
     except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:
         raise TargetError(
