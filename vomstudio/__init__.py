@@ -28,6 +28,8 @@ _PLACES = {
     "Orthophoto": "orthophotos",
     "dem": "elevations",
     "ElevationModel": "elevations",
+    "section": "sections",
+    "Section": "sections",
     "register": "registrations",
     "compare": "comparisons",
     "reconstruct": "reconstructions",

@@ -157,6 +157,16 @@ CASES = (
     ),
     Case("dem-cloud", "dem {specimens}/boulder.ply --up y --gsd 0.05 -o {work}/dem-cloud.tif"),
     Case("dem-refused", "dem {specimens}/boulder.ply --limit 0 -o {work}/none.tif", code=2),
+    Case(
+        "section",
+        "section {specimens}/schema1.vom/models/face/face.obj --plane 110/90"
+        " --through 364534,4721858,852 -o {work}/section.svg",
+    ),
+    Case(
+        "section-refused",
+        "section {specimens}/boulder.ply --plane 20/90 -o {work}/none.svg",
+        code=2,
+    ),
     Case("ortho-refused", "ortho {specimens}/boulder.ply -o {work}/none.tif", code=2),
     Case(
         "plan",
