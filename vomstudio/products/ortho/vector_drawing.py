@@ -90,7 +90,8 @@ def paper_scale(bounds: Array) -> int:
 def ticks_over(low: float, high: float) -> Array:
     """Round numbers, some four to ten, within a range."""
     step = round_length(max((high - low) / 4, 1e-12))
-    return np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1) * step
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return np.asarray(np.arange(first, last + 1) * step, np.float64)
 
 
 def svg_text(drawing: Drawing) -> str:
@@ -113,7 +114,7 @@ def svg_text(drawing: Drawing) -> str:
         f'width="{page[0]:.3f}mm" height="{page[1]:.3f}mm" '
         f'viewBox="0 0 {page[0]:.3f} {page[1]:.3f}" font-family="sans-serif" '
         f'font-size="{_TEXT_MM}">',
-        f'<rect width="{page[0]:.3f}" height="{page[1]:.3f}" fill="white"/>',
+        f'<g id="page"><rect width="{page[0]:.3f}" height="{page[1]:.3f}" fill="white"/></g>',
     ]
     place = f'transform="matrix({matrix[0]!r} 0 0 {matrix[1]!r} {matrix[2]!r} {matrix[3]!r})"'
     if drawing.picture is not None:
@@ -222,7 +223,7 @@ def _png(picture: npt.NDArray[np.uint8]) -> str:
     return base64.b64encode(file.getvalue()).decode("ascii")
 
 
-def write_dxf(part: Path, drawing: Drawing) -> None:
+def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     """A layer for each layer, coordinates metres right and up; columns as extended data."""
     names = dxf.layer_names(drawing.layers)
     colors = {
@@ -231,7 +232,7 @@ def write_dxf(part: Path, drawing: Drawing) -> None:
     }
     bounds = np.column_stack([drawing.bounds, np.zeros(2)])
     with open(part, "w", encoding="ascii", newline="\r\n") as file:
-        out = dxf.Drawing(file, colors, bounds, " - ".join(drawing.ends))
+        out = dxf.Drawing(file, colors, bounds, comment or " - ".join(drawing.ends))
         for shape in drawing.shapes:
             points = np.column_stack([shape.points, np.zeros(len(shape.points))])
             values = {**shape.values, "label": shape.label}
