@@ -167,6 +167,22 @@ CASES = (
         "section {specimens}/boulder.ply --plane 20/90 -o {work}/none.svg",
         code=2,
     ),
+    Case(
+        "ortho-draw",
+        "ortho {specimens}/schema1.vom/models/face/face.obj --trend 31 --plunge 11 --gsd 0.1"
+        " --draw {specimens}/schema1.vom -o {work}/drawn.tif",
+    ),
+    Case(
+        "trace-drawing",
+        "trace {specimens}/schema1.vom/models/face/face.obj"
+        " --from-ortho {work}/drawn_drawing.gpkg --sidecar {work}/drawn.json -o {work}/drawn.csv",
+        after=("ortho-draw",),
+    ),
+    Case(
+        "trace-refused",
+        "trace {specimens}/boulder.ply --from-ortho {work}/planes.csv -o {work}/none.csv",
+        code=2,
+    ),
     Case("ortho-refused", "ortho {specimens}/boulder.ply -o {work}/none.tif", code=2),
     Case(
         "plan",

@@ -19,6 +19,7 @@ from vomstudio.io.gis.svg_lines import read_svg, transform_of
 
 SPECIMEN = Path(__file__).resolve().parents[1] / "specimens" / "schema1.vom"
 GSD = 0.02
+pytestmark = pytest.mark.filterwarnings("ignore:'crs' was not provided")
 
 
 def height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -63,7 +64,8 @@ def drawn(folder: Path, name: str = "o") -> tuple[np.ndarray, np.ndarray]:
     pixels = np.linalg.solve(np.array(facts["pixel_to_world"]), np.concatenate(
         [points.reshape(-1, 3).T, np.ones((1, points.size // 3))])).T[:, :2]  # fmt: skip
     with rasterio.open(folder / f"{name}.tif") as file:
-        xy = np.stack(file.transform * pixels.T, axis=1)
+        t = file.transform
+    xy = pixels @ [[t.a, t.d], [t.b, t.e]] + [t.c, t.f]
     return pixels.reshape(2, -1, 2), xy.reshape(2, -1, 2)
 
 
@@ -239,8 +241,8 @@ def test_points_beside_the_surface_are_counted_and_the_line_made_denser(
     # The upper left corner of the picture shows nothing.
     beside = np.array([[c, f], [c + a, f + e], *xy[0]])
     path = tmp_path / "d.gpkg"
-    pyogrio.raw.write(path, shapely.to_wkb([shapely.linestrings(beside), shapely.linestrings(xy[1])]),
-                      [], [], geometry_type="LineString")  # fmt: skip
+    both = [shapely.linestrings(beside), shapely.linestrings(xy[1])]
+    pyogrio.raw.write(path, shapely.to_wkb(both), [], [], geometry_type="LineString")  # fmt: skip
     words = ("trace", scene / "wall.obj", "--from-ortho", path, "--sidecar", scene / "o.json")
     ran = run(*words, "-o", tmp_path / "a.csv", "--json")
     assert ran.json["points"] == 18
@@ -252,6 +254,7 @@ def test_points_beside_the_surface_are_counted_and_the_line_made_denser(
     assert np.abs(line[:, 1] - height(line[:, 0], line[:, 2])).max() < 2e-3
 
 
+@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
 def test_the_interpretation_goes_over_the_picture_and_back_into_a_project(run, tmp_path) -> None:  # type: ignore[no-untyped-def]
     project = tmp_path / "p.vom"
     shutil.copytree(SPECIMEN, project)

@@ -50,9 +50,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     if args.sidecar is None:
         raise UsageError(
-            tr(
-                "Give the sidecar of the picture on which the lines were drawn: --sidecar NAME.json."
-            ),
+            tr("Give the sidecar of the picture that was drawn on: --sidecar NAME.json."),
             field="--sidecar",
         )
     if args.step is not None and not 0 < args.step < math.inf:

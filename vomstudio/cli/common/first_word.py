@@ -11,7 +11,8 @@ from vomstudio.words import tr
 
 COMMANDS = (
     "demo", "info", "convert", "fit", "stats", "fold", "stereonet", "rose", "ortho", "dem",
-    "section", "trace", "plan", "check", "frames", "reconstruct", "register", "compare", "project", "export",
+    "section", "trace", "plan", "check", "frames", "reconstruct", "register", "compare",
+    "project", "export",
 )  # fmt: skip
 """The words after `vomstudio` that are commands, each the name of its module here."""
 
