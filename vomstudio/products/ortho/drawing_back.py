@@ -128,7 +128,7 @@ def read_drawing(
             warnings.append(
                 tr("{count} shapes are neither lines nor polygons.", count=read.skipped)
             )
-        inverse = np.linalg.inv(sidecar.transform)
+        inverse = np.asarray(np.linalg.inv(sidecar.transform), np.float64)
         lines = [
             _through(line, inverse) for line in _in_picture(read.lines, read.crs, sidecar, path)
         ]
