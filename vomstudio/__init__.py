@@ -33,6 +33,8 @@ _PLACES = {
     "Orthophoto": "orthophotos",
     "dem": "elevations",
     "ElevationModel": "elevations",
+    "section": "sections",
+    "Section": "sections",
     "register": "registrations",
     "compare": "comparisons",
     "agreement": "agreements",

@@ -23,6 +23,8 @@ from vomstudio.api.projects import ProjectModel as ProjectModel
 from vomstudio.api.reconstructions import reconstruct as reconstruct
 from vomstudio.api.registrations import register as register
 from vomstudio.api.samples import sample as sample
+from vomstudio.api.sections import Section as Section
+from vomstudio.api.sections import section as section
 from vomstudio.api.sets import fold as fold
 from vomstudio.api.sets import slip as slip
 from vomstudio.api.sets import slope as slope

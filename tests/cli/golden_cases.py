@@ -198,6 +198,32 @@ CASES = (
     ),
     Case("dem-cloud", "dem {specimens}/boulder.ply --up y --gsd 0.05 -o {work}/dem-cloud.tif"),
     Case("dem-refused", "dem {specimens}/boulder.ply --limit 0 -o {work}/none.tif", code=2),
+    Case(
+        "section",
+        "section {specimens}/schema1.vom/models/face/face.obj --plane 110/90"
+        " --through 364534,4721858,852 -o {work}/section.svg",
+    ),
+    Case(
+        "section-refused",
+        "section {specimens}/boulder.ply --plane 20/90 -o {work}/none.svg",
+        code=2,
+    ),
+    Case(
+        "ortho-draw",
+        "ortho {specimens}/schema1.vom/models/face/face.obj --trend 31 --plunge 11 --gsd 0.1"
+        " --draw {specimens}/schema1.vom -o {work}/drawn.tif",
+    ),
+    Case(
+        "trace-drawing",
+        "trace {specimens}/schema1.vom/models/face/face.obj"
+        " --from-ortho {work}/drawn_drawing.gpkg --sidecar {work}/drawn.json -o {work}/drawn.csv",
+        after=("ortho-draw",),
+    ),
+    Case(
+        "trace-drawing-refused",
+        "trace {specimens}/boulder.ply --from-ortho {work}/planes.csv -o {work}/none.csv",
+        code=2,
+    ),
     Case("ortho-refused", "ortho {specimens}/boulder.ply -o {work}/none.tif", code=2),
     Case(
         "plan",

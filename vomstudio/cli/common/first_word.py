@@ -11,9 +11,8 @@ from vomstudio.words import tr
 
 COMMANDS = (
     "demo", "info", "convert", "fit", "stats", "fold", "stereonet", "rose", "slope", "slip",
-    "fractures", "ortho", "dem", "facets", "trace", "plan", "check", "frames",
-    "reconstruct", "register",
-    "compare", "project", "export",
+    "fractures", "ortho", "dem", "section", "facets", "trace", "plan", "check", "frames",
+    "reconstruct", "register", "compare", "project", "export",
 )  # fmt: skip
 """The words after `vomstudio` that are commands, each the name of its module here."""
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import TargetError
+from vomstudio.geometry.units import WORLD
 from vomstudio.words import tr
 
 VERSION = "1.2"
@@ -27,7 +28,8 @@ def write_layer(
     described: str = "",
     append: bool = False,
 ) -> None:
-    """One layer of a GeoPackage. geometry : (n,) of shapely; columns : (n,) each; append : to the
+    """One layer of a GeoPackage. geometry : (n,) of shapely; columns : (n,) each; crs : None for a
+    local frame; append : to the
     layers that are there. Raises TargetError."""
     import shapely
     from pyogrio.errors import DataSourceError, FieldError, GeometryError
@@ -42,7 +44,8 @@ def write_layer(
             layer=layer,
             driver="GPKG",
             geometry_type=geometry_type,
-            crs=crs,
+            # Without one, GDAL would say East and North.
+            crs=crs or WORLD.wkt,
             append=append,
             layer_options={"DESCRIPTION": described},
             dataset_options=None if append else {"VERSION": VERSION},
