@@ -23,6 +23,7 @@ _PLACES = {
     "read_orientations": "tables",
     "stats": "sets",
     "fold": "sets",
+    "sets": "set_proposals",
     "fractures": "fracture_maps",
     "stereonet": "nets",
     "orthophoto": "orthophotos",

@@ -16,6 +16,7 @@ from vomstudio.api.projects import ProjectModel as ProjectModel
 from vomstudio.api.reconstructions import reconstruct as reconstruct
 from vomstudio.api.registrations import register as register
 from vomstudio.api.samples import sample as sample
+from vomstudio.api.set_proposals import sets as sets
 from vomstudio.api.sets import fold as fold
 from vomstudio.api.sets import stats as stats
 from vomstudio.api.surveys import check as check

@@ -133,6 +133,9 @@ CASES = (
         "rose", "rose {work}/planes.csv --set kind --bin 30 -o {work}/rose.svg", after=("fit-by",)
     ),
     Case("rose-refused", "rose {work}/planes.csv --bin 7 -o {work}/roses.svg", code=2),
+    Case("sets", "sets {work}/three.csv -o {work}/sets.csv"),
+    Case("sets-seeds", "sets {work}/three.csv --seeds 90/30,105/70 -o {work}/seeded.csv"),
+    Case("sets-refused", "sets {work}/lines.csv -o {work}/no_sets.csv", code=2),
     Case(
         "fractures",
         "fractures {work}/traces.geojson --area {work}/area.geojson --snap 0.01"
