@@ -11,7 +11,8 @@ from vomstudio.words import tr
 
 COMMANDS = (
     "demo", "info", "convert", "fit", "stats", "fold", "sets", "stereonet", "rose", "fractures",
-    "ortho", "plan", "check", "frames", "reconstruct", "register", "compare", "project", "export",
+    "displacement", "ortho", "plan", "check", "frames", "reconstruct", "register", "compare",
+    "project", "export",
 )  # fmt: skip
 """The words after `vomstudio` that are commands, each the name of its module here."""
 
