@@ -81,10 +81,13 @@ def displacements(
             found.append(_pair(name, h, f, fault, bed, slip_rake_deg, errors))
         except GeometryError as error:
             skipped.append({"id": name, "reason": error.message})
-    vectors = [p.displacement or (p.separations and p.separations.dip) for p in found]
-    told = [d for d in vectors if d is not None]
+    told = [d for d in map(_vector, found) if d is not None]
+    if not told and skipped:
+        raise GeometryError(skipped[0]["reason"])
     if not told:
-        raise GeometryError(skipped[0]["reason"] if skipped else tr("There are no pairs."))
+        raise GeometryError(
+            tr("The bed runs down the dip of the fault: its cut-offs tell no dip separation.")
+        )
 
     def mean(name: str) -> tuple[float, float | None]:
         values = [getattr(d, name).value for d in told]
@@ -94,6 +97,11 @@ def displacements(
         told[0].what, len(found), tuple(found), *mean("net_m"), *mean("throw_m"), *mean("heave_m"),
         tuple(skipped),
     )  # fmt: skip
+
+
+def _vector(pair: Pair) -> Displacement | None:
+    """The slip, or the dip separation where that is all there is."""
+    return pair.displacement if pair.separations is None else pair.separations.dip
 
 
 def _pair(
