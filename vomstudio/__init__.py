@@ -25,6 +25,7 @@ _PLACES = {
     "stats": "sets",
     "fold": "sets",
     "slip": "sets",
+    "sets": "set_proposals",
     "slope": "sets",
     "fractures": "fracture_maps",
     "stereonet": "nets",

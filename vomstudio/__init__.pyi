@@ -25,6 +25,7 @@ from vomstudio.api.registrations import register as register
 from vomstudio.api.samples import sample as sample
 from vomstudio.api.sections import Section as Section
 from vomstudio.api.sections import section as section
+from vomstudio.api.set_proposals import sets as sets
 from vomstudio.api.sets import fold as fold
 from vomstudio.api.sets import slip as slip
 from vomstudio.api.sets import slope as slope

@@ -164,6 +164,16 @@ CASES = (
     Case("slip-refused", "slip {work}/planes.csv", after=("fit-by",), code=2),
     Case("slope-refused", "slope {work}/planes.csv --face 310/0 --friction 35", code=2),
     Case(
+        "displacement",
+        "displacement {work}/cutoffs.csv --fault 90/60 --bed 270/10 --rake 80"
+        " --sigma 0.05 --bed-error 3",
+    ),
+    Case("displacement-separation", "displacement {work}/cutoffs.csv --fault 90/60 --bed 270/10"),
+    Case("displacement-refused", "displacement {work}/cutoffs.csv --fault 90/60 --rake 80", code=2),
+    Case("sets", "sets {work}/three.csv -o {work}/sets.csv"),
+    Case("sets-seeds", "sets {work}/three.csv --seeds 90/30,105/70 -o {work}/seeded.csv"),
+    Case("sets-refused", "sets {work}/lines.csv -o {work}/no_sets.csv", code=2),
+    Case(
         "fractures",
         "fractures {work}/traces.geojson --area {work}/area.geojson --snap 0.01"
         " --plot {work}/fractures.svg",
@@ -325,6 +335,10 @@ def prepare(folder: Path) -> dict[str, str]:
         + "".join(f"fault,{100 + 2 * k},{70 - k % 3}\n" for k in range(6))
     )
     write_traces(work)
+    (work / "cutoffs.csv").write_text(
+        "name,hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z\n"
+        "A,104.6,50.2,81.1,100,50,90\nB,115.2,71.1,78.9,110,70,88\n"
+    )
     write_film(work / "pan.avi")
     frame = next((specimens / "schema1.vom/reconstruction/photos-preview/work").glob("frame-*"))
     return {
