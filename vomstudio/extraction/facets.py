@@ -240,12 +240,13 @@ def _facet(
 def _colors(data: Mesh | PointCloud, elements: Elements) -> Array | None:
     if elements.of == "face":
         assert isinstance(data, Mesh)
-        colours = data.colors
+        colours: npt.NDArray[np.generic] | None = data.colors
         if colours is None and (textures := TextureColours(data)).any:
             colours = textures.of_vertices
         if colours is None:
             return None
-        return np.asarray(colours[data.faces[elements.rows]].mean(axis=1), np.float64)
+        corners = np.asarray(colours[data.faces[elements.rows]], np.float64)
+        return np.asarray(corners.mean(axis=1))
     if data.colors is None:
         return None
     return np.asarray(data.colors[elements.rows], np.float64)

@@ -105,10 +105,10 @@ def planes_of(elements: Elements, labels: Labels) -> Planes:
     about[own[::-1]] = elements.places[rows[::-1]]
     local = elements.places[rows] - about[own]
     weight = elements.areas[rows]
-    area = np.bincount(own, weight, f)
+    area = np.asarray(np.bincount(own, weight, f), np.float64)
     safe = np.where(area > 0.0, area, 1.0)
     mean = np.stack([np.bincount(own, weight * local[:, i], f) for i in range(3)], axis=1)
-    mean /= safe[:, None]
+    mean = mean / safe[:, None]
     local -= mean[own]
     inner = np.broadcast_to(elements.inner, (len(elements), 6))[rows]
     scatter = np.empty((f, 3, 3))

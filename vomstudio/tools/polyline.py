@@ -410,8 +410,8 @@ class PolylineTool(Generic[F]):
             self._context.show(None)
             return
         model, at = self._model(), self._hovered()
-        known = at is not None and model is not None
-        rubber = transform.apply(model.to_world, [at])[0] if known else None
+        seen = None if at is None or model is None else (model.to_world, [at])
+        rubber = None if seen is None else transform.apply(*seen)[0]
         line, marked = world_points(self._feature, model), self.current_vertex
         path, ahead = self._drawn()
         if self._closed:
