@@ -1,7 +1,10 @@
 from vomstudio import errors as errors
 from vomstudio.api.comparisons import compare as compare
+from vomstudio.api.elevations import ElevationModel as ElevationModel
+from vomstudio.api.elevations import dem as dem
 from vomstudio.api.extractions import facets as facets
 from vomstudio.api.extractions import follow as follow
+from vomstudio.api.fracture_maps import fractures as fractures
 from vomstudio.api.models import Mesh as Mesh
 from vomstudio.api.models import PointCloud as PointCloud
 from vomstudio.api.models import read as read
@@ -18,6 +21,7 @@ from vomstudio.api.reconstructions import reconstruct as reconstruct
 from vomstudio.api.registrations import register as register
 from vomstudio.api.samples import sample as sample
 from vomstudio.api.sets import fold as fold
+from vomstudio.api.sets import slope as slope
 from vomstudio.api.sets import stats as stats
 from vomstudio.api.surveys import check as check
 from vomstudio.api.surveys import plan as plan

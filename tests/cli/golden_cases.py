@@ -122,6 +122,12 @@ CASES = (
         "trace {work}/slope.csv --through {work}/ground.xyz -o {work}/none.csv --cost shade",
         code=2,
     ),
+    Case(
+        "compare-orientations",
+        "compare {work}/above.xyz {work}/ground.xyz --orientations {work}/planes.csv "
+        "{work}/planes.csv",
+        after=("fit-by",),
+    ),
     Case("compare-refused", "compare {work}/above.xyz {resources}/sample/sample.obj", code=2),
     Case("fit-refused", "fit {work}/broken.csv", code=2),
     Case("stats-sets", "stats {work}/planes.csv --set kind", after=("fit-by",)),
@@ -150,6 +156,19 @@ CASES = (
         "rose", "rose {work}/planes.csv --set kind --bin 30 -o {work}/rose.svg", after=("fit-by",)
     ),
     Case("rose-refused", "rose {work}/planes.csv --bin 7 -o {work}/roses.svg", code=2),
+    Case("slope", "slope {work}/planes.csv --face 310/75 --friction 35", after=("fit-by",)),
+    Case("slope-refused", "slope {work}/planes.csv --face 310/0 --friction 35", code=2),
+    Case(
+        "fractures",
+        "fractures {work}/traces.geojson --area {work}/area.geojson --snap 0.01"
+        " --plot {work}/fractures.svg",
+    ),
+    Case(
+        "fractures-scanline",
+        "fractures {work}/traces.geojson --scanline {work}/traces.geojson"
+        " --strikes 80-100 --terzaghi-cap 3",
+    ),
+    Case("fractures-refused", "fractures {work}/three.csv", code=2),
     Case("stereonet-refused", "stereonet {work}/three.csv -o {work}/net.txt", code=2),
     Case(
         "ortho-fold",
@@ -167,6 +186,13 @@ CASES = (
         "ortho {specimens}/boulder.ply --trend 40 --plunge 90 --up y --unit 0.3048 --gsd 0.05"
         " -o {work}/cloud.tif",
     ),
+    Case(
+        "dem",
+        "dem {specimens}/schema1.vom/models/face/face.obj --plane 200/85 --gsd 0.1 --slope"
+        " -o {work}/dem.tif",
+    ),
+    Case("dem-cloud", "dem {specimens}/boulder.ply --up y --gsd 0.05 -o {work}/dem-cloud.tif"),
+    Case("dem-refused", "dem {specimens}/boulder.ply --limit 0 -o {work}/none.tif", code=2),
     Case("ortho-refused", "ortho {specimens}/boulder.ply -o {work}/none.tif", code=2),
     Case(
         "plan",
@@ -261,6 +287,7 @@ def prepare(folder: Path) -> dict[str, str]:
         + "".join(f"foot,{270 - k},{40 + k % 2}\n" for k in range(6))
         + "".join(f"fault,{100 + 2 * k},{70 - k % 3}\n" for k in range(6))
     )
+    write_traces(work)
     write_film(work / "pan.avi")
     frame = next((specimens / "schema1.vom/reconstruction/photos-preview/work").glob("frame-*"))
     return {
@@ -269,6 +296,21 @@ def prepare(folder: Path) -> dict[str, str]:
         "resources": str(resource("sample").parent),
         "frame": frame.name,
     }
+
+
+def write_traces(work: Path) -> None:
+    """Two sets of traces in metres, one abutting on the other, and the area around them."""
+    lines = [[[0.5 * k, 0.3 * k], [0.5 * k + 7 + 0.7 * k % 3, 0.3 * k]] for k in range(12)]
+    lines += [[[k, 0.3], [k, 0.9 + 0.2 * k]] for k in range(3, 9)]
+    ring = [[1, -1], [9, -1], [9, 5], [1, 5], [1, -1]]
+    for name, kind, shapes in (("traces", "LineString", lines), ("area", "Polygon", [[ring]])):
+        features = [
+            {"type": "Feature", "properties": {}, "geometry": {"type": kind, "coordinates": c}}
+            for c in shapes
+        ]
+        crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}}
+        layer = {"type": "FeatureCollection", "crs": crs, "features": features}
+        (work / f"{name}.geojson").write_text(json.dumps(layer))
 
 
 def write_film(path: Path) -> None:

@@ -406,3 +406,18 @@ def _groups(given: Any, by: Any) -> _Groups:
     }
     words, said = words_of_groups(beside, names.tolist(), keep.tolist())
     return _Groups(list(ids), array[keep][order], offsets, int((~keep).sum()), words, said)
+
+
+def plane_text(given: Any) -> str | None:
+    """A plane as "DD/D", of that, of (dip direction, dip) or of a PlaneFit. Raises InputError."""
+    if given is None or isinstance(given, str):
+        return given
+    if isinstance(given, PlaneFit):
+        return f"{given.dip_direction_deg!r}/{given.dip_deg!r}"
+    array = numbers(given, "plane")
+    if array.shape != (2,):
+        raise InputError(
+            tr("A plane is given as 'DD/D', as (dip direction, dip) or as a PlaneFit."),
+            field="plane",
+        )
+    return f"{float(array[0])!r}/{float(array[1])!r}"

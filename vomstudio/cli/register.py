@@ -212,16 +212,10 @@ def _fitted(
 
 
 def _fit_in_words(fitted: ReferenceFit) -> str:
+    from vomstudio.registration.remarks import said_of_fitted
+
     found = fitted.fitted
-    return tr(
-        "Fitted to the reference at {places} places ({share:.0f} % of the model), which it misses "
-        "by {rms:.3g} m (robust, 1 sigma); the error is that of {blocks} blocks of {side:.3g} m.",
-        places=found.places,
-        share=100.0 * found.overlap,
-        rms=found.rms_m,
-        blocks=found.blocks,
-        side=found.block_m,
-    )
+    return said_of_fitted(found.places, found.overlap, found.rms_m, found.blocks, found.block_m)
 
 
 def _solved(evidence: Evidence, loaded: LoadedModel | None) -> Placed:

@@ -21,6 +21,7 @@ from vomstudio.document import catalogue
 from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.measurement import Measurement, of_fit
 from vomstudio.files.atomic import write_bytes
+from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.version import __version__
@@ -211,13 +212,14 @@ def _csv_cell(value: Any) -> str:
             return f"{value:.12g}" if math.isfinite(value) else ""
         case int() | np.integer():
             return str(value)
-    return _csv_text(str(value))
+    return csv_text(str(value))
 
 
 _QUOTED = re.compile(r'[,"\n\r]')
 
 
-def _csv_text(text: str) -> str:
+def csv_text(text: str) -> str:
+    text = guarded(text)
     # A leading # would make the row a comment for whoever reads it.
     if text[:1] == "#" or _QUOTED.search(text) or text != text.strip():
         return '"' + text.replace('"', '""') + '"'

@@ -43,15 +43,15 @@ def view_plane_crs(metric: bool) -> str:
 class Raster:
     """What a GeoTIFF shall be.
 
-    kind : "rgba", four bands of uint8, the last one opacity; or "float", one float32 band, NaN
-        where there is nothing
+    kind : "rgba", four bands of uint8, the last one opacity; "float", one float32 band, NaN where
+        there is nothing; or "grey", one of uint8, 0 where there is nothing
     crs : "EPSG:n", WKT, or None where it is not known
     tags : texts that go into the file
     """
 
     width: int
     height: int
-    kind: Literal["rgba", "float"]
+    kind: Literal["rgba", "float", "grey"]
     transform: Affine
     crs: str | None = None
     tags: Mapping[str, str] = field(default_factory=dict)
@@ -85,6 +85,8 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
     if raster.kind == "rgba":
         profile |= {"count": 4, "dtype": "uint8", "photometric": "RGB", "alpha": "YES"}
         profile |= {"interleave": "pixel", "predictor": 2}
+    elif raster.kind == "grey":
+        profile |= {"count": 1, "dtype": "uint8", "nodata": 0, "predictor": 2}
     else:
         profile |= {"count": 1, "dtype": "float32", "nodata": math.nan, "predictor": 3}
     try:

@@ -12,12 +12,11 @@ import numpy.typing as npt
 
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Record
-from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.io.gis.crs import world_crs
+from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.tables.project_layers import Layer, project_layers
 from vomstudio.tables.project_table import ProjectTable
-from vomstudio.words import tr
 
 _TYPES = {"point": "Point Z", "line": "LineString Z", "ring": "Polygon Z"}
 
@@ -36,7 +35,7 @@ def write_layers(
     with atomic_write(out, force=force) as part:
         append = False
         for layer in project_layers(records, table, measurements):
-            _write(
+            write_layer(
                 part, layer.name, _TYPES[layer.kind], _geometry(layer), layer.columns, crs,
                 described=table.limits.in_words, append=append,
             )  # fmt: skip
@@ -51,38 +50,3 @@ def _geometry(layer: Layer) -> npt.NDArray[Any]:
         return np.asarray(shapely.points(places))
     make = shapely.linestrings if layer.kind == "line" else shapely.polygons
     return np.array([make(shape) for shape in layer.shapes], dtype=object)
-
-
-def _write(
-    part: Path,
-    layer: str,
-    geometry_type: str,
-    geometry: npt.NDArray[Any],
-    columns: dict[str, npt.NDArray[Any]],
-    crs: str | None,
-    *,
-    described: str,
-    append: bool,
-) -> None:
-    import shapely
-    from pyogrio.errors import DataSourceError, FieldError, GeometryError
-    from pyogrio.raw import write
-
-    try:
-        write(
-            str(part),
-            shapely.to_wkb(geometry),
-            list(columns.values()),
-            np.array(list(columns), dtype=object),
-            layer=layer,
-            driver="GPKG",
-            geometry_type=geometry_type,
-            crs=crs,
-            append=append,
-            layer_options={"DESCRIPTION": described},
-        )
-    except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:
-        raise TargetError(
-            tr("The layer {layer} cannot be written ({error}).", layer=layer, error=error),
-            file=part,
-        ) from error

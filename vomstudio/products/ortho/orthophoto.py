@@ -11,9 +11,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import os
-from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -34,6 +32,7 @@ from vomstudio.io.gis.raster import (
     world_file,
     write_tile,
 )
+from vomstudio.products.ortho.drawn_tiles import drawn_tiles
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.sheet import draw_sheet
 from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
@@ -43,7 +42,6 @@ from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
 
-MAX_THREADS = 8
 _NO_CRS = to_translate(
     "The model has no coordinate reference system (CRS). The orthophoto is written in the model's "
     "coordinates, without a CRS."
@@ -201,34 +199,6 @@ def _draw(
         if small is not None:
             small.add(tile.column, tile.row, picture.rgba)
     return covered, filled
-
-
-def drawn_tiles(
-    source: Source, grid: Grid, progress: Progress, threads: int | None
-) -> Iterator[tuple[Tile, TilePicture]]:
-    """Yield (tile, picture) as they are done; a few at a time, so that memory stays bounded."""
-    tiles = grid.tiles()
-    progress.stage(tr("Casting rays"), len(tiles))
-    workers = max(1, min(threads or os.cpu_count() or 1, MAX_THREADS, len(tiles)))
-    waiting = iter(tiles)
-    running: dict[Future[TilePicture], Tile] = {}
-    done = 0
-    with ThreadPoolExecutor(workers) as pool:
-        try:
-            while True:
-                for tile in waiting:
-                    running[pool.submit(source.draw, tile)] = tile
-                    if len(running) > workers:
-                        break
-                if not running:
-                    return
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    yield running.pop(future), future.result()
-                    done += 1
-                    progress.step(done)
-        finally:
-            for future in running:
-                future.cancel()
 
 
 class _Reduced:
