@@ -107,8 +107,8 @@ def planes_of(elements: Elements, labels: Labels) -> Planes:
     weight = elements.areas[rows]
     area = np.asarray(np.bincount(own, weight, f), np.float64)
     safe = np.where(area > 0.0, area, 1.0)
-    mean = np.stack([np.bincount(own, weight * local[:, i], f) for i in range(3)], axis=1)
-    mean = mean / safe[:, None]
+    means = [np.bincount(own, weight * local[:, i], f) / safe for i in range(3)]
+    mean = np.asarray(np.stack(means, axis=1), np.float64)
     local -= mean[own]
     inner = np.broadcast_to(elements.inner, (len(elements), 6))[rows]
     scatter = np.empty((f, 3, 3))
