@@ -59,11 +59,14 @@ class Follower:
         coloured = surface.data.colors is not None or surface.textures is not None
         if cost in ("colour", "dark", "light", "gradient"):
             if not coloured:
+                fields = ", ".join(surface.data.fields)
                 raise UsageError(
-                    tr(
+                    tr("The model has no colours. Follow its curvature.")
+                    if not fields
+                    else tr(
                         "The model has no colours. Follow its curvature, or one of its fields: "
                         "{fields}.",
-                        fields=", ".join(surface.data.fields) or tr("it has none"),
+                        fields=fields,
                     ),
                     field="--cost",
                 )
