@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.extraction.elements import Elements
-from vomstudio.extraction.kernels import grow, settle
+from vomstudio.extraction.kernels import grow, settle, sums_of
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.progress import Progress
 from vomstudio.words import tr
@@ -23,7 +23,7 @@ Labels = npt.NDArray[np.int32]
 
 NONE, OUT = -1, -2
 _SEEDS = 50_000
-_SETTLED = 6
+_SETTLED = 4
 _SCATTERS = 3.5
 """Beyond so many standard deviations from its plane an element is none of a facet."""
 _WIDER = 1.25
@@ -98,30 +98,25 @@ def grown(
 def planes_of(elements: Elements, labels: Labels) -> Planes:
     """The planes of facets 0 to the largest label, weighted by area."""
     f = int(labels.max()) + 1 if len(labels) else 0
-    rows = np.flatnonzero(labels >= 0)
-    own = labels[rows]
-    # Relative to one of their own, so that no digits are lost.
-    about = np.zeros((f, 3))
-    about[own[::-1]] = elements.places[rows[::-1]]
-    local = elements.places[rows] - about[own]
-    weight = elements.areas[rows]
-    area = np.asarray(np.bincount(own, weight, f), np.float64)
-    safe = np.where(area > 0.0, area, 1.0)
-    means = [np.bincount(own, weight * local[:, i], f) / safe for i in range(3)]
-    mean = np.asarray(np.stack(means, axis=1), np.float64)
-    local -= mean[own]
-    inner = np.broadcast_to(elements.inner, (len(elements), 6))[rows]
+    about, known = np.zeros((f, 3)), np.zeros(f, np.bool_)
+    sums, count = np.zeros((f, 10)), np.zeros(f, np.int64)
+    sums_of(
+        elements.places, elements.areas, elements.inner, for_kernels(labels, np.int32), about, known,
+        sums, count,
+    )  # fmt: skip
+    area = sums[:, 0]
+    means = sums[:, 1:] / np.where(area > 0.0, area, 1.0)[:, None]
+    mean = means[:, :3]
     scatter = np.empty((f, 3, 3))
     for at, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
-        sums = np.bincount(own, weight * (local[:, i] * local[:, j] + inner[:, at]), f) / safe
-        scatter[:, i, j] = scatter[:, j, i] = sums
+        scatter[:, i, j] = scatter[:, j, i] = means[:, 3 + at] - mean[:, i] * mean[:, j]
     values, vectors = np.linalg.eigh(scatter)
     return Planes(
         about + mean,
         np.ascontiguousarray(vectors[:, :, 0]),
         np.sqrt(np.maximum(values[:, 0], 0.0)),
         area,
-        np.bincount(own, minlength=f),
+        count,
         scatter,
     )
 
