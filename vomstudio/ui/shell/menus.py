@@ -42,8 +42,8 @@ MENUS = (
         "declare_frame", "register_model", "fit_model", "compare_models", "|", "locate",
         "open_cameras", "find_photos", "|", "copy_model", "export_model", "remove_model")),
     (to_translate("&Interpret"), (
-        "navigate", "+tools", "|", "finish", "cancel", "continue_trace", "delete_vertex", "|",
-        "+of_tools", "feature_types", "update_surroundings")),
+        "navigate", "+tools", "|", "follow", "finish", "cancel", "continue_trace",
+        "delete_vertex", "|", "+of_tools", "feature_types", "update_surroundings")),
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
         "intersection_of_sets", "|", "orthophoto", "|", "verdict_profile", "|", "copy_net",
