@@ -130,8 +130,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.shell import edit_commands, file_commands, model_commands
         from vomstudio.ui.workspaces import strip
 
-        studio = self.studio
-        find = partial(edit_commands.find_command, self, self.actions_table)
+        studio, find = self.studio, partial(edit_commands.find_command, self, self.actions_table)
         return [
             *file_commands.commands(studio, self.files, self.close),
             *edit_commands.commands(studio, find, self),
@@ -240,6 +239,7 @@ class MainWindow(QMainWindow):
             key.activated.connect(actions["delete"].trigger)
 
     def _fill_docks(self) -> None:
+        from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
         from vomstudio.ui.shell.jobs_panel import JobsPanel
         from vomstudio.ui.shell.work_panels import work_panels
 
@@ -249,6 +249,7 @@ class MainWindow(QMainWindow):
         add("project", tr("Project"), self.tree)
         add("tool", tr("Tool"), self.tool_panel, scrolls=True)
         add("stereonet", tr("Stereonet"), self._net_place)
+        add("statistics", tr("Statistics"), StatisticsPanel(self.studio))
         add("view", tr("View direction"), self.view_panel, scrolls=True)
         add("display", tr("Display"), self.display_panel)
         add("properties", tr("Properties"), self.properties)
