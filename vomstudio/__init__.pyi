@@ -1,4 +1,5 @@
 from vomstudio import errors as errors
+from vomstudio.api.agreements import agreement as agreement
 from vomstudio.api.comparisons import compare as compare
 from vomstudio.api.elevations import ElevationModel as ElevationModel
 from vomstudio.api.elevations import dem as dem
@@ -22,7 +23,11 @@ from vomstudio.api.projects import ProjectModel as ProjectModel
 from vomstudio.api.reconstructions import reconstruct as reconstruct
 from vomstudio.api.registrations import register as register
 from vomstudio.api.samples import sample as sample
+from vomstudio.api.sections import Section as Section
+from vomstudio.api.sections import section as section
+from vomstudio.api.set_proposals import sets as sets
 from vomstudio.api.sets import fold as fold
+from vomstudio.api.sets import slip as slip
 from vomstudio.api.sets import slope as slope
 from vomstudio.api.sets import stats as stats
 from vomstudio.api.surveys import check as check

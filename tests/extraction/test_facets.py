@@ -129,6 +129,10 @@ def test_a_curved_surface_is_said_to_be_one() -> None:
     found = find_facets(PointCloud(cylinder.reshape(-1, 3)))
     assert len(found.facets) > 3
     assert any("wavy or curved" in said for said in found.warnings)
+    ball = np.random.default_rng(5).standard_normal((6000, 3))
+    found = find_facets(PointCloud(ball / np.linalg.norm(ball, axis=1)[:, None]))
+    assert any("wavy or curved" in said for said in found.warnings)
+    assert not find_facets(tent(0.001)).warnings
     flat, _ = three_sheets(np.random.default_rng(5))
     assert not find_facets(flat).warnings
 
@@ -312,6 +316,8 @@ def test_a_model_without_a_surface_is_refused() -> None:
         find_facets(PointCloud(np.full((10, 3), np.nan)))
     with pytest.raises(GeometryError):
         find_facets(PointCloud(np.zeros((10, 3))))
+    line = np.linspace(0.0, 1.0, 200)[:, None] * [1.0, 2.0, 3.0]
+    assert find_facets(PointCloud(line)).facets == []
     with pytest.raises(GeometryError):
         find_facets(Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32)))
 

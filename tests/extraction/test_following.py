@@ -206,6 +206,11 @@ def test_one_place_is_no_path() -> None:
         follower.follow(mesh.vertices[[5]])
 
 
+def test_points_at_one_place_are_no_surface() -> None:
+    with pytest.raises(GeometryError, match="no surface"):
+        SurfaceGraph(PointCloud(np.ones((20, 3))))
+
+
 def test_a_cost_that_the_model_does_not_have_is_refused() -> None:
     surface = SurfaceGraph(hills(count=21))
     with pytest.raises(UsageError, match="no colours"):

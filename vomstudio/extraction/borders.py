@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -103,9 +104,10 @@ def _around(lines: Array) -> Any:
         return shapely.Polygon()
     whole = shapely.MultiLineString(list(lines))
     # Lines that cross each other, as those of a folded piece do, are cut there first.
-    for prepared in (lambda: whole, lambda: shapely.node(whole), lambda: _on_grid(whole)):
+    ways: tuple[Callable[[Any], Any], ...] = (lambda lines: lines, shapely.node, _on_grid)
+    for prepared in ways:
         try:
-            area = shapely.build_area(prepared())
+            area = shapely.build_area(prepared(whole))
             area = area if area.is_valid else shapely.make_valid(area)
         except shapely.errors.GEOSException:
             continue

@@ -218,7 +218,7 @@ def _given_or(given: Array, found: Array, said: list[str]) -> Array:
 # --- meshes -----------------------------------------------------------------------------------
 def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     vertices = np.asarray(mesh.vertices, np.float64)
-    whole = np.isfinite(vertices).all(axis=1)
+    whole = np.asarray(np.isfinite(vertices).all(axis=1))
     faces = np.asarray(mesh.faces, np.int64)
     sound = whole[faces].all(axis=1)
     if not sound.any():
@@ -298,7 +298,7 @@ def _quiet_normals(
         return normals, np.zeros(len(normals))
 
     def cosines() -> Array:
-        return np.abs(np.einsum("ij,ij->i", normals[source], normals[near]))
+        return np.asarray(np.abs(np.einsum("ij,ij->i", normals[source], normals[near])))
 
     cosine = cosines()
     number = np.maximum(np.bincount(source, minlength=len(normals)), 1)

@@ -41,8 +41,8 @@ _REACH_OF_SPACING = 1.0
 _REACH_OF_NOISE = 3.0
 # Facets of a mesh with few large faces are told by their area.
 _SHARE_OF_MESH = 0.01
-# Ours: pieces of a bend are turned by less than the angles that may be within two of them.
-_WAVY, _WAVY_TURN = 0.5, 1.5
+# Ours: pieces of a bend are turned by less than the angles that may be within some of them.
+_WAVY, _WAVY_TURN = 0.5, 3.0
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ def _facets(
     progress: Progress,
 ) -> tuple[list[Facet], Labels]:
     """The facets that are large enough, numbered anew, and the elements' labels of them."""
-    count = int(labels.max()) + 1 if len(labels) else 0
+    count = max(int(labels.max(initial=-1)) + 1, 0)
     progress.stage(tr("Fitting planes"), count)
     order = np.argsort(labels, kind="stable")
     cuts = np.searchsorted(labels[order], np.arange(count + 1))
@@ -240,12 +240,13 @@ def _facet(
 def _colors(data: Mesh | PointCloud, elements: Elements) -> Array | None:
     if elements.of == "face":
         assert isinstance(data, Mesh)
-        colours = data.colors
+        colours: npt.NDArray[np.generic] | None = data.colors
         if colours is None and (textures := TextureColours(data)).any:
             colours = textures.of_vertices
         if colours is None:
             return None
-        return np.asarray(colours[data.faces[elements.rows]].mean(axis=1), np.float64)
+        corners = np.asarray(colours[data.faces[elements.rows]], np.float64)
+        return np.asarray(corners.mean(axis=1))
     if data.colors is None:
         return None
     return np.asarray(data.colors[elements.rows], np.float64)
@@ -260,7 +261,7 @@ def _of_points(data: Mesh | PointCloud, elements: Elements, labels: Labels) -> L
         result[there] = labels[elements.row_of[there]]
         return result
     assert isinstance(data, Mesh)
-    count = int(labels.max()) + 2 if len(labels) else 1
+    count = max(int(labels.max(initial=-1)), -1) + 2
     inside = np.flatnonzero(labels >= 0)
     corner = np.asarray(data.faces[elements.rows[inside]], np.int64)
     key = (corner * count + labels[inside, None]).ravel()

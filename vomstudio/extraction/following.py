@@ -28,6 +28,8 @@ _LEAST = 0.02
 # small part of them.
 _LOW, _HIGH = 0.2, 98.0
 STRETCH = 1.4
+# Steps of smoothing that follow each other: a bed of up to some ten nodes has a middle.
+_VALLEY = (2, 4, 8)
 _MARGIN = 12.0
 _WHOLE_NODES = 3_000_000
 # Chroma shows contacts that lightness does not.
@@ -59,11 +61,14 @@ class Follower:
         coloured = surface.data.colors is not None or surface.textures is not None
         if cost in ("colour", "dark", "light", "gradient"):
             if not coloured:
+                fields = ", ".join(surface.data.fields)
                 raise UsageError(
-                    tr(
+                    tr("The model has no colours. Follow its curvature.")
+                    if not fields
+                    else tr(
                         "The model has no colours. Follow its curvature, or one of its fields: "
                         "{fields}.",
-                        fields=", ".join(surface.data.fields) or tr("it has none"),
+                        fields=fields,
                     ),
                     field="--cost",
                 )
@@ -184,8 +189,8 @@ class Follower:
             low, high = np.nanpercentile(value, [_LOW, _HIGH])
             value = (value - low) / max(high - low, 1e-12)
             value = np.where(np.isfinite(value), value, 1.0)
-        clipped = np.clip(value, 0.0, 1.0)
-        return np.asarray(_LEAST + (1.0 - _LEAST) * clipped**2)
+        valley = _valley(graph, np.clip(value, 0.0, 1.0))
+        return np.asarray(_LEAST + (1.0 - _LEAST) * valley**2)
 
     def _value(self, graph: Graph) -> Array:
         if self.cost == "curvature":
@@ -212,17 +217,31 @@ def _gradient(graph: Graph, light: Array) -> Array:
     return np.asarray(np.sqrt(sums / np.maximum(number, 1)))
 
 
-def _smoothed(graph: Graph, values: Array) -> Array:
-    """The mean (n, c) of each node's values and its neighbours': less noise, and least in the
-    middle of a bed, so that a path does not cut its corners from side to side."""
+def _smoothed(graph: Graph, values: Array, times: int = 1) -> Array:
+    """The mean (n, c) of each node's values and its neighbours', so many times over."""
     from scipy.sparse import csr_array
 
     arcs = graph.arcs
     n = arcs.shape[0]
     ones = csr_array((np.ones(len(arcs.data)), arcs.indices, arcs.indptr), shape=(n, n))
+    back = ones.T.tocsr()
     number = 1.0 + np.diff(arcs.indptr) + np.bincount(arcs.indices, minlength=n)
-    sums = values + ones @ values + ones.T @ values
-    return np.asarray(sums / number[:, None])
+    for _ in range(times):
+        values = (values + ones @ values + back @ values) / number[:, None]
+    return np.asarray(values)
+
+
+def _valley(graph: Graph, value: Array) -> Array:
+    """The mean of values (n,) and of what smoothing leaves of them: least in the middle of a bed.
+
+    Inside a bed of one colour the shortest way cuts the corners from side to side, which tilts its
+    plane: always outward where the bed bends back, so that the residuals do not tell.
+    """
+    total, last = value, value
+    for times in _VALLEY:
+        last = _smoothed(graph, last[:, None], times)[:, 0]
+        total = total + last
+    return np.asarray(total / (len(_VALLEY) + 1))
 
 
 def _compared(colours: Array) -> Array:

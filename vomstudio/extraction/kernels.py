@@ -200,3 +200,24 @@ def settle(  # type: ignore[no-untyped-def]
         if best != labels[e]:
             changed += 1
     return changed
+
+
+@kernel("void(f8[:,::1], f8[::1], f8[:,::1], i4[::1], f8[:,::1], b1[::1], f8[:,::1], i8[::1])")
+def sums_of(  # type: ignore[no-untyped-def]
+    places, areas, inner, labels, about, known, sums, count
+):
+    """Add the moments of each facet's elements about the first of them: weight, first and second
+    moments (f, 10), and how many they are. `about` and `known` come as zeros."""
+    for e in range(len(labels)):
+        f = labels[e]
+        if f < 0:
+            continue
+        if not known[f]:
+            known[f] = True
+            about[f, 0], about[f, 1], about[f, 2] = places[e, 0], places[e, 1], places[e, 2]
+        count[f] += 1
+        _add(
+            sums[f], areas[e],
+            places[e, 0] - about[f, 0], places[e, 1] - about[f, 1], places[e, 2] - about[f, 2],
+            inner, e,
+        )  # fmt: skip

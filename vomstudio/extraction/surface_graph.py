@@ -72,7 +72,7 @@ class SurfaceGraph:
             used[np.asarray(data.faces).ravel()] = True
             sound &= used
         rows = np.flatnonzero(sound)
-        if len(rows) < 2:
+        if len(rows) < 2 or not np.ptp(points[rows], axis=0).any():
             raise GeometryError(tr("The model has no surface that a path could follow."))
         self.origin: Array = np.floor(points[rows].min(axis=0))
         local = points[rows] - self.origin

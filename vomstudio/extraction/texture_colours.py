@@ -103,7 +103,7 @@ class TextureColours:
 def _bilinear(picture: npt.NDArray[np.uint8], uv: Array) -> Array:
     """Colours at texture coordinates, origin at the lower left; the picture is repeated."""
     height, width = picture.shape[:2]
-    known = np.isfinite(uv).all(axis=1)
+    known = np.asarray(np.isfinite(uv).all(axis=1))
     safe = np.where(known[:, None], uv, 0.0)
     inside = np.where((safe >= 0.0) & (safe <= 1.0), safe, safe - np.floor(safe))
     x = np.clip(inside[:, 0] * width - 0.5, 0.0, width - 1.0)
