@@ -267,8 +267,10 @@ def two_great_circles(poles: Array, axes: Array) -> TwoCircles | None:
         return None
     for best in np.argsort(cost)[:3]:
         start = np.array([normals[first[best]], normals[second[best]]])
-        found.append(_mixture(poles, start, rms(single)))
+        found.append(_mixture(few, start, rms(single)))
     normals, logs = max(found, key=lambda each: each[1])
+    if len(few) < n:
+        normals, logs = _mixture(poles, normals, rms(single))
     return _two_circles(poles, axes, normals, logs, single)
 
 
