@@ -105,7 +105,32 @@ CASES = (
         "compare-m3c2",
         "compare {work}/above.xyz {work}/ground.xyz --m3c2 0.4 --registration-error 0.01",
     ),
+    Case(
+        "facets",
+        "facets {resources}/sample/sample.obj -o {work}/facets.csv --labels {work}/facets.ply"
+        " --max-distance 0.05 --min-area 0.5",
+        like=True,
+    ),
+    Case(
+        "facets-refused", "facets {resources}/sample/sample.obj -o {work}/f.csv --angle 90", code=2
+    ),
+    Case(
+        "trace", "trace {work}/slope.csv --through {work}/clicks.csv -o {work}/bed.csv --cost grey"
+    ),
+    Case(
+        "trace-refused",
+        "trace {work}/slope.csv --through {work}/ground.xyz -o {work}/none.csv --cost shade",
+        code=2,
+    ),
+    Case(
+        "compare-orientations",
+        "compare {work}/above.xyz {work}/ground.xyz --orientations {work}/planes.csv "
+        "{work}/planes.csv",
+        after=("fit-by",),
+    ),
     Case("compare-refused", "compare {work}/above.xyz {resources}/sample/sample.obj", code=2),
+    Case("fit-parallel", "fit {resources}/sample/picks.csv --by pick --parallel --same B01,B02"),
+    Case("fit-parallel-refused", "fit {work}/three.csv --same a,b", code=2),
     Case("fit-refused", "fit {work}/broken.csv", code=2),
     Case("stats-sets", "stats {work}/planes.csv --set kind", after=("fit-by",)),
     Case("stats-project", "stats {work}/project.csv --set set", after=("export-csv",)),
@@ -133,6 +158,19 @@ CASES = (
         "rose", "rose {work}/planes.csv --set kind --bin 30 -o {work}/rose.svg", after=("fit-by",)
     ),
     Case("rose-refused", "rose {work}/planes.csv --bin 7 -o {work}/roses.svg", code=2),
+    Case("slope", "slope {work}/planes.csv --face 310/75 --friction 35", after=("fit-by",)),
+    Case("slope-refused", "slope {work}/planes.csv --face 310/0 --friction 35", code=2),
+    Case(
+        "fractures",
+        "fractures {work}/traces.geojson --area {work}/area.geojson --snap 0.01"
+        " --plot {work}/fractures.svg",
+    ),
+    Case(
+        "fractures-scanline",
+        "fractures {work}/traces.geojson --scanline {work}/traces.geojson"
+        " --strikes 80-100 --terzaghi-cap 3",
+    ),
+    Case("fractures-refused", "fractures {work}/three.csv", code=2),
     Case("stereonet-refused", "stereonet {work}/three.csv -o {work}/net.txt", code=2),
     Case(
         "ortho-fold",
@@ -179,7 +217,7 @@ CASES = (
         after=("ortho-draw",),
     ),
     Case(
-        "trace-refused",
+        "trace-drawing-refused",
         "trace {specimens}/boulder.ply --from-ortho {work}/planes.csv -o {work}/none.csv",
         code=2,
     ),
@@ -257,6 +295,16 @@ def prepare(folder: Path) -> dict[str, str]:
     for name, up in (("ground", 0.0), ("above", 0.05)):
         rows = [(k % 20 / 10, k // 20 / 10, up + (k * k % 7 - 3) / 100) for k in range(400)]
         (work / f"{name}.xyz").write_text("".join(f"{x} {y} {z:.2f}\n" for x, y, z in rows))
+    y, x = (axis.ravel() * 0.05 for axis in np.mgrid[0:40, 0:60])
+    z = 0.5 * y + 0.2 * np.sin(2.0 * x)
+    (work / "slope.csv").write_text(
+        "x,y,z,grey\n"
+        + "".join(
+            f"{a:.2f},{b:.2f},{c:.4f},{10 if abs(c - 0.5) < 0.05 else 200}\n"
+            for a, b, c in zip(x, y, z, strict=True)
+        )
+    )
+    (work / "clicks.csv").write_text("x,y,z\n0.05,0.95,0.49\n1.5,0.95,0.5\n2.9,1.2,0.51\n")
     (work / "azimuths.csv").write_text("azimuth,dip\n10,20\n30,40\n50,60\n")
     (work / "lines.csv").write_text(
         "name,trend,plunge\nL1,10,20\nL2,15,-12\nL3,22,18\nL4,355,25\nL5,12,8\n"
@@ -267,6 +315,7 @@ def prepare(folder: Path) -> dict[str, str]:
         + "".join(f"foot,{270 - k},{40 + k % 2}\n" for k in range(6))
         + "".join(f"fault,{100 + 2 * k},{70 - k % 3}\n" for k in range(6))
     )
+    write_traces(work)
     write_film(work / "pan.avi")
     frame = next((specimens / "schema1.vom/reconstruction/photos-preview/work").glob("frame-*"))
     return {
@@ -275,6 +324,21 @@ def prepare(folder: Path) -> dict[str, str]:
         "resources": str(resource("sample").parent),
         "frame": frame.name,
     }
+
+
+def write_traces(work: Path) -> None:
+    """Two sets of traces in metres, one abutting on the other, and the area around them."""
+    lines = [[[0.5 * k, 0.3 * k], [0.5 * k + 7 + 0.7 * k % 3, 0.3 * k]] for k in range(12)]
+    lines += [[[k, 0.3], [k, 0.9 + 0.2 * k]] for k in range(3, 9)]
+    ring = [[1, -1], [9, -1], [9, 5], [1, 5], [1, -1]]
+    for name, kind, shapes in (("traces", "LineString", lines), ("area", "Polygon", [[ring]])):
+        features = [
+            {"type": "Feature", "properties": {}, "geometry": {"type": kind, "coordinates": c}}
+            for c in shapes
+        ]
+        crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}}
+        layer = {"type": "FeatureCollection", "crs": crs, "features": features}
+        (work / f"{name}.geojson").write_text(json.dumps(layer))
 
 
 def write_film(path: Path) -> None:

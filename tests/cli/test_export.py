@@ -114,4 +114,4 @@ def test_drawings_and_shapefiles_of_a_project_are_named_in_the_answer(
     drawn = pyogrio.read_info(tmp_path / "d.dxf", force_feature_count=True)["features"]
     assert drawn > 4
     assert ".shp" in run("export", project, "--to", "shp", "-o", tmp_path / "o").said
-    assert "kml" in run("export", project, "--to", "kml", "-o", tmp_path / "o.kml").said
+    assert "obj" in run("export", project, "--to", "obj", "-o", tmp_path / "o.obj").said

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from vomstudio.geology.bowing import bowing_of
+from vomstudio.geology.bowing import bowing_of, bowing_of_turns
 from vomstudio.registration.placing import register_points
 
 CLIFF = Rotation.from_euler("xz", [90.0, 35.0], degrees=True).as_matrix()
@@ -109,3 +109,85 @@ def test_what_tells_nothing_of_it_is_not_judged(case: str) -> None:
         "spot": np.ones((9, 3)),
     }[case]
     assert bowing_of(places, np.random.default_rng(2).normal(size=places.shape)) is None
+
+
+# --- by the verticals of photos ------------------------------------------------------------------
+def block(n: int, rng: np.random.Generator, *, wall: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Cameras (n, 3) before an upright face, or over ground, and their rotations to World, a little
+    unlike each other."""
+    flat = np.stack([rng.uniform(-30, 30, n), rng.uniform(-15, 15, n), np.full(n, 20.0)], axis=1)
+    looking = Rotation.from_euler("x", 180.0, degrees=True)
+    shaken = Rotation.from_rotvec(rng.normal(0, 0.1, (n, 3)))
+    turned = Rotation.from_matrix(CLIFF) if wall else Rotation.identity()
+    return turned.apply(flat), (turned * shaken * looking).as_matrix()
+
+
+def turns_of_bend(places: np.ndarray, curvature: float, *, wall: bool) -> np.ndarray:
+    """How the cameras turn with the surface w = c r^2, by the turn that takes its normal from that
+    of the plane (numerically, from the surface itself)."""
+    frame = CLIFF if wall else np.eye(3)
+    local = (places - places.mean(axis=0)) @ frame
+    step = 1e-4
+
+    def height(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return curvature * (u**2 + v**2)
+
+    u, v = local[:, 0], local[:, 1]
+    slope_u = (height(u + step, v) - height(u - step, v)) / (2 * step)
+    slope_v = (height(u, v + step) - height(u, v - step)) / (2 * step)
+    normals = np.stack([-slope_u, -slope_v, np.ones(len(u))], axis=1)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    turns = [Rotation.align_vectors([one], [[0.0, 0.0, 1.0]])[0].as_rotvec() for one in normals]
+    return np.array(turns) @ frame.T
+
+
+@pytest.mark.parametrize("wall", [False, True])
+@pytest.mark.parametrize("curvature", [0.0004, -0.0004])
+def test_a_known_curvature_is_found_from_verticals(wall: bool, curvature: float) -> None:
+    inside, rounds = 0, 200
+    for seed in range(rounds):
+        rng = np.random.default_rng(seed)
+        places, cameras = block(40, rng, wall=wall)
+        mount = cameras @ np.radians([0.7, -0.4, 0.3])
+        turns = turns_of_bend(places, curvature, wall=wall) + mount
+        turns += np.radians(0.2) * rng.normal(size=turns.shape) + np.radians([1.0, -0.5, 20.0])
+        found = bowing_of_turns(places, turns, cameras)
+        assert found is not None
+        up = 1.0 if not wall or CLIFF[2, 2] >= 0.0 else -1.0
+        inside += abs(found.curvature_per_m - up * curvature) <= found.error95_per_m
+    assert inside >= 0.91 * rounds
+
+
+def test_verticals_of_a_flat_block_are_called_bowed_once_in_twenty() -> None:
+    alarms, rounds = 0, 1500
+    for seed in range(rounds):
+        rng = np.random.default_rng(seed)
+        places, cameras = block(12, rng, wall=bool(seed % 2))
+        turns = np.radians(0.3) * rng.normal(size=(12, 3)) + rng.normal(size=3)
+        found = bowing_of_turns(places, turns, cameras)
+        assert found is not None
+        alarms += found.significant
+    assert 0.035 < alarms / rounds < 0.067
+
+
+def test_a_mount_out_of_line_all_around_a_rock_is_no_bowing() -> None:
+    """All cameras look inwards and each is pitched by a degree: that looks like a dome to whoever
+    does not know of mounts."""
+    rng = np.random.default_rng(5)
+    around = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    reach = rng.uniform(15.0, 30.0, 24)
+    places = np.stack([reach * np.sin(around), reach * np.cos(around), np.zeros(24)], axis=1)
+    ahead = -places / np.linalg.norm(places, axis=1)[:, None]
+    down = np.tile([0.0, 0.0, -1.0], (24, 1))
+    cameras = np.stack([np.cross(down, ahead), down, ahead], axis=2)
+    turns = cameras @ np.radians([1.0, 0.0, 0.0]) + np.radians(0.05) * rng.normal(size=(24, 3))
+    found = bowing_of_turns(places, turns, cameras)
+    assert found is None or not found.significant
+
+
+def test_few_photos_or_photos_at_one_place_tell_nothing() -> None:
+    rng = np.random.default_rng(0)
+    places, cameras = block(5, rng, wall=False)
+    assert bowing_of_turns(places, np.zeros((5, 3)), cameras) is None
+    places, cameras = block(9, rng, wall=False)
+    assert bowing_of_turns(np.zeros((9, 3)), rng.normal(size=(9, 3)), cameras) is None

@@ -22,7 +22,8 @@ from vomstudio.geology.common_turns import (
 )
 from vomstudio.geology.folds import common_axis, fold_axis
 from vomstudio.geology.orientation import Line, normals_to_planes
-from vomstudio.geology.statistics import orientation_tensor, set_statistics
+from vomstudio.geology.set_statistics import set_statistics
+from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry.tilts import direction_covariance
 
 FACTOR = float(np.sqrt(chi2.ppf(0.95, 2)))

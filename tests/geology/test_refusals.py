@@ -29,11 +29,11 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
     rake_of,
 )
+from vomstudio.geology.set_statistics import set_statistics
 from vomstudio.geology.statistics import (
     axial_mean,
     fisher,
     no_fisher_reason,
-    set_statistics,
     unit_vectors,
 )
 

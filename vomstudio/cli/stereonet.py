@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
@@ -66,9 +65,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.contents import Contouring
     from vomstudio.products.net.contours import check_contouring, density_found, few_reasons
+    from vomstudio.products.net.figure import picture_format
     from vomstudio.products.net.table_net import net_of_table
 
-    format_ = picture_format(args.output)
+    format_ = picture_format(args.output, "--output")
     if args.contour is not None and args.contour not in DENSITY_METHODS:
         raise UsageError(
             tr(
@@ -149,17 +149,3 @@ def _levels(text: str | None) -> tuple[float, ...]:
         raise UsageError(
             tr("“{text}” is no list of levels; write them like 2,4,6.", text=text), field="--levels"
         ) from None
-
-
-def picture_format(path: str) -> str:
-    """svg, pdf or png by the ending of a path. Raises UsageError."""
-    from vomstudio.products.net.figure import FORMATS
-
-    ending = Path(path).suffix.lower().removeprefix(".")
-    if ending not in FORMATS:
-        raise UsageError(
-            tr("The ending of the name decides the format: .svg, .pdf or .png."),
-            file=path,
-            field="--output",
-        )
-    return ending

@@ -8,6 +8,10 @@ The residuals along the model's normal are regressed on 1, u, v and u^2 + v^2, u
 in its mean plane. The first three are what a registration absorbs (shift and tilt), so that points
 that placed the model and points that only judge it can be taken together: both differ from the
 truth by the same shift and tilt. Whether c differs from nothing is told by Student's t.
+
+Cameras bend with the model: one at a place r from the middle is turned by 2 c r, outwards or
+inwards. Verticals of photos (rolls and pitches of a gimbal, the accelerometer of a phone) show
+that without any point, as turns that grow with the distance from the middle.
 """
 
 from __future__ import annotations
@@ -28,9 +32,10 @@ _THIN = 0.05
 
 @dataclass(frozen=True)
 class Bowing:
-    """n : points; curvature_per_m : c, along the normal that points up: negative of a dome,
-    positive of a dish; error95_per_m : of that; reach_m : from the middle to the edge of the model;
-    significant : c differs from nothing, wrongly so said of one model in twenty that is not bowed
+    """n : points, or photos; curvature_per_m : c, along the normal that points up: negative of a
+    dome, positive of a dish; error95_per_m : of that; reach_m : from the middle to the edge of the
+    model; significant : c differs from nothing, wrongly so said of one model in twenty that is not
+    bowed
     """
 
     n: int
@@ -70,16 +75,11 @@ def bowing_of(
     extent : (m, 3) points all over the model, whose mean plane, middle and edge count; None to take
         those of the places
     """
-    from scipy.special import stdtrit
-
     n = len(places)
     if n < FEWEST:
         return None
-    shape = places if extent is None or len(extent) < FEWEST else extent
-    middle = shape.mean(axis=0)
-    _, _, axes = np.linalg.svd(shape - middle, full_matrices=False)
-    flat = (places - middle) @ axes[:2].T
-    normal = axes[2] if axes[2, 2] >= 0.0 else -axes[2]
+    middle, axes, reach = _shape(places, extent)
+    flat, normal = (places - middle) @ axes[:2].T, axes[2]
     size = float(np.sqrt((flat**2).sum(axis=1).mean()))
     if not size > 0.0 or np.linalg.svd(flat - flat.mean(axis=0), compute_uv=False)[-1] < (
         _THIN * size * np.sqrt(n)
@@ -97,12 +97,70 @@ def bowing_of(
     if float(rest @ rest) < _THIN**2 * float(rows[:, 3] @ rows[:, 3]):
         return None
     out = (residuals @ normal) * weight
-    found = np.linalg.lstsq(rows, out, rcond=None)[0]
+    # Fitted less given is the model's bend itself.
+    bend, error = _last_of(rows, out, rest)
+    return Bowing(n, bend / size**2, error / size**2, reach, abs(bend) > error)
+
+
+def bowing_of_turns(
+    places: Array, turns: Array, cameras: Array, extent: Array | None = None
+) -> Bowing | None:
+    """The bowing that the verticals of photos show; None where too few photos, or photos all at one
+    place along the model, tell nothing of it.
+
+    places : (n, 3) of the cameras, World
+    turns : (n, 3) by which each photo is turned in the model against what it says itself, radians,
+        World; of these the parts about east and north count, which a vertical tells
+    cameras : (n, 3, 3) rotations from the cameras to World: a mount that is out of line turns with
+        them, and all around a rock would look like bowing
+    extent : (m, 3) points all over the model, as in `bowing_of`
+    """
+    n = len(places)
+    if n < FEWEST:
+        return None
+    middle, axes, reach = _shape(places, extent)
+    u, v = ((places - middle) @ axes[:2].T).T
+    # The surface w = c (u^2 + v^2) has the normal w - 2 c (u, v): a turn by w x that.
+    along = np.outer(u, np.cross(axes[2], axes[0])) + np.outer(v, np.cross(axes[2], axes[1]))
+    by_bend = -2.0 * along[:, :2]
+    size = float(np.sqrt((by_bend**2).mean()))
+    if not size > 0.0:
+        return None
+    each = np.zeros((n, 2, 6))
+    # What a registration absorbs is the same in all.
+    each[:, 0, 0] = each[:, 1, 1] = 1.0
+    each[:, :, 2:5] = cameras[:, :2, :]
+    each[:, :, 5] = by_bend / size
+    rows = each.reshape(-1, 6)
+    rest = rows[:, 5] - rows[:, :5] @ np.linalg.lstsq(rows[:, :5], rows[:, 5], rcond=1e-6)[0]
+    if float(rest @ rest) < _THIN**2 * float(rows[:, 5] @ rows[:, 5]):
+        return None
+    bend, error = _last_of(rows, turns[:, :2].ravel(), rest)
+    return Bowing(n, bend / size, error / size, reach, abs(bend) > error)
+
+
+def _shape(places: Array, extent: Array | None) -> tuple[Array, Array, float]:
+    """Middle (3,), axes (3, 3) in rows, the last one the normal that points up and all of them
+    right-handed, and reach of a model."""
+    shape = places if extent is None or len(extent) < FEWEST else extent
+    middle = shape.mean(axis=0)
+    _, _, axes = np.linalg.svd(shape - middle, full_matrices=False)
+    if axes[2, 2] < 0.0:
+        axes[2] = -axes[2]
+    axes[1] = np.cross(axes[2], axes[0])
+    reach = float(np.linalg.norm((shape - middle) @ axes[:2].T, axis=1).max())
+    return middle, axes, reach
+
+
+def _last_of(rows: Array, out: Array, rest: Array) -> tuple[float, float]:
+    """The last unknown of a regression, and its 95 % error by what is left over. rest : what the
+    other columns leave of the last one"""
+    from scipy.special import stdtrit
+
+    # Photos that all look one way cannot tell a mount from the registration.
+    found, _, rank, _ = np.linalg.lstsq(rows, out, rcond=1e-6)
     left = out - rows @ found
-    free = n - 4
+    free = len(rows) - int(rank)
     variance = float(left @ left) / free / float(rest @ rest)
     error = float(stdtrit(free, 1.0 - LEVEL / 2.0)) * float(np.sqrt(variance))
-    # Fitted less given is the model's bend itself.
-    curvature = float(found[3]) / size**2
-    reach = float(np.linalg.norm((shape - middle) @ axes[:2].T, axis=1).max())
-    return Bowing(n, curvature, error / size**2, reach, abs(found[3]) > error)
+    return float(found[-1]), error

@@ -33,6 +33,7 @@ from vomstudio.geology.common_turns import (
     principal_axis,
     region,
 )
+from vomstudio.geology.distributions import LineFigures, f95
 from vomstudio.geology.orientation import (
     Array,
     Line,
@@ -41,7 +42,6 @@ from vomstudio.geology.orientation import (
     rake_of,
 )
 from vomstudio.geology.statistics import (
-    LineFigures,
     flip_to,
     orientation_tensor,
     unit_vectors,
@@ -213,7 +213,7 @@ def fold_axis(
     semi_axes: tuple[float, float] | None = None
     if n > 2:
         variance = values[2] * values[:2] / ((n - 2) * (values[:2] - values[2]) ** 2 + 1e-300)
-        first, second = np.degrees(np.arctan(np.sqrt(variance * 2.0 * _f95(n - 2))))
+        first, second = np.degrees(np.arctan(np.sqrt(variance * 2.0 * f95(n - 2))))
         semi_axes = float(second), float(first)
     given = None if turns is None or not turns.known else moved(poles, turns)
     turned = None if given is None else principal_axis(given, values, axes, 2)
@@ -273,7 +273,7 @@ def common_axis(
         inverse = np.linalg.inv(flat.T @ flat)
         covariance = inverse @ (flat.T * strays) @ flat @ inverse
         spread, directions = np.linalg.eigh(covariance)
-        angles = np.degrees(np.arctan(np.sqrt(np.maximum(spread, 0.0) * 2.0 * _f95(smallest - 1))))
+        angles = np.degrees(np.arctan(np.sqrt(np.maximum(spread, 0.0) * 2.0 * f95(smallest - 1))))
         semi_axes = float(angles[1]), float(angles[0])
         swing = directions[:, 1] @ across
     reasons = [
@@ -438,8 +438,3 @@ def _arc_deg(poles: Array, axes: Array) -> float:
     along = np.sort(np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0)
     gaps = np.diff(np.append(along, along[0] + 180.0))
     return float(180.0 - gaps.max())
-
-
-def _f95(bottom: int) -> float:
-    """The 95 % point of F with (2, bottom) degrees of freedom, which has a closed form."""
-    return bottom / 2.0 * math.expm1(2.0 / bottom * math.log(20.0))

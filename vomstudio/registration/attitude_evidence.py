@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geology.bowing import Bowing, bowing_of_turns
 from vomstudio.geology.view_attitudes import (
     camera_rotations,
     error_axes,
@@ -18,6 +19,7 @@ from vomstudio.geometry.cameras import View
 from vomstudio.io.control.attitude_tables import AttitudeTable, down_of
 from vomstudio.registration.attitude_checks import left_out, verticals_left_out
 from vomstudio.registration.observations import Attitudes, Azimuths, Observed, Verticals
+from vomstudio.registration.similarity import Similarity
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -28,6 +30,8 @@ MOUNT_DOUBT_DEG = 1.0
 """One sigma of what a gimbal or an accelerometer is out of line with its camera, about each axis,
 where no accuracy is stated. It is the same in all photos, which do not show it unless they look to
 several sides. (A drone that writes -89.9 degrees looked 1.5 degrees beside the vertical.)"""
+_WRONG = 6.0
+"""A photo's vertical is wrong that is so many times further off than half of them are."""
 # The azimuth of a view that is steeper says nothing that the phone's compass could have meant.
 _STEEPEST_DEG = 60.0
 
@@ -101,10 +105,49 @@ def misses(
 ) -> list[AttitudeMiss]:
     """Of the rows of a table, also those that took no part; rotation : (3, 3) of the placed
     model."""
-    from scipy.spatial.transform import Rotation
-
     if not rows:
         return []
+    turns, yaw, tilt = _turns(table, rows, views, rotation)
+    off = np.degrees(np.einsum("nji,nj->ni", error_axes(np.column_stack([yaw, yaw, yaw])), turns))
+    given = table.angles[np.asarray(rows, int)]
+    known = np.column_stack([np.isfinite(given[:, 0]), tilt, tilt])
+    return [
+        AttitudeMiss(
+            table.photos[row],
+            *(float(v) if k else None for v, k in zip(off[i], known[i], strict=True)),
+        )
+        for i, row in enumerate(rows)
+    ]
+
+
+def bowing_by_tilts(
+    table: AttitudeTable,
+    rows: Sequence[int],
+    views: Sequence[View],
+    placed: Similarity,
+    extent: Array | None,
+) -> Bowing | None:
+    """The bowing that the verticals of photos show in a placed model, wrong ones left out; extent :
+    (m, 3) points of the model, in its own frame; None where they tell nothing of it."""
+    if not rows:
+        return None
+    turns, _, tilt = _turns(table, rows, views, placed.rotation)
+    aside = turns[:, :2] - np.median(turns[tilt, :2], axis=0) if tilt.any() else turns[:, :2]
+    length = np.hypot(*aside.T)
+    right = tilt & (length <= _WRONG * float(np.median(length[tilt])) if tilt.any() else tilt)
+    places = placed(np.array([view.centre for view in views]))
+    reach = None if extent is None or not len(extent) else placed(extent)
+    cameras = placed.rotation @ np.array([np.asarray(view.rotation).T for view in views])
+    return bowing_of_turns(places[right], turns[right], cameras[right], reach)
+
+
+def _turns(
+    table: AttitudeTable, rows: Sequence[int], views: Sequence[View], rotation: Array
+) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+    """By how much each photo is turned in the placed model against what it says, (n, 3) radians,
+    World; its yaw, (n,) degrees, and whether it tells the vertical."""
+    from scipy.spatial.transform import Rotation
+
     which = np.asarray(rows, int)
     given, down = table.angles[which], down_of(table)[which]
     placed = rotation @ np.array([np.asarray(view.rotation).T for view in views])
@@ -115,16 +158,8 @@ def misses(
     there[tilt] = from_down_and_azimuth(down[tilt], yaw[tilt])
     whole = np.isfinite(given).all(axis=1)
     there[whole] = camera_rotations(given[whole])
-    turns = Rotation.from_matrix(placed @ np.swapaxes(there, 1, 2)).as_rotvec()
-    off = np.degrees(np.einsum("nji,nj->ni", error_axes(np.column_stack([yaw, yaw, yaw])), turns))
-    known = np.column_stack([np.isfinite(given[:, 0]), tilt, tilt])
-    return [
-        AttitudeMiss(
-            table.photos[row],
-            *(float(v) if k else None for v, k in zip(off[i], known[i], strict=True)),
-        )
-        for i, row in enumerate(rows)
-    ]
+    turns: Array = Rotation.from_matrix(placed @ np.swapaxes(there, 1, 2)).as_rotvec()
+    return turns, yaw, tilt
 
 
 def _attitudes(

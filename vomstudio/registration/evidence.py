@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.geology.bowing import Bowing
 from vomstudio.geometry import transform
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.places import why_no_coordinate
@@ -29,6 +30,7 @@ from vomstudio.registration.attitude_evidence import (
     NORTH_DOUBT_DEG,
     AttitudeMiss,
     Held,
+    bowing_by_tilts,
     held,
     misses,
 )
@@ -54,8 +56,9 @@ from vomstudio.registration.observations import (
     Points,
 )
 from vomstudio.registration.placing import place, with_warnings
+from vomstudio.registration.remarks import said_of_bowing
 from vomstudio.registration.results import Placed, PointResidual
-from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
+from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
 from vomstudio.registration.wrong_marks import agreeing
 from vomstudio.words import tr, tr_n
 
@@ -106,6 +109,16 @@ class Evidence:
             self.lengths or self.azimuths
         )
 
+    @property
+    def too_few_alone(self) -> bool:
+        """Whether there are points and nothing else, and fewer than place a model."""
+        others = (self.positions, self.attitudes, self.level, self.compass)
+        if self.pairs is None or any(one is not None for one in others):
+            return False
+        if self.bars or self.lengths or self.azimuths:
+            return False
+        return int((~self.pairs.check).sum()) < 3
+
 
 def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     """The registration by all that is given.
@@ -153,6 +166,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     if attitudes is not None:
         rotation = np.array(placed.matrix)[:3, :3] / placed.scale
         said += said_of_north(attitudes.angles, attitudes.model, rotation)
+        said += said_of_bowing(_bowing_by_tilts(evidence, placed, extent), photos=True)
     return with_warnings(_with_pixels(placed, evidence), said)
 
 
@@ -447,6 +461,16 @@ def _attitudes(evidence: Evidence, table: AttitudeTable, said: list[str]) -> Hel
     rows, names = _found(evidence, evidence.views, table.photos, "--attitudes", said)
     views = [evidence.views[name] for name in names]
     return held(table, rows, views, evidence.north_doubt_deg, said)
+
+
+def _bowing_by_tilts(evidence: Evidence, placed: Placed, extent: Array | None) -> Bowing | None:
+    table = evidence.attitudes
+    if table is None or not placed.known.scale:
+        return None
+    rows, names = _found(evidence, evidence.views, table.photos, "--attitudes", [])
+    matrix = np.array(placed.matrix)
+    fit = Similarity(placed.scale, matrix[:3, :3] / placed.scale, matrix[:3, 3])
+    return bowing_by_tilts(table, rows, [evidence.views[name] for name in names], fit, extent)
 
 
 def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:

@@ -108,6 +108,19 @@ def said_of_worst(placed: Placed) -> list[str]:
     return said
 
 
+def said_of_fitted(places: int, overlap: float, rms_m: float, blocks: int, block_m: float) -> str:
+    """What a fit to a reference rests on; the figures of `FittedToReference`."""
+    return tr(
+        "Fitted to the reference at {places} places ({share:.0f} % of the model), which it misses "
+        "by {rms:.3g} m (robust, 1 sigma); the error is that of {blocks} blocks of {side:.3g} m.",
+        places=places,
+        share=100.0 * overlap,
+        rms=rms_m,
+        blocks=blocks,
+        side=block_m,
+    )
+
+
 def said_of_errors(
     error: RotationError, scale95: float | None, known: Known, points: Points | None
 ) -> list[str]:
@@ -196,18 +209,24 @@ def said_of_blunders(
     ]
 
 
-def said_of_bowing(found: Bowing | None) -> list[str]:
-    """Whether the model is bent like a dome, in degrees of dip."""
+def said_of_bowing(found: Bowing | None, *, photos: bool = False) -> list[str]:
+    """Whether the model is bent like a dome, in degrees of dip. photos : by the verticals of photos
+    and not by points"""
     if found is None or not found.significant or found.across_deg < _WORTH_TELLING_DEG:
         return []
+    by = (
+        tr("the verticals of {count} photos", count=found.n)
+        if photos
+        else tr("the residuals of {count} points", count=found.n)
+    )
     return [
         tr(
-            "The model is bowed: by the residuals of {count} points its edges are {rise:.2g} m off "
+            "The model is bowed: by {evidence} its edges are {rise:.2g} m off "
             "the plane through its middle, so that dips at an edge differ by {side:.1f}° ± "
             "{error:.1f}° (95 %) from those in the middle, and by {across:.1f}° from those at the "
             "opposite edge. A fold whose limbs differ by less may be the bowing. Calibrate the "
             "lens, add oblique photos or control, and reconstruct again.",
-            count=found.n,
+            evidence=by,
             rise=found.rise_m,
             side=found.side_deg,
             error=found.side_error95_deg,

@@ -11,6 +11,7 @@ from pathlib import Path
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.backup import set_aside
+from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.words import tr
 
@@ -27,8 +28,8 @@ def write_control(
     Returns where a table was put that held more than these columns. Raises TargetError.
     """
     rows = [
-        [p.label, *map(_digits, p.position), "" if p.sigma_m is None else _digits(p.sigma_m),
-         "check" if p.check else "control"]
+        [guarded(p.label), *map(_digits, p.position),
+         "" if p.sigma_m is None else _digits(p.sigma_m), "check" if p.check else "control"]
         for p in points
     ]  # fmt: skip
     comment = f"# {crs}\n" if crs is not None and _CRS.fullmatch(f"# {crs}") else ""
@@ -40,7 +41,7 @@ def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
 
     Returns where a table was put that held more than these columns. Raises TargetError.
     """
-    rows = [[m.label, m.photo, _digits(m.x), _digits(m.y)] for m in marks]
+    rows = [[guarded(m.label), guarded(m.photo), _digits(m.x), _digits(m.y)] for m in marks]
     return _write(path, ["label", "photo", "x", "y"], rows)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.files.atomic import atomic_write
+from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.geometry.places import no_places
 from vomstudio.words import tr
@@ -169,7 +170,7 @@ def write_cameras_csv(path: str | Path, cameras: Cameras, *, force: bool = False
             lens = view.intrinsics
             named = zip(MODELS[lens.model], lens.params, strict=True)
             writer.writerow(
-                [view.name]
+                [guarded(view.name)]
                 + [f"{value:.6f}" for value in view.centre + cameras.origin]
                 + [f"{value:.12f}" for value in np.ravel(view.rotation)]
                 + [lens.model, lens.width, lens.height]

@@ -19,7 +19,10 @@ from vomstudio.tables.project_table import ProjectTable, project_table
 from vomstudio.tables.registration_lines import registration_lines
 from vomstudio.words import tr
 
-FORMATS = ("csv", "gpkg", "shp", "dxf")
+FORMATS = (
+    "csv", "gpkg", "shp", "geojson", "dxf", "kml", "stereonet", "orient", "faultkin", "wintensor",
+    "gempy", "loopstructural", "gems",
+)  # fmt: skip
 
 
 def export_project(folder: Path, format_: str, out: Path, *, force: bool = False) -> ProjectTable:
@@ -80,15 +83,21 @@ def export_records(
 
         write_layers(out, records, table, measurements, force=force)
         return replace(table, files=(out,))
-    from vomstudio.io.project.gis_files import write_dxf, write_shapefiles
     from vomstudio.tables.project_layers import project_layers
 
     layers = project_layers(records, table, measurements)
     if format_ == "shp":
+        from vomstudio.io.project.gis_files import write_shapefiles
+
         return replace(table, files=tuple(write_shapefiles(out, layers, crs, force=force)))
-    return replace(
-        table, files=tuple(write_dxf(out, layers, records, crs, axes=table.axes, force=force))
-    )
+    if format_ == "dxf":
+        from vomstudio.io.project.gis_files import write_dxf
+
+        files = write_dxf(out, layers, records, crs, axes=table.axes, force=force)
+        return replace(table, files=tuple(files))
+    from vomstudio.io.project.program_exports import write_for_program
+
+    return write_for_program(format_, out, records, table, layers, crs, force=force)
 
 
 def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.io.text.rows import (
     cut,
@@ -98,9 +99,9 @@ def read_field_table(path: str | Path) -> FieldTable:
 
 def _cut(line: str, delimiter: str) -> list[str]:
     if '"' not in line:
-        return cut(line, delimiter)
+        return [unguarded(cell) for cell in cut(line, delimiter)]
     cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
-    return [cell.strip() for cell in cells]
+    return [unguarded(cell.strip()) for cell in cells]
 
 
 def is_orientation(text: str) -> bool:

@@ -16,6 +16,7 @@ from itertools import repeat
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.words import tr, tr_n
 
 LARGEST_FILE = 4 << 30
@@ -29,6 +30,8 @@ _NOT_FINITE = {"nan": float("nan"), "inf": float("inf"), "infinity": float("inf"
 _MISSING = {"", "na", "n/a", "null", "none", "-"}
 # A line that parts one trace from the next: rules of dashes, or GMT's `>`.
 _SEPARATOR = re.compile(r"(-{2,}|={2,}|_{2,}|>.*)")
+# A cell with the apostrophe that keeps spreadsheets from calculating it.
+_MARKED = re.compile(r"(?:^|[;,\t ])'[=+\-@']", re.MULTILINE)
 _CONTROL = bytes(b for b in range(32) if b not in b"\t\n\r\f\x1a") + b"\x7f"
 
 
@@ -117,6 +120,9 @@ def read_rows(path: Path, *, named: bool = False) -> TextRows:
     rows: list[list[str]] | None = None
     if '"' in text:
         rows, numbers, comments, separators = _quoted_rows(path, lines, delimiter)
+        first = rows[0]
+    elif _MARKED.search(text):
+        rows = [[unguarded(cell) for cell in cut(line, delimiter)] for line in data]
         first = rows[0]
     else:
         first = cut(data[0], delimiter)
@@ -304,7 +310,7 @@ def _quoted_rows(
     while True:
         source.fresh = True
         try:
-            rows.append([cell.strip() for cell in next(reader)])
+            rows.append([unguarded(cell.strip()) for cell in next(reader)])
         except StopIteration:
             return rows, numbers, source.comments, source.separators
         except csv.Error as error:

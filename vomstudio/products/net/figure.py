@@ -37,6 +37,18 @@ FORMATS = ("svg", "pdf", "png")
 PRINT_SIZE_MM = (170.0, 115.0)
 
 
+def picture_format(path: str | Path, field: str) -> str:
+    """svg, pdf or png by the ending of a path. field : the option. Raises UsageError."""
+    ending = Path(path).suffix.lower().removeprefix(".")
+    if ending not in FORMATS:
+        raise UsageError(
+            tr("The ending of the name decides the format: .svg, .pdf or .png."),
+            file=path,
+            field=field,
+        )
+    return ending
+
+
 @dataclass(eq=False)
 class NetArtists:
     """The drawn net, and what a pointer needs to know of it.

@@ -140,7 +140,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
         ax.set_ylim(-_DOWN, _UP)
         ax.set_axis_off()
         color = style.color(OKABE_ITO[i % len(OKABE_ITO)])
-        _draw_rose(ax, rose, rings, contents.by_area, color, style)
+        draw_rose(ax, rose, rings, contents.by_area, color, style)
         for above, text, weight in (
             (5.5, tr("{set} (n = {count:,})", set=name, count=rose.n), "bold"),
             (1.5, mean_words(rose), "normal"),
@@ -177,9 +177,10 @@ def petal_radius(share: Array, outermost: float, by_area: bool) -> Array:
     return np.sqrt(share / outermost) if by_area else np.asarray(share / outermost)
 
 
-def _draw_rose(
+def draw_rose(
     ax: Axes, rose: Rose, rings: list[float], by_area: bool, color: str, style: NetStyle
 ) -> None:
+    """One rose, of radius 1 at its outermost ring, into axes that show a little more than that."""
     from matplotlib.patches import Circle, Polygon
 
     radii = petal_radius(np.array(rings), rings[-1], by_area)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vomstudio.document.figures import Figure
+from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.ui.interpret.feature_row import Row
 from vomstudio.ui.interpret.table_model import ORIENTATION, Column
 from vomstudio.words import to_translate, tr
@@ -55,7 +56,7 @@ def _cells(column: Column, row: Row) -> list[str]:
         return ["", ""]
     figure = column.figure
     if figure is None or figure.form in ("text", "flag") or figure.shown is not None:
-        return [" ".join(column.text(row).split()).replace("–", "")]
+        return [guarded(" ".join(column.text(row).split()).replace("–", ""))]
     return [_value(figure, row)]
 
 

@@ -1,0 +1,57 @@
+"""A model bent by a wrong lens, told by the gimbals of its photos."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from vomstudio.geology.view_attitudes import camera_rotations
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.io.control.attitude_tables import attitude_table
+from vomstudio.io.control.observation_tables import Positions
+from vomstudio.registration.evidence import Evidence, register
+
+LENS = Intrinsics("PINHOLE", 4000, 3000, (3000.0, 3000.0, 2000.0, 1500.0))
+
+
+def bent(curvature: float, seed: int = 3) -> Evidence:
+    """36 photos over flat ground; in the model both their places and how they look are bent by
+    z = c r^2. Their positions are those of a cheap receiver, which shows nothing of that."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.linspace(-50, 50, 6), np.linspace(-50, 50, 6))
+    world = np.stack([x.ravel(), y.ravel(), np.full(36, 40.0)], axis=1)
+    angles = np.stack(
+        [rng.uniform(0, 360, 36), rng.normal(-90, 3, 36), rng.normal(0, 3, 36)], axis=1
+    )
+    angles[:, 1] = np.minimum(angles[:, 1], -84.0 - rng.uniform(0, 4, 36))
+    cameras = camera_rotations(angles)
+    slope = 2.0 * curvature * world[:, :2]
+    turn = Rotation.from_rotvec(np.stack([slope[:, 1], -slope[:, 0], np.zeros(36)], axis=1))
+    places = world + [0.0, 0.0, 1.0] * (curvature * (world[:, :2] ** 2).sum(axis=1))[:, None]
+    names = [f"{i}.jpg" for i in range(36)]
+    views = {}
+    for name, place, camera in zip(names, places, turn.as_matrix() @ cameras, strict=True):
+        views[name] = View(name, LENS, camera.T, -camera.T @ place)
+    told = angles + rng.normal(0, 0.1, (36, 3))
+    return Evidence(
+        views=views,
+        centres={name: view.centre for name, view in views.items()},
+        positions=Positions(
+            tuple(names), world + rng.normal(0, 3.0, (36, 3)), False, np.full((36, 3), np.nan)
+        ),
+        attitudes=attitude_table(tuple(names), told, None, ("true",) * 36, doubted=True),
+    )
+
+
+@pytest.mark.parametrize("curvature", [0.0004, -0.0004])
+def test_a_bent_model_is_named_by_its_gimbals(curvature: float) -> None:
+    """2 c r at 71 m, the corner, is 3.2 degrees."""
+    said = next(text for text in register(bent(curvature)).warnings if "verticals of" in text)
+    assert "bowed: by the verticals of 36 photos" in said
+    side = float(said.split("differ by ")[1].split("°")[0])
+    assert side == pytest.approx(np.degrees(2 * 0.0004 * np.hypot(50, 50)), abs=0.25)
+
+
+def test_a_straight_model_is_not() -> None:
+    assert not [text for text in register(bent(0.0)).warnings if "bowed" in text]

@@ -1,0 +1,71 @@
+"""The pairs of points with what is left over at each, and what they and the surfaces say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtWidgets import QHeaderView, QTableWidget, QTableWidgetItem
+
+from vomstudio.jobs.registration_tasks import FittedModel, HomologousPoint
+from vomstudio.registration.results import Placed
+from vomstudio.ui.common import theme
+from vomstudio.words import tr
+
+
+class PairTable(QTableWidget):
+    """A row for each pair."""
+
+    def __init__(self) -> None:
+        super().__init__(0, 3)
+        self.setObjectName("point_pairs")
+        self.setHorizontalHeaderLabels([tr("Point"), tr("Resid. (m)"), "dx, dy, dz (m)"])
+        self.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QTableWidget.SelectionMode.SingleSelection)
+        self.setEditTriggers(QTableWidget.EditTrigger.NoEditTriggers)
+        self.verticalHeader().hide()
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(2, QHeaderView.ResizeMode.Stretch)
+        self.setMinimumSize(300, 120)
+
+    def chosen(self) -> int | None:
+        """The row that is selected."""
+        rows = self.selectionModel().selectedRows()
+        return rows[0].row() if rows else None
+
+    def show_pairs(self, pairs: Sequence[HomologousPoint], placed: Placed | None) -> None:
+        known = {} if placed is None else {p.label: p for p in placed.control}
+        wrong = set() if placed is None else {b.label for b in placed.blunders}
+        self.setRowCount(len(pairs))
+        for row, pair in enumerate(pairs):
+            left = known.get(pair.label)
+            texts = [pair.label, "", ""]
+            if left is not None:
+                texts[1:] = [f"{left.error_m:.3f}", f"{left.dx:.3f}, {left.dy:.3f}, {left.dz:.3f}"]
+            for column, text in enumerate(texts):
+                item = QTableWidgetItem(text)
+                if not column and pair.label in wrong:
+                    item.setIcon(theme.icon("alert-outline"))
+                self.setItem(row, column, item)
+
+
+def placed_in_words(placed: Placed) -> str:
+    """What the points alone say."""
+    from vomstudio.registration.remarks import said_of_worst
+
+    rms = placed.rms_control_m or 0.0
+    said = [tr("By the points alone: {rms:.3f} m (RMS).", rms=rms), *said_of_worst(placed)]
+    return "\n".join([" ".join(said), *reversed(placed.warnings)])
+
+
+def fitted_in_words(found: FittedModel) -> str:
+    """What points and surfaces together say."""
+    from vomstudio.registration.remarks import said_of_fitted, said_of_worst
+
+    rests_on = said_of_fitted(found.places, found.overlap, found.rms_m, found.blocks, found.block_m)
+    said = [
+        rests_on,
+        *said_of_worst(found.placed),
+        tr("The error of what it was fitted to is not in it."),
+    ]
+    return "\n".join([" ".join(said), *found.placed.warnings])
