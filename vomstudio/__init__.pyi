@@ -1,4 +1,5 @@
 from vomstudio import errors as errors
+from vomstudio.api.agreements import agreement as agreement
 from vomstudio.api.comparisons import compare as compare
 from vomstudio.api.elevations import ElevationModel as ElevationModel
 from vomstudio.api.elevations import dem as dem
@@ -8,11 +9,13 @@ from vomstudio.api.fracture_maps import fractures as fractures
 from vomstudio.api.models import Mesh as Mesh
 from vomstudio.api.models import PointCloud as PointCloud
 from vomstudio.api.models import read as read
+from vomstudio.api.nets import rose as rose
 from vomstudio.api.nets import stereonet as stereonet
 from vomstudio.api.orthophotos import Orthophoto as Orthophoto
 from vomstudio.api.orthophotos import orthophoto as orthophoto
 from vomstudio.api.planes import LineFit as LineFit
 from vomstudio.api.planes import PlaneFit as PlaneFit
+from vomstudio.api.planes import fit_parallel as fit_parallel
 from vomstudio.api.planes import fit_plane as fit_plane
 from vomstudio.api.planes import fit_planes as fit_planes
 from vomstudio.api.projects import Project as Project
@@ -20,7 +23,11 @@ from vomstudio.api.projects import ProjectModel as ProjectModel
 from vomstudio.api.reconstructions import reconstruct as reconstruct
 from vomstudio.api.registrations import register as register
 from vomstudio.api.samples import sample as sample
+from vomstudio.api.sections import Section as Section
+from vomstudio.api.sections import section as section
+from vomstudio.api.set_proposals import sets as sets
 from vomstudio.api.sets import fold as fold
+from vomstudio.api.sets import slip as slip
 from vomstudio.api.sets import slope as slope
 from vomstudio.api.sets import stats as stats
 from vomstudio.api.surveys import check as check

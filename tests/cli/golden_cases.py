@@ -129,6 +129,8 @@ CASES = (
         after=("fit-by",),
     ),
     Case("compare-refused", "compare {work}/above.xyz {resources}/sample/sample.obj", code=2),
+    Case("fit-parallel", "fit {resources}/sample/picks.csv --by pick --parallel --same B01,B02"),
+    Case("fit-parallel-refused", "fit {work}/three.csv --same a,b", code=2),
     Case("fit-refused", "fit {work}/broken.csv", code=2),
     Case("stats-sets", "stats {work}/planes.csv --set kind", after=("fit-by",)),
     Case("stats-project", "stats {work}/project.csv --set set", after=("export-csv",)),
@@ -137,6 +139,7 @@ CASES = (
     Case("fold", "fold {work}/planes.csv", after=("fit-by",)),
     Case("fold-joints", "fold {work}/project.csv --kind joint", after=("export-csv",)),
     Case("fold-sets", "fold {work}/three.csv --sets hanging,foot,fault"),
+    Case("fold-domains", "fold {work}/three.csv --domain set"),
     Case("fold-refused", "fold {work}/lines.csv", code=2),
     Case(
         "stereonet", "stereonet {work}/planes.csv --set kind -o {work}/net.svg", after=("fit-by",)
@@ -157,7 +160,19 @@ CASES = (
     ),
     Case("rose-refused", "rose {work}/planes.csv --bin 7 -o {work}/roses.svg", code=2),
     Case("slope", "slope {work}/planes.csv --face 310/75 --friction 35", after=("fit-by",)),
+    Case("slip", "slip {work}/faults.txt"),
+    Case("slip-refused", "slip {work}/planes.csv", after=("fit-by",), code=2),
     Case("slope-refused", "slope {work}/planes.csv --face 310/0 --friction 35", code=2),
+    Case(
+        "displacement",
+        "displacement {work}/cutoffs.csv --fault 90/60 --bed 270/10 --rake 80"
+        " --sigma 0.05 --bed-error 3",
+    ),
+    Case("displacement-separation", "displacement {work}/cutoffs.csv --fault 90/60 --bed 270/10"),
+    Case("displacement-refused", "displacement {work}/cutoffs.csv --fault 90/60 --rake 80", code=2),
+    Case("sets", "sets {work}/three.csv -o {work}/sets.csv"),
+    Case("sets-seeds", "sets {work}/three.csv --seeds 90/30,105/70 -o {work}/seeded.csv"),
+    Case("sets-refused", "sets {work}/lines.csv -o {work}/no_sets.csv", code=2),
     Case(
         "fractures",
         "fractures {work}/traces.geojson --area {work}/area.geojson --snap 0.01"
@@ -193,6 +208,32 @@ CASES = (
     ),
     Case("dem-cloud", "dem {specimens}/boulder.ply --up y --gsd 0.05 -o {work}/dem-cloud.tif"),
     Case("dem-refused", "dem {specimens}/boulder.ply --limit 0 -o {work}/none.tif", code=2),
+    Case(
+        "section",
+        "section {specimens}/schema1.vom/models/face/face.obj --plane 110/90"
+        " --through 364534,4721858,852 -o {work}/section.svg",
+    ),
+    Case(
+        "section-refused",
+        "section {specimens}/boulder.ply --plane 20/90 -o {work}/none.svg",
+        code=2,
+    ),
+    Case(
+        "ortho-draw",
+        "ortho {specimens}/schema1.vom/models/face/face.obj --trend 31 --plunge 11 --gsd 0.1"
+        " --draw {specimens}/schema1.vom -o {work}/drawn.tif",
+    ),
+    Case(
+        "trace-drawing",
+        "trace {specimens}/schema1.vom/models/face/face.obj"
+        " --from-ortho {work}/drawn_drawing.gpkg --sidecar {work}/drawn.json -o {work}/drawn.csv",
+        after=("ortho-draw",),
+    ),
+    Case(
+        "trace-drawing-refused",
+        "trace {specimens}/boulder.ply --from-ortho {work}/planes.csv -o {work}/none.csv",
+        code=2,
+    ),
     Case("ortho-refused", "ortho {specimens}/boulder.ply -o {work}/none.tif", code=2),
     Case(
         "plan",
@@ -219,6 +260,8 @@ CASES = (
     Case("project-verify", "project {specimens}/schema1.vom verify"),
     Case("project-refused", "project {work}/none.vom list", code=2),
     Case("export-csv", "export {specimens}/schema1.vom --to csv -o {work}/project.csv"),
+    Case("export-orient", "export {specimens}/schema1.vom --to orient -o {work}/orient.tsv"),
+    Case("export-kml", "export {specimens}/schema1.vom --to kml -o {work}/map.kml", code=2),
     Case("export-gpkg", "export {specimens}/schema1.vom --to gpkg -o {work}/project.gpkg"),
     Case("export-shp", "export {specimens}/schema1.vom --to shp -o {work}/project.shp"),
     Case("export-dxf", "export {specimens}/schema1.vom --to dxf -o {work}/project.dxf"),
@@ -260,6 +303,10 @@ def prepare(folder: Path) -> dict[str, str]:
         "x,y,z,part\n" + "".join(f"{x},{y},{0.3 * x + 0.1 * y * y},a\n" for x in range(4)
                                  for y in range(3)) + "0,0,0,b\n1,1,1,b\n"
     )  # fmt: skip
+    (work / "faults.txt").write_text(
+        "strike\tdip\ttrend\tplunge\tsense\n20\t60\t100\t59.6\tNL\n195\t55\t290\t54.9\tNR\n"
+        "10\t70\t102\t70\tN\n100\t88\t101\t10\tL\n30\t50\t\t\tN\n"
+    )
     (work / "pairs.csv").write_text(
         "label,model_x,model_y,model_z,x,y,z,use\nA,0,0,0,100,200,50,\nB,9,0,0,100.01,218,50,\n"
         "C,0,8,1,84,200.02,52,\nD,3,2,7,96,206,64.02,\nE,5,6,0.5,88,210,51.01,check\n"
@@ -288,6 +335,10 @@ def prepare(folder: Path) -> dict[str, str]:
         + "".join(f"fault,{100 + 2 * k},{70 - k % 3}\n" for k in range(6))
     )
     write_traces(work)
+    (work / "cutoffs.csv").write_text(
+        "name,hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z\n"
+        "A,104.6,50.2,81.1,100,50,90\nB,115.2,71.1,78.9,110,70,88\n"
+    )
     write_film(work / "pan.avi")
     frame = next((specimens / "schema1.vom/reconstruction/photos-preview/work").glob("frame-*"))
     return {

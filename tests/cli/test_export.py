@@ -60,7 +60,7 @@ def test_the_layers_of_a_project_open_as_a_geopackage(run, project: Path, tmp_pa
     layers = {name for name, _ in pyogrio.list_layers(target)}
     assert {"planes", "traces"} <= layers
     assert pyogrio.read_info(target, layer="planes")["crs"] == "EPSG:32615"
-    assert sorted(p.name for p in tmp_path.iterdir()) == [project.name, "layers.gpkg"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == [project.name, "layers.gpkg", "layers.qgs"]
 
 
 def test_an_existing_export_is_replaced_only_by_force(run, project: Path, tmp_path: Path) -> None:

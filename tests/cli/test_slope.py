@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -99,3 +101,54 @@ def test_five_thousand_planes_are_looked_at_pair_by_pair() -> None:
     azimuth, dip = generator.uniform(0, 360, 5000), generator.uniform(1, 89, 5000)
     found = vs.slope((azimuth, dip), (90, 70), 30)
     assert found.wedge.of == 5000 * 4999 // 2
+
+
+def test_the_picture_says_what_the_command_says(run, write, tmp_path: Path) -> None:
+    import xml.etree.ElementTree as ElementTree
+
+    path, target = write(TABLE), tmp_path / "s.svg"
+    words = ["slope", path, "--face", "100/70", "--friction", 30, "--plot", target]
+    ran = run(*words, "--json")
+    assert ran.json["image"] == str(target)
+    said = " ".join(ElementTree.parse(target).getroot().itertext())
+    for title in ("Planar sliding", "Wedge sliding", "Flexural toppling", "Direct toppling"):
+        assert title in said
+    assert "2 of 4 poles of planes: 50.0 %" in said
+    again = run(*words)
+    assert again.code == 2
+    assert "exists" in again.said
+    assert "--plot" in run(*words[:-1], tmp_path / "s.docx").said
+
+
+def test_the_shaded_zone_holds_the_critical_poles_and_no_others() -> None:
+    from matplotlib.figure import Figure
+
+    from vomstudio.geology.orientation import planes_to_poles
+    from vomstudio.geology.stereonet import project
+    from vomstudio.geology.table_slopes import slope_face, table_slope
+    from vomstudio.io.text.orientation_reading import orientations_of
+    from vomstudio.io.text.tables import table_of_cells
+    from vomstudio.products.net.slope_figure import draw_slope
+
+    generator = np.random.default_rng(3)
+    azimuth, dip = generator.uniform(0, 360, 300), generator.uniform(1, 89, 300)
+    cells = [[repr(float(a)), repr(float(d))] for a, d in zip(azimuth, dip, strict=True)]
+    table = orientations_of(table_of_cells(("dipdir", "dip"), cells, "t"))
+    face = slope_face("120/75", 30.0)
+    found = table_slope(table, face)
+    planar, _, flexural, _ = draw_slope(Figure((6, 7)), table, face, found)
+    places = project(planes_to_poles(azimuth, dip))
+    for ax, mode in ((planar, found.planar), (flexural, found.flexural_toppling)):
+        (zone,) = (c for c in ax.collections if type(c).__name__.endswith("ContourSet"))
+        (path,) = zone.get_paths()
+        inside = path.contains_points(places)
+        critical = np.isin(np.arange(300) + 1, [int(i) for i in mode.ids])
+        # But for what lies within a cell of the grid of the edge.
+        assert (inside != critical).sum() <= 2
+        assert critical.any()
+
+
+@pytest.mark.parametrize("face", [(100,), 100, (100, 70, 3), ("east", 70), (100, 120), (100, 0)])
+def test_a_face_that_is_none_is_refused_by_the_interface(face) -> None:
+    with pytest.raises((vs.errors.UsageError, vs.errors.GeometryError)):
+        vs.slope(([90], [45]), face, 30)

@@ -10,8 +10,9 @@ import pytest
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology import stereonet as nets
+from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.density import density
-from vomstudio.geology.folds import common_axis, fold_axis
+from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.intersections import (
     UncertainPlane,
     intersection_line,

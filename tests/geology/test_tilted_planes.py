@@ -99,3 +99,30 @@ def test_a_registration_tilts_its_planes_together() -> None:
     assert found.planar.probability == pytest.approx(norm.cdf(3.0 / (5.0 / CHI)), abs=0.02)
     # Turned together, parallel planes stay parallel: there is still no intersection.
     assert found.wedge.probability is None
+
+
+@pytest.mark.parametrize(
+    ("names", "row"),
+    [
+        (("max_confidence95_deg", "min_confidence95_deg"), (5.0, 0.1)),
+        (("total95_deg",), (5.0,)),
+        (("dip_error_deg", "dip_direction_error_deg"), (5.0, 0.1)),
+        (("dip_error_deg",), (5.0,)),
+    ],
+)
+def test_tables_that_say_less_have_probabilities_too(names, row) -> None:
+    """Without the rake of the larger error it may be that of the dip."""
+    found = table_slope(
+        table([(90.0, 33.0, *row)], ("dip_direction", "dip", *names)), slope_face("90/70", 30.0)
+    )
+    assert found.planar.probability == pytest.approx(norm.cdf(3.0 / (5.0 / CHI)), abs=0.01)
+
+
+def test_an_error_of_the_dip_direction_alone_turns_the_plane_about_the_vertical() -> None:
+    """At the edge of a straight lateral limit half of the drawn planes are inside."""
+    names = ("dip_direction", "dip", "dip_error_deg", "dip_direction_error_deg")
+    found = table_slope(
+        table([(112.0, 45.0, 0.001, 5.0)], names), slope_face("90/70", 30.0, 20.0, "straight")
+    )
+    expected = norm.cdf(-2.0 / (5.0 / CHI))
+    assert found.planar.probability == pytest.approx(expected, abs=0.02)

@@ -12,7 +12,8 @@ from PySide6.QtTest import QTest
 from scipy.spatial.transform import Rotation
 
 from tests import driver
-from vomstudio.document.records import Model
+from vomstudio.document import edits
+from vomstudio.document.records import Model, Registration
 from vomstudio.geometry import transform
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import write_model
@@ -90,7 +91,7 @@ def test_points_in_both_then_the_surfaces(window, outcrop, moved, picks) -> None
         click(dialog.here, places[i])
         assert "right" in dialog.step.text()
         click(dialog.there, there[i])
-    assert "three" in dialog.fit.toolTip()
+    assert "three or more" in dialog.step.text()
     # In either order, and a second click on the same side corrects the first.
     click(dialog.there, there[chosen[0]])
     click(dialog.there, there[chosen[2]])
@@ -159,3 +160,84 @@ def test_what_the_views_hold_is_freed_and_a_fit_can_be_stopped(window, outcrop, 
     dialog.close()
     assert all(view.scene is None for view in views)
     driver.wait(lambda: not window.findChildren(FitDialog), "the end of the dialog")
+
+
+def test_a_model_without_north_places_no_other(window, outcrop, moved) -> None:
+    driver.open_outcrop(window, outcrop)
+    studio = window.studio
+    own = driver.model(window)
+    # Its file states no frame.
+    studio.open_model(moved)
+    driver.wait(lambda: len(studio.models) == 2, "the other model")
+    driver.wait(lambda: driver.dialog_of(window), "the dialog that asks for its frame")
+    driver.dialog_of(window).reject()
+    studio.selection.set([own.id])
+    window.actions_table.run("fit_model")
+    driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
+    (dialog,) = window.findChildren(FitDialog)
+    assert dialog.other.models.currentText() == "lidar"
+    assert dialog.reference is None
+    assert "not declared" in dialog.said.text()
+    assert not dialog.fit.isEnabled()
+    dialog.close()
+    driver.wait(lambda: not window.findChildren(FitDialog), "the end of the dialog")
+    # The other way round it is placed by the one that is declared.
+    (lidar,) = (m for m in studio.session.of(Model) if m.id != own.id)
+    studio.selection.set([lidar.id])
+    window.actions_table.run("fit_model")
+    driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
+    (dialog,) = window.findChildren(FitDialog)
+    assert dialog.reference is not None
+    assert dialog.reference.id == own.id
+    assert dialog.fit.isEnabled()
+    # It may go meanwhile.
+    assert studio.attempt(edits.remove_model, own.id)
+    assert dialog.reference is None
+    assert not dialog.fit.isEnabled()
+    dialog.close()
+
+
+def test_the_error_of_what_it_was_fitted_to_is_carried_on(window, outcrop, tmp_path) -> None:
+    """A reference that may be tilted by a degree tilts what is fitted to it."""
+    driver.open_outcrop(window, outcrop)
+    studio, rng = window.studio, np.random.default_rng(2)
+    reference = driver.model(window)
+    sigma = np.radians([0.5, 0.4, 0.3])
+    spread = np.diag([*sigma**2, 1e-8, 1e-4, 1e-4, 1e-4])
+    placed = Registration(
+        "r1", "surveyed", "points", reference.frame, reference.to_world,
+        rotation_error_deg=(0.3, 0.5, 0.4), scale_error=1e-4,
+        covariance=tuple(map(tuple, spread.tolist())), centre=tuple(MIDDLE.tolist()),
+    )  # fmt: skip
+    assert studio.attempt(edits.set_registration, placed, [reference.id])
+    mesh = read_model(outcrop).data
+    turn = Rotation.from_rotvec(np.radians([0.3, 0.2, -0.4])).as_matrix()
+    near = (mesh.vertices - MIDDLE) @ turn.T + MIDDLE + [0.05, -0.04, 0.03]
+    near += rng.normal(0.0, 0.002, near.shape)
+    path = tmp_path / "other.ply"
+    write_model(replace(mesh, vertices=near), None, path)
+    studio.open_model(path, like=reference.id)
+    driver.wait(lambda: len(studio.models) == 2, "the other model")
+    (other,) = (m for m in studio.session.of(Model) if m.id != reference.id)
+    studio.selection.set([other.id])
+    window.actions_table.run("fit_model")
+    driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
+    (dialog,) = window.findChildren(FitDialog)
+    assert dialog.fit.isEnabled()
+    # A smooth wall can slide; points that are seen in both hold it.
+    step = len(near) // 5
+    for own, there in zip(near[::step], mesh.vertices[::step], strict=True):
+        dialog.here.picked.emit(own)
+        dialog.there.picked.emit(there + rng.normal(0.0, 0.002, 3))
+    driver.click(dialog.fit, dialog.fit.rect().center())
+    driver.wait(lambda: dialog.fit.text() != "Stop", "its end", 60.0)
+    assert dialog.fitted is not None
+    # 1.96 times half a degree, about east.
+    assert "of the other model it may be turned by 0.98°" in dialog.said.text()
+    driver.click(dialog.register, dialog.register.rect().center())
+    made = studio.records[other.id].registration
+    assert made.method == "reference"
+    assert made.rotation_error_deg == pytest.approx((0.3, 0.5, 0.4), abs=0.01)
+    # What is measured on it carries that.
+    turned = np.array(made.to_world())[:3, :3]
+    assert np.degrees(Rotation.from_matrix(turned @ turn).magnitude()) < 0.05

@@ -1,4 +1,4 @@
-"""Sets of orientations: statistics, folds, slopes."""
+"""Sets of orientations: statistics, folds, slopes, fault slips."""
 
 from __future__ import annotations
 
@@ -6,12 +6,16 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 from vomstudio.api.checking import one_of, warn
-from vomstudio.api.tables import Azimuth, rows_of
+from vomstudio.api.tables import Azimuth, rows_of, text_of
+from vomstudio.errors import UsageError
 from vomstudio.geology.error_weights import WEIGHTINGS
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
+from vomstudio.geology.table_slip import TableSlip, table_slip
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
 from vomstudio.geology.table_statistics import TableStatistics, table_statistics
+from vomstudio.io.text.slip_reading import slips_of
+from vomstudio.words import tr
 
 
 def stats(
@@ -75,6 +79,8 @@ def fold(
     *,
     kind: str | None = None,
     sets: Sequence[str] | None = None,
+    domain: str | None = None,
+    waviness_deg: float | None = None,
     azimuth: Azimuth | None = None,
 ) -> TableFold:
     """Pi-plane and fold axis of planes, and whether one view direction is valid for them.
@@ -84,12 +90,20 @@ def fold(
     table, azimuth : as in `stats`; lines in it are left out
     kind : use planes of this kind only; of a table with kinds bedding is taken without it
     sets : the axis common to two or three of its sets, by their means
+    domain : column that names the domains, such as hanging wall and footwall: each gets its own
+        axis, and whether one serves all is tested
+    waviness_deg : how far poles of a cylindrical fold stray (standard deviation); None for the
+        limits of Ramsay & Huber (1987): nine tenths within 10 degrees
 
     Returns
     -------
     TableFold: ``n``, ``used``, ``left_out``, ``beta`` (``trend_deg``, ``plunge_deg``, semi-axes of
-    its joint 95 % region), ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``arc_deg``, ``valid`` (yes,
-    conditional or no), ``verdict`` and ``reasons``.
+    its joint 95 % region), ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``within90_deg``,
+    ``arc_deg``, ``cone`` (the best small circle), ``limbs`` (mean planes, interlimb angle, axial
+    plane), ``leave_one_out`` (the plane that turns beta most), ``pairs`` (where two sets meet),
+    ``domains`` and ``one_axis``, ``valid`` (yes, conditional or no), ``verdict`` (cylindrical,
+    conical, homoclinal, two axes, scattered or undetermined; of sets common axis or two axes) and
+    ``reasons``.
 
     Raises
     ------
@@ -97,7 +111,7 @@ def fold(
     that is not there; vs.errors.InputError as `stats`.
 
     Beta is the eigenvector of the smallest eigenvalue of the poles' orientation tensor (textbook
-    4.2, fig. 31), its confidence after Anderson (1963).
+    4.2, fig. 31), its confidence after Anderson (1963); cones after Gray, Geiser & Geiser (1980).
 
     Examples
     --------
@@ -110,7 +124,7 @@ def fold(
     """
     rows = rows_of(table, azimuth)
     names = None if sets is None else checked_names([str(name) for name in sets])
-    return table_fold(rows, kind, names)
+    return table_fold(rows, kind, names, domain, waviness_deg)
 
 
 def slope(
@@ -161,9 +175,65 @@ def slope(
     >>> found.planar.critical, found.planar.of, found.wedge.critical, found.wedge.of
     (1, 2, 1, 1)
     """
-    plane = face if isinstance(face, str) else Plane(*map(float, face))
-    asked = slope_face(plane, float(friction_deg), float(lateral_deg), limits)
+    asked = slope_face(
+        face if isinstance(face, str) else _plane_of(face),
+        float(friction_deg),
+        float(lateral_deg),
+        limits,
+    )
     rows = rows_of(table, azimuth)
     found = table_slope(rows, asked)
     warn(found.warnings[len(rows.warnings) :])
+    return found
+
+
+def _plane_of(face: Any) -> Plane:
+    try:
+        azimuth, dip = (float(angle) for angle in face)
+    except (TypeError, ValueError) as error:
+        raise UsageError(
+            tr("The face is its dip direction and dip, such as (135, 70)."), field="face"
+        ) from error
+    return Plane(azimuth, dip)
+
+
+def slip(table: Any) -> TableSlip:
+    """P and T axes of faults with known slip, and what all of them say together.
+
+    Parameters
+    ----------
+    table : DataFrame, or the path of a file, with strike (right-hand rule) or dip direction and
+        dip of the faults, trend and plunge or rake of the striae, and the sense of slip; or the
+        columns of this program's lines on planes; or FaultKin's
+
+    Returns
+    -------
+    TableSlip: ``n``; ``kinematic_axes`` with ``shortening``, ``intermediate`` and ``extension``
+    (each ``trend_deg``, ``plunge_deg``, ``value`` from -1 to 1, ``confidence95_deg`` by
+    resampling); ``right_dihedra`` with ``compression`` and ``extension`` (each ``trend_deg``,
+    ``plunge_deg``, ``share`` of the faults that allow it); ``faults``, each with ``P``, ``T`` and
+    ``slip``; ``dropped_lines``, ``warnings``.
+
+    Raises
+    ------
+    vs.errors.InputError for a table without these columns, angles that cannot be, and words that
+    are no sense of slip.
+
+    Kinematic axes after Marrett & Allmendinger (1990), right dihedra after Angelier & Mechler
+    (1977).
+
+    Examples
+    --------
+    A normal fault that dips 45 degrees shortens rock upright, and extends it across its strike:
+
+    >>> import pandas
+    >>> import vomstudio as vs
+    >>> fault = {"strike": [0], "dip": [45], "rake": [90], "sense": ["N"]}
+    >>> axes = vs.slip(pandas.DataFrame(fault)).kinematic_axes
+    >>> round(axes.shortening.plunge_deg), round(axes.extension.trend_deg)
+    (90, 90)
+    """
+    rows = slips_of(text_of(table))
+    found = table_slip(rows)
+    warn(found.warnings)
     return found

@@ -16,7 +16,7 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.io.text import orientation_reading
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
 from vomstudio.io.text.table_turns import registrations_in
-from vomstudio.io.text.tables import table_of_cells
+from vomstudio.io.text.tables import TextTable, read_table, table_of_cells
 from vomstudio.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
 from vomstudio.tables.registration_lines import registration_lines
 from vomstudio.words import tr
@@ -86,6 +86,16 @@ def rows_of(table: Any, azimuth: Azimuth | None = None, depth: int = 4) -> Orien
         found = orientations_of(_arrays(table), None)
     warn(_noticed(found), depth)
     return found
+
+
+def text_of(table: Any) -> TextTable:
+    """A DataFrame or a file as a table of texts. Raises InputError."""
+    if isinstance(table, str | os.PathLike):
+        return read_table(Path(table))
+    if not (hasattr(table, "columns") and hasattr(table, "itertuples")):
+        raise InputError(tr("Give a DataFrame or the path of a file."), field="table")
+    names, cells = _cells_of(table)
+    return table_of_cells(names, cells, _IN_MEMORY)
 
 
 def _noticed(table: OrientationTable) -> list[str]:

@@ -205,7 +205,9 @@ def _fitted(
         raise UsageError(
             tr("A reference can place a model that is there. Name it in place of -."), field="MODEL"
         )
-    near = None if evidence.empty else _solved(evidence, loaded)
+    # One point or two help the surfaces, but do not say where these begin.
+    known = not (evidence.empty or evidence.too_few_alone)
+    near = _solved(evidence, loaded) if known else None
     return fit_model(
         loaded, args.reference, near=near, crs=crs, stable=args.stable, progress=progress_of(args)
     )

@@ -37,17 +37,33 @@ def add_parser(subparsers: Subparsers) -> None:
         default="curved",
         help=tr("lateral limits of planes: small circles, or of the dip direction"),
     )
+    parser.add_argument(
+        "--plot", metavar="FILE", help=tr("also the nets as a picture, .svg, .pdf or .png")
+    )
+    parser.add_argument(
+        "--force", action="store_true", help=tr("replace FILE if it is there already")
+    )
     add_azimuth(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.files.atomic import atomic_write, check_target
     from vomstudio.geology.table_slopes import slope_face, table_slope
     from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.products.net.figure import picture_format
 
     face = slope_face(args.face, args.friction, args.lateral, args.limits)
+    if args.plot is not None:
+        format_ = picture_format(args.plot, "--plot")
+        check_target(args.plot, force=args.force, inputs=[args.table])
     table = read_orientations(args.table, args.azimuth)
     found = table_slope(table, face)
-    out.result(found.as_dict())
+    if args.plot is not None:
+        from vomstudio.products.net.slope_figure import write_slope_figure
+
+        with atomic_write(args.plot, args.force) as temporary:
+            write_slope_figure(temporary, table, face, found, format=format_)
+    out.result({**found.as_dict(), "image": args.plot})
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
     out.text(_in_words(found))

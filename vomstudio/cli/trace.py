@@ -1,4 +1,4 @@
-"""`vomstudio trace`: a line that follows a contact over a model."""
+"""`vomstudio trace`: lines on the surface of a model, followed through way-points or drawn."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.cli import trace_drawing
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.output import Output
-from vomstudio.errors import GeometryError, InputError
+from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -22,13 +23,15 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "trace", run, help_=tr("Follow a contact over a model through way-points")
+        subparsers,
+        "trace",
+        run,
+        help_=tr("Follow a contact over a model, or bring drawn lines back to its surface"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
     parser.add_argument(
         "--through",
         metavar="POINTS",
-        required=True,
         help=tr("text table with x, y, z of the way-points, in World, in their order"),
     )
     parser.add_argument(
@@ -40,11 +43,27 @@ def add_parser(subparsers: Subparsers) -> None:
             "gradient, curvature, or low values of a field"
         ),
     )
-    add_output(parser, tr("write every vertex of the path as CSV"), required=True)
+    trace_drawing.add_options(parser)
+    add_output(parser, tr("write every vertex of the lines as CSV"), required=True)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
+    if (args.through is None) == (args.from_ortho is None):
+        raise UsageError(
+            tr(
+                "Give way-points to follow (--through POINTS), or a drawing with its picture "
+                "(--from-ortho DRAWING --sidecar FILE)."
+            ),
+            field="--through",
+        )
+    if args.from_ortho is not None:
+        trace_drawing.run(args, out)
+        return
+    _follow(args, out)
+
+
+def _follow(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.extraction.followed_trace import followed_trace, write_path
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.files.atomic import check_target

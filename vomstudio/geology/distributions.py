@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.geology.chances import chi2_tail
 from vomstudio.geology.orientation import Array, Line
 from vomstudio.geology.sphere_models import (
     FEW_FOR_FIT,
@@ -102,8 +103,6 @@ def f95(bottom: float) -> float:
 
 def uniformity(v: Array, directed: bool) -> UniformityFigures:
     """Of unit vectors (n, 3)."""
-    from scipy.stats import chi2
-
     n = len(v)
     if directed:
         raw = 3.0 * n * float(np.sum(v.mean(axis=0) ** 2))
@@ -113,7 +112,7 @@ def uniformity(v: Array, directed: bool) -> UniformityFigures:
         tensor = v.T @ v / n
         statistic = 7.5 * n * (float(np.sum(tensor**2)) - 1.0 / 3.0)
         free, name = 5, "Bingham"
-    p = float(chi2.sf(statistic, free)) if n >= 5 else None
+    p = chi2_tail(free, statistic) if n >= 5 else None
     return UniformityFigures(name, statistic, free, p)
 
 
@@ -222,11 +221,9 @@ def kent(
 def _elongated_p(n: int, kappa: float, longer: float) -> float:
     """Kent's (1982) test of a round cluster: n (kappa/2)^2 I(1/2) / I(5/2) (kappa) longer^2 is
     chi-square with 2 degrees of freedom; longer: the mean square along less that across."""
-    from scipy.special import ive
-    from scipy.stats import chi2
-
-    ratio = float(ive(0.5, kappa) / ive(2.5, kappa))
-    return float(chi2.sf(n * (kappa / 2.0) ** 2 * ratio * longer**2, 2))
+    # I(5/2) / I(1/2) in closed form.
+    ratio = 1.0 / (1.0 + 3.0 / kappa**2 - 3.0 / (kappa * math.tanh(kappa)))
+    return chi2_tail(2, n * (kappa / 2.0) ** 2 * ratio * longer**2)
 
 
 def _about(mean: Array) -> Array:

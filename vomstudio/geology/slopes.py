@@ -103,39 +103,68 @@ class Zones(NamedTuple):
     secondary: Flags
 
 
+class Margins(NamedTuple):
+    """By how much, as a sine, the conditions of a zone are met, and the lateral limits: negative
+    outside. They are smooth, so that a zone's edge is where they are 0."""
+
+    zone: Array
+    lateral: Array
+
+    def zones(self) -> Zones:
+        """Inside both, and inside the zone but outside the lateral limits."""
+        inside, within = self.zone >= -_EPS, self.lateral >= -_EPS
+        return Zones(inside & within, inside & ~within)
+
+
 def in_face_frame(face: SlopeFace, normals: npt.ArrayLike) -> Array:
     """Upward unit normals (..., 3), World, in the frame of the face."""
     return np.asarray(np.asarray(normals, np.float64) @ face.axes().T)
 
 
-def planar_sliding(face: SlopeFace, normals: Array) -> Zones:
-    """Planes on which a block slides, of upward normals (..., 3) in the frame of the face. A
-    horizontal plane, which has no dip direction, never slides."""
+def planar_margins(face: SlopeFace, normals: Array) -> Margins:
+    """Of `planar_sliding`."""
     x, y, z = np.moveaxis(normals, -1, 0)
     flat = np.hypot(x, y)
     sin_f, cos_f = _sin_cos(face.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
+    level = flat <= _PARALLEL
     # The line of dip (x z, y z, -flat^2) / flat, against the normal of the face.
-    daylights = sin_d * x * z - cos_d * flat**2 >= -_EPS * flat
-    slides = (flat * cos_f - z * sin_f >= -_EPS) & daylights & (flat > _PARALLEL)
-    within = _within(face, x, y)
-    return Zones(slides & within, slides & ~within)
+    daylight = sin_d * x * z / np.where(level, 1.0, flat) - cos_d * flat
+    slide = np.where(level, -1.0, flat * cos_f - z * sin_f)
+    return Margins(np.minimum(daylight, slide), _lateral(face, x, y))
+
+
+def planar_sliding(face: SlopeFace, normals: Array) -> Zones:
+    """Planes on which a block slides, of upward normals (..., 3) in the frame of the face. A
+    horizontal plane, which has no dip direction, never slides."""
+    return planar_margins(face, normals).zones()
+
+
+def flexural_margins(face: SlopeFace, normals: Array) -> Margins:
+    """Of `flexural_toppling`."""
+    x, y, z = np.moveaxis(normals, -1, 0)
+    # Of the pole, which points down: into the face, where the plane dips away from it.
+    out = np.where(z < _PARALLEL, np.abs(x), -x)
+    limit = face.plane.dip_deg - face.friction_deg
+    if limit <= ANGLE_TOLERANCE_DEG:
+        return Margins(np.full(x.shape, -1.0), _lateral(face, out, y))
+    sin_l, cos_l = _sin_cos(limit)
+    return Margins(sin_l * out - cos_l * z, _lateral(face, out, y))
 
 
 def flexural_toppling(face: SlopeFace, normals: Array) -> Zones:
     """Planes that slip on each other and topple, of upward normals (..., 3) in the frame of the
     face. Both ends of the pole of a vertical plane count."""
-    x, y, z = np.moveaxis(normals, -1, 0)
-    limit = face.plane.dip_deg - face.friction_deg
-    if limit <= ANGLE_TOLERANCE_DEG:
-        none = np.zeros(x.shape, bool)
-        return Zones(none, none)
-    sin_l, cos_l = _sin_cos(limit)
-    # Of the pole, which points down: into the face, where the plane dips away from it.
-    out = np.where(z < _PARALLEL, np.abs(x), -x)
-    slips = sin_l * out - cos_l * z >= -_EPS
-    within = _within(face, out, y)
-    return Zones(slips & within, slips & ~within)
+    return flexural_margins(face, normals).zones()
+
+
+def wedge_margins(face: SlopeFace, lines: Array) -> Margins:
+    """Of `wedge_sliding`, which has no lateral limits."""
+    x, _, z = np.moveaxis(lines, -1, 0)
+    sin_f, _ = _sin_cos(face.friction_deg)
+    sin_d, cos_d = _sin_cos(face.plane.dip_deg)
+    daylight = np.where(z < -_PARALLEL, sin_d * x + cos_d * z, -1.0)
+    return Margins(np.minimum(daylight, -z - sin_f), np.ones(x.shape))
 
 
 def wedge_sliding(face: SlopeFace, lines: Array) -> Zones:
@@ -151,20 +180,26 @@ def wedge_sliding(face: SlopeFace, lines: Array) -> Zones:
     return Zones(steep & daylights, ~steep & daylights & beyond)
 
 
+def direct_margins(face: SlopeFace, lines: Array) -> Margins:
+    """Of the critical zone of `direct_toppling`."""
+    x, y, z = np.moveaxis(lines, -1, 0)
+    _, cos_d = _sin_cos(face.plane.dip_deg)
+    sin_l, cos_l = _sin_cos(face.lateral_deg)
+    into = np.where(-z < _PARALLEL, np.abs(x), -x)
+    return Margins(-z - cos_d, into * sin_l - np.abs(y) * cos_l)
+
+
 def direct_toppling(face: SlopeFace, lines: Array) -> Zones:
     """Intersections about which blocks topple, of downward unit vectors (..., 3) in the frame of
     the face; the secondary zone is that of oblique toppling: within the friction angle of vertical,
     into the face, outside the lateral limits. Of downward poles the same zones tell which planes
     are bases of such blocks."""
-    x, y, z = np.moveaxis(lines, -1, 0)
-    _, cos_d = _sin_cos(face.plane.dip_deg)
+    x, _, z = np.moveaxis(lines, -1, 0)
     _, cos_f = _sin_cos(face.friction_deg)
-    sin_l, cos_l = _sin_cos(face.lateral_deg)
+    margins = direct_margins(face, lines)
     into = np.where(-z < _PARALLEL, np.abs(x), -x)
-    within = np.abs(y) * cos_l <= into * sin_l + _EPS
-    steep = -z >= cos_d - _EPS
-    oblique = (-z >= cos_f - _EPS) & (into >= -_EPS) & ~within
-    return Zones(steep & within, oblique)
+    oblique = (-z >= cos_f - _EPS) & (into >= -_EPS) & (margins.lateral < -_EPS)
+    return Zones(margins.zones().critical, oblique)
 
 
 class PairCounts(NamedTuple):
@@ -214,12 +249,13 @@ def _intersections(normals: Array) -> Iterator[tuple[Array, Flags]]:
         yield np.stack([x * scale, y * scale, z * scale], axis=-1), sound
 
 
-def _within(face: SlopeFace, out: Array, along: Array) -> Flags:
-    """The lateral limits, of a unit vector's parts out of (or into) the face and along it."""
+def _lateral(face: SlopeFace, out: Array, along: Array) -> Array:
+    """Margin of the lateral limits, of a unit vector's parts out of (or into) the face and along
+    it."""
     sin_l, cos_l = _sin_cos(face.lateral_deg)
     if face.limits == "curved":
-        return np.asarray(np.abs(along) <= sin_l + _EPS)
-    return np.asarray(np.abs(along) * cos_l <= out * sin_l + _EPS)
+        return np.asarray(sin_l - np.abs(along))
+    return np.asarray(out * sin_l - np.abs(along) * cos_l)
 
 
 def _sin_cos(angle_deg: float) -> tuple[float, float]:

@@ -22,6 +22,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geology.chances import chi2_tail
 from vomstudio.geology.orientation import Array
 
 _REACH = 7.0
@@ -224,8 +225,6 @@ def smooth_test(data: Array, used: Array, nodes: Array, used_at: Array, shares: 
     model with their shares (m,). used (n, j), used_at (m, j): those that the fit has used up
     (the derivatives of the log density by its parameters).
     """
-    from scipy.stats import chi2
-
     n = len(data)
     used_mean = shares @ used_at
     mean = shares @ nodes
@@ -243,7 +242,7 @@ def smooth_test(data: Array, used: Array, nodes: Array, used_at: Array, shares: 
     kept = values > 1e-6 * values.max()
     total = (own.sum(axis=0) / scale) @ axes[:, kept]
     statistic = float(np.sum(total**2 / values[kept])) / n
-    return float(chi2.sf(statistic, int(kept.sum())))
+    return chi2_tail(int(kept.sum()), statistic)
 
 
 def _scaled(matrix: Array) -> Array:

@@ -28,7 +28,7 @@ from vomstudio.words import tr, tr_n
 
 SEED = 1
 _MOST_DRAWS = 4096
-_PLANES = 4_000_000
+_PLANES = 1_500_000
 _PAIRS = 30_000_000
 """Drawn planes, and drawn intersections, that are looked at: they set the number of draws."""
 _FEWEST_DRAWS = 4

@@ -61,7 +61,9 @@ class TiltedPlanes:
 
 def tilted_planes(table: OrientationRows, rows: npt.NDArray[np.int64]) -> TiltedPlanes:
     """Those rows of a table, which are planes, with the errors that stand in its columns
-    `max_confidence95_deg`, `min_confidence95_deg`, `error_rake_deg` and `total95_deg`."""
+    `max_confidence95_deg`, `min_confidence95_deg`, `error_rake_deg` and `total95_deg`; without a
+    rake the larger one in all directions; without these `dip_error_deg` and
+    `dip_direction_error_deg`."""
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
     largest, smallest, total, registration, rake = (
         _cells(table, rows, name)
@@ -73,6 +75,16 @@ def tilted_planes(table: OrientationRows, rows: npt.NDArray[np.int64]) -> Tilted
             "error_rake_deg",
         )
     )
+    along, across = (
+        _cells(table, rows, name) for name in ("dip_error_deg", "dip_direction_error_deg")
+    )
+    # An error of the dip direction turns the plane by its part along the strike.
+    across = across * np.sin(np.radians(dip))
+    split = ~np.isfinite(largest) & ~np.isfinite(total) & np.isfinite(along)
+    largest = np.where(split, along, largest)
+    smallest = np.where(split, np.where(np.isfinite(across), across, along), smallest)
+    smallest = np.where(np.isfinite(rake) | split, smallest, largest)
+    rake = np.where(split, 90.0, rake)
     turns = None if table.turns is None else table.turns.of(rows)
     turned = np.zeros(len(rows))
     if turns is not None:

@@ -59,8 +59,8 @@ class StablePart:
 
 @dataclass(frozen=True)
 class FitOrder:
-    """scale : it is one of the unknowns; pairs : three or more, or none where the model stands near
-    the reference already; stable : None for all of the reference"""
+    """scale : it is one of the unknowns; pairs : three or more, or fewer where the model stands
+    near the reference already; stable : None for all of the reference"""
 
     model: StandingModel
     reference: StandingModel
@@ -101,7 +101,8 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
     )
     stands = similarity_of(asked.model.to_world)
     evidence = Evidence(pairs=_pairs(asked.pairs) if asked.pairs else None)
-    if evidence.pairs is None:
+    if evidence.pairs is None or evidence.too_few_alone:
+        # One point or two help the surfaces, but do not say where these begin.
         start = stands
         names = (asked.model.name, asked.reference.name)
         refuse_apart(box_of(start(points)), box_of(there), names)

@@ -170,16 +170,16 @@ def _judged(kinds: Sequence[Observed], out: Sequence[Single], found: Adjusted) -
             if np.linalg.norm(deleted * sigma[which]) < _ROUNDING * max(found.size, 1.0):
                 continue
             tested.append(((at, row), kind, number, deleted * sigma[which]))
-            squared = float(misses[which] @ deleted)
-            statistics.append((squared, width, bool(stated[which].all())))
+            statistic = float(misses[which] @ deleted)
+            statistics.append((statistic, width, bool(stated[which].all())))
     if not tested:
         return []
-    squared, width, known = (np.array(column) for column in zip(*statistics, strict=True))
-    others = np.where(known, 1.0, np.maximum((squares - squared) / (free - width), 1e-300))
-    strength = squared / width / others
+    squared, widths, known = (np.array(column) for column in zip(*statistics, strict=True))
+    others = np.where(known, 1.0, np.maximum((squares - squared) / (free - widths), 1e-300))
+    strength = squared / widths / others
     # All at once: a call of scipy's costs as much as the rest of a point.
     chance = np.where(
-        known, chi2.sf(squared, width), f.sf(strength, width, np.maximum(free - width, 1))
+        known, chi2.sf(squared, widths), f.sf(strength, widths, np.maximum(free - widths, 1))
     )
     return [
         _Judged(single, float(p), float(s), total, _described(kind, kind.labels[number], miss))

@@ -46,7 +46,7 @@ class DrawnLayer:
             raise UsageError(
                 tr(
                     "There is no attribute '{name}'. The layer has: {columns}.",
-                    name=name, columns=", ".join(self.columns) or tr("none"),
+                    name=name, columns=", ".join(self.columns) or "-",
                 ),
                 file=self.path, field=field,
             )  # fmt: skip

@@ -10,7 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import TargetError
+from vomstudio.geometry.units import WORLD
 from vomstudio.words import tr
+
+VERSION = "1.2"
+"""Of GeoPackage. QGIS 3.22 warns of 1.4, and opens its layers without their styles."""
 
 
 def write_layer(
@@ -24,7 +28,8 @@ def write_layer(
     described: str = "",
     append: bool = False,
 ) -> None:
-    """One layer of a GeoPackage. geometry : (n,) of shapely; columns : (n,) each; append : to the
+    """One layer of a GeoPackage. geometry : (n,) of shapely; columns : (n,) each; crs : None for a
+    local frame; append : to the
     layers that are there. Raises TargetError."""
     import shapely
     from pyogrio.errors import DataSourceError, FieldError, GeometryError
@@ -39,9 +44,11 @@ def write_layer(
             layer=layer,
             driver="GPKG",
             geometry_type=geometry_type,
-            crs=crs,
+            # Without one, GDAL would say East and North.
+            crs=crs or WORLD.wkt,
             append=append,
             layer_options={"DESCRIPTION": described},
+            dataset_options=None if append else {"VERSION": VERSION},
         )
     except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:
         raise TargetError(

@@ -23,8 +23,6 @@ from vomstudio.words import tr
 BLOCK = 512
 """Side of the blocks inside the files, pixels."""
 
-_VIEW_PLANE = 'LOCAL_CS["VOM Studio view plane",UNIT["metre",1]]'
-_UNSCALED_PLANE = 'LOCAL_CS["VOM Studio view plane, model units",UNIT["unknown",1]]'
 
 _BANDS = {"f": "F", "i": "I", "u": "I"}
 
@@ -33,10 +31,13 @@ Affine = tuple[float, float, float, float, float, float]
 top left pixel is (c, f)."""
 
 
-def view_plane_crs(metric: bool) -> str:
+def view_plane_crs(metric: bool, picture: str = "") -> str:
     """A picture's own plane: x right, y up, in metres or in units of the model. Engineering, so
-    that no GIS puts it on a map."""
-    return _VIEW_PLANE if metric else _UNSCALED_PLANE
+    that no GIS puts it on a map. picture : by which drawings on it are known to be drawn on it"""
+    name = " ".join(["VOM Studio view plane", *([picture] if picture else [])])
+    if metric:
+        return f'LOCAL_CS["{name}",UNIT["metre",1]]'
+    return f'LOCAL_CS["{name}, model units",UNIT["unknown",1]]'
 
 
 @dataclass(frozen=True)

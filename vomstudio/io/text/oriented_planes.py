@@ -14,11 +14,15 @@ from vomstudio.words import tr
 
 
 def read_planes(path: str | Path) -> list[OrientedPlane]:
+    """Those of a file; see `planes_of`. Raises InputError, UsageError."""
+    return planes_of(read_orientations(path))
+
+
+def planes_of(table: OrientationTable) -> list[OrientedPlane]:
     """Of columns with our own names: name, x, y, z, extent_m and total95_deg, else
-    max_confidence95_deg; each may be missing. Raises InputError, UsageError."""
-    table = read_orientations(path)
+    max_confidence95_deg; each may be missing. Raises InputError where the table has no planes."""
     if not table.is_plane.any():
-        raise InputError(tr("The table holds no planes."), file=Path(path))
+        raise InputError(tr("The table holds no planes."), file=table.path)
     names = _words(table, "name") or list(table.ids)
     places = np.column_stack([_numbers(table, axis) for axis in "xyz"])
     extent = _numbers(table, "extent_m")

@@ -24,7 +24,7 @@ from vomstudio.products.net.contents import AnyEllipse, NetContents
 from vomstudio.products.net.contour_drawing import draw_contours
 from vomstudio.products.net.page import Page
 from vomstudio.products.net.selection_highlight import draw_emphasis
-from vomstudio.products.net.style import PRINT, NetStyle
+from vomstudio.products.net.style import PRINT, NetStyle, layer
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -158,6 +158,10 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
         draw_contours(page, page.contours)
     positions = [nets.project(s.vectors(), net.projection) for s in net.sets]
     arcs, rows = page.draw_circles()
+    for circle in net.circles_typed:
+        for part in circle.outline(net.projection):
+            ax.plot(*part.T, color=style.ink, linewidth=style.line_pt, linestyle=circle.dash,
+                    zorder=layer("circles"))  # fmt: skip
     poles = page.draw_poles(positions)
     if net.fold is not None:
         page.draw_fold(net.fold)

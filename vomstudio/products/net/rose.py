@@ -10,6 +10,7 @@ from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.roses import Rose, azimuths_of, rose_of, weights_of
@@ -79,6 +80,18 @@ def roses_of_table(
     return RoseContents(of, roses, weight, by_area, tuple(empty))
 
 
+def check_roses(contents: RoseContents, path: Path | None) -> None:
+    """Raises GeometryError where there is nothing to draw."""
+    if not contents.roses:
+        raise GeometryError(
+            tr("The table has no lines with a trend.")
+            if contents.of == "trend"
+            else tr("The table has no planes with a strike; of lines draw --of trend."),
+            file=path,
+            field="--of",
+        )
+
+
 def rings_of(top: float) -> list[float]:
     """Two or three round shares, the last one not below the largest petal."""
     for step in (0.01, 0.02, 0.05, 0.1, 0.2, 0.25):
@@ -101,15 +114,19 @@ def write_roses(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    columns, side = _grid(len(contents.roses))
-    rows = math.ceil(len(contents.roses) / columns)
-    tall = rows * (_tall(side) + _HEAD_MM) + _FOOT_MM
-    figure = Figure(figsize=(WIDTH_MM / 25.4, tall / 25.4), dpi=dpi)
+    figure = Figure(figsize=figure_size(contents), dpi=dpi)
     FigureCanvasAgg(figure)
     draw_roses(figure, contents, style)
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
     with rc_context({"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}):
         figure.savefig(target, format=format, dpi=dpi, facecolor=style.paper, metadata=metadata)
+
+
+def figure_size(contents: RoseContents) -> tuple[float, float]:
+    """Width and height in inches of a figure with all roses."""
+    columns, side = _grid(len(contents.roses))
+    rows = math.ceil(len(contents.roses) / columns)
+    return WIDTH_MM / 25.4, (rows * (_tall(side) + _HEAD_MM) + _FOOT_MM) / 25.4
 
 
 def _grid(count: int) -> tuple[int, float]:

@@ -95,7 +95,8 @@ def items_of_table(places: Array, rows: Sequence[Mapping[str, Any]]) -> tuple[It
     """Planes of an orientation table. places : (n, 3) World."""
     return tuple(
         Item(
-            "planes", "point", np.asarray([place]), str(row["id"]), str(row.get("name") or row["id"]),
+            "planes", "point", np.asarray([place]), str(row["id"]),
+            str(row.get("name") or row["id"]),
             str(row.get("kind") or ""), str(row.get("set") or ""), NO_COLOR,
             planes_to_normals(row["dip_direction_deg"], row["dip_deg"]),
             row["dip_direction_deg"], row["dip_deg"],

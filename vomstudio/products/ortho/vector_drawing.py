@@ -17,6 +17,7 @@ import numpy.typing as npt
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.io.gis import dxf
 from vomstudio.io.gis.layer_writing import write_layer
+from vomstudio.products.ortho.interpretation import Flat
 
 Array = npt.NDArray[np.float64]
 
@@ -44,9 +45,9 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """bounds : (2, 2) lowest and highest corner, metres; ends : at the left and at the right; axes :
-    names of the two directions; title : lines of text below; picture : (h, w, 4) uint8 that fills
-    the bounds"""
+    """bounds : (2, 2) lowest and highest corner, metres; ends : at the left and at the right;
+    axes : names of the two directions; title : lines of text below; picture :
+    (h, w, 4) uint8 that fills the bounds"""
 
     shapes: tuple[Shape, ...]
     bounds: Array
@@ -61,6 +62,22 @@ class Drawing:
         return list(dict.fromkeys(shape.layer for shape in self.shapes))
 
 
+def shape_of(flat: Flat) -> Shape:
+    """As it is drawn: a plane with its name and apparent dip; a line is named by its plane."""
+    item, dip = flat.item, flat.apparent_dip_deg
+    label = item.name if item.form == "point" else ""
+    if item.normal is not None and dip is not None:
+        label = f"{item.name} {abs(dip):.0f}°" if item.name else f"{abs(dip):.0f}°"
+    return Shape(
+        item.layer, flat.points, item.color, item.form == "ring", label, dip,
+        {
+            "id": item.id, "name": item.name, "kind": item.kind, "set": item.set,
+            "dip_direction_deg": item.dip_direction_deg, "dip_deg": item.dip_deg,
+            "apparent_dip_deg": dip, "away_m": float(flat.away.mean()),
+        },
+    )  # fmt: skip
+
+
 def paper_scale(bounds: Array) -> int:
     """The 1 in so many that puts the longer side on paper: 1, 2, 2.5 or 5 times a power of ten."""
     longest = max(float((bounds[1] - bounds[0]).max()), 1e-6)
@@ -73,7 +90,8 @@ def paper_scale(bounds: Array) -> int:
 def ticks_over(low: float, high: float) -> Array:
     """Round numbers, some four to ten, within a range."""
     step = round_length(max((high - low) / 4, 1e-12))
-    return np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1) * step
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return np.asarray(np.arange(first, last + 1) * step, np.float64)
 
 
 def svg_text(drawing: Drawing) -> str:
@@ -88,7 +106,7 @@ def svg_text(drawing: Drawing) -> str:
         width + 2 * MARGIN_MM,
         height + 2 * MARGIN_MM + (len(drawing.title) + 2) * 1.6 * _TEXT_MM,
     )
-    matrix = (mm, mm, left - low[0] * mm, top + high[1] * mm)
+    matrix = (mm, mm, left - float(low[0]) * mm, top + float(high[1]) * mm)
     out = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
@@ -96,7 +114,7 @@ def svg_text(drawing: Drawing) -> str:
         f'width="{page[0]:.3f}mm" height="{page[1]:.3f}mm" '
         f'viewBox="0 0 {page[0]:.3f} {page[1]:.3f}" font-family="sans-serif" '
         f'font-size="{_TEXT_MM}">',
-        f'<rect width="{page[0]:.3f}" height="{page[1]:.3f}" fill="white"/>',
+        f'<g id="page"><rect width="{page[0]:.3f}" height="{page[1]:.3f}" fill="white"/></g>',
     ]
     place = f'transform="matrix({matrix[0]!r} 0 0 {matrix[1]!r} {matrix[2]!r} {matrix[3]!r})"'
     if drawing.picture is not None:
@@ -120,7 +138,7 @@ def svg_text(drawing: Drawing) -> str:
 def _svg_shape(shape: Shape, mm: float) -> str:
     title = html.escape(shape.label or str(shape.values.get("name", "")))
     if len(shape.points) == 1:
-        x, y = shape.points[0] * (1, -1)
+        x, y = (shape.points[0] * (1, -1)).tolist()
         parts = [f'<circle cx="{x!r}" cy="{y!r}" r="{0.7 / mm:.6g}" fill="{shape.color}"/>']
         if shape.dip_deg is not None:
             a = math.radians(shape.dip_deg)
@@ -141,11 +159,12 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float]) -> list
     for shape in drawing.shapes:
         if shape.label:
             x, y = shape.points[len(shape.points) // 2].tolist()
-            found.append(
-                f'<text x="{x * sx + tx + 1.2:.3f}" y="{-y * sy + ty - 1.2:.3f}" font-size="2.6" '
-                f'fill="{shape.color}" stroke="white" stroke-width="0.5" paint-order="stroke">'
-                f"{html.escape(shape.label)}</text>"
-            )
+            at = f'x="{x * sx + tx + 1.2:.3f}" y="{-y * sy + ty - 1.2:.3f}" font-size="2.6"'
+            words = html.escape(shape.label)
+            # A halo of its own: not every program knows paint-order.
+            halo = 'fill="white" stroke="white" stroke-width="0.6" stroke-linejoin="round"'
+            found.append(f"<text {at} {halo}>{words}</text>")
+            found.append(f'<text {at} fill="{shape.color}">{words}</text>')
     return found
 
 
@@ -158,9 +177,10 @@ def _frame(
     left, top, width, height = frame
     sx, sy, tx, ty = matrix
     low, high = drawing.bounds
+    box = f'x="{left:.3f}" y="{top:.3f}" width="{width:.3f}" height="{height:.3f}"'
     out = [
         f'<g id="frame" stroke="{INK}" stroke-width="0.25" fill="{INK}">',
-        f'<rect x="{left:.3f}" y="{top:.3f}" width="{width:.3f}" height="{height:.3f}" fill="none"/>',
+        f'<rect {box} fill="none"/>',
     ]
 
     def text(x: float, y: float, words: str, anchor: str, more: str = "") -> None:
@@ -188,7 +208,7 @@ def _frame(
     y = bottom + 14
     out.append(f'<rect x="{left:.3f}" y="{y:.3f}" width="{length * sx:.3f}" height="1.2"/>')
     said = bar_text(length, metric=drawing.metric)
-    text(left + length * sx + 2, y + 1.6, f"{said}   1 : {scale:,}".replace(",", " "), "start")
+    text(left + length * sx + 2, y + 1.6, f"{said}, 1 : {scale:,}".replace(",000", " 000"), "start")
     for k, line in enumerate(drawing.title):
         text(left, y + 7 + 1.6 * _TEXT_MM * k, line, "start")
     out.append("</g>")
@@ -203,7 +223,7 @@ def _png(picture: npt.NDArray[np.uint8]) -> str:
     return base64.b64encode(file.getvalue()).decode("ascii")
 
 
-def write_dxf(part: Path, drawing: Drawing) -> None:
+def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     """A layer for each layer, coordinates metres right and up; columns as extended data."""
     names = dxf.layer_names(drawing.layers)
     colors = {
@@ -212,7 +232,7 @@ def write_dxf(part: Path, drawing: Drawing) -> None:
     }
     bounds = np.column_stack([drawing.bounds, np.zeros(2)])
     with open(part, "w", encoding="ascii", newline="\r\n") as file:
-        out = dxf.Drawing(file, colors, bounds, " - ".join(drawing.ends))
+        out = dxf.Drawing(file, colors, bounds, comment or " - ".join(drawing.ends))
         for shape in drawing.shapes:
             points = np.column_stack([shape.points, np.zeros(len(shape.points))])
             values = {**shape.values, "label": shape.label}
@@ -224,7 +244,8 @@ def write_dxf(part: Path, drawing: Drawing) -> None:
 
 
 def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described: str) -> None:
-    """A layer for each layer and form of geometry. described : of every layer. Raises TargetError."""
+    """A layer for each layer and form of geometry. described : of every layer. Raises
+    TargetError."""
     import shapely
 
     part.unlink(missing_ok=True)

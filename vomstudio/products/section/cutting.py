@@ -16,9 +16,9 @@ Array = npt.NDArray[np.float64]
 
 JOINED = 1e-6
 """Ends of lines this near to each other are one place, metres."""
-LINK_STEPS = 4.0
+LINK_STEPS = 8.0
 """Points of a cloud are linked over so many steps at most."""
-SLAB_SPACINGS = 2.0
+SLAB_SPACINGS = 4.0
 FEWEST_POINTS = 3
 
 
@@ -82,9 +82,12 @@ def _cut_mesh(mesh: Mesh, panel: Panel) -> Array:
 
 
 def _crossing(
-    vertices: Array, a: npt.NDArray[np.int32], b: npt.NDArray[np.int32], side: npt.NDArray[np.bool_],
+    vertices: Array,
+    a: npt.NDArray[np.int32],
+    b: npt.NDArray[np.int32],
+    side: npt.NDArray[np.bool_],
     panel: Panel,
-) -> Array:  # fmt: skip
+) -> Array:
     """(n, 2) where edges cross the plane. Always reckoned from the viewer's side, so that triangles
     on both sides of an edge find the same to the bit, corners that stand twice included."""
     first, second = np.where(side[a], a, b), np.where(side[a], b, a)

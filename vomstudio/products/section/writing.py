@@ -14,7 +14,13 @@ from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.products.ortho.interpretation import Flat, Item, flattened
 from vomstudio.products.ortho.sheet import wind
-from vomstudio.products.ortho.vector_drawing import Drawing, Shape, svg_text, write_dxf
+from vomstudio.products.ortho.vector_drawing import (
+    Drawing,
+    Shape,
+    shape_of,
+    svg_text,
+    write_dxf,
+)
 from vomstudio.products.section.curtain import Curtain
 from vomstudio.products.section.cutting import Cut
 from vomstudio.version import __version__
@@ -25,8 +31,8 @@ Array = npt.NDArray[np.float64]
 ENDINGS = (".csv", ".dxf", ".svg")
 _SURFACE = "section"
 FEATURE_COLUMNS = (
-    "layer", "id", "name", "kind", "set", "point", "distance_m", "height_m", "away_m", "dip_direction_deg",
-    "dip_deg", "apparent_dip_deg",
+    "layer", "id", "name", "kind", "set", "point", "distance_m", "height_m", "away_m",
+    "dip_direction_deg", "dip_deg", "apparent_dip_deg",
 )  # fmt: skip
 
 
@@ -225,22 +231,6 @@ def section_drawing(
     )
 
 
-def shape_of(flat: Flat) -> Shape:
-    """As it is drawn: a plane with its apparent dip, others with their name."""
-    item, dip = flat.item, flat.apparent_dip_deg
-    label = item.name
-    if item.normal is not None and dip is not None:
-        label = f"{item.name} {abs(dip):.0f}°" if item.name else f"{abs(dip):.0f}°"
-    return Shape(
-        item.layer, flat.points, item.color, item.form == "ring", label, dip,
-        {
-            "id": item.id, "name": item.name, "kind": item.kind, "set": item.set,
-            "dip_direction_deg": item.dip_direction_deg, "dip_deg": item.dip_deg,
-            "apparent_dip_deg": dip, "away_m": float(flat.away.mean()),
-        },
-    )  # fmt: skip
-
-
 def end_names(curtain: Curtain, north_known: bool = True) -> tuple[str, str]:
     """Of the left and the right end: "NW (315)"."""
     left, right = curtain.ends
@@ -298,14 +288,12 @@ def _features_table(flats: tuple[Flat, ...]) -> str:
     import csv
     import io
 
-    from vomstudio.tables.orientation_table import csv_text
-
     file = io.StringIO()
     out = csv.writer(file, lineterminator="\n")
     out.writerow(FEATURE_COLUMNS)
     for flat in flats:
         item = flat.item
-        names = [csv_text(word) for word in (item.layer, item.id, item.name, item.kind, item.set)]
+        names = [_guarded(word) for word in (item.layer, item.id, item.name, item.kind, item.set)]
         angles = (item.dip_direction_deg, item.dip_deg, flat.apparent_dip_deg)
         for k, ((s, t), away) in enumerate(
             zip(flat.points.tolist(), flat.away.tolist(), strict=True)
@@ -315,3 +303,8 @@ def _features_table(flats: tuple[Flat, ...]) -> str:
                  *("" if a is None or not math.isfinite(a) else f"{a:.4f}" for a in angles)]
             )  # fmt: skip
     return file.getvalue()
+
+
+def _guarded(text: str) -> str:
+    """A word that a spreadsheet would take for a formula has a ' before it."""
+    return f"'{text}" if text[:1] in tuple("=+-@\t\r'") and text else text

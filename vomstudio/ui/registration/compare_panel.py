@@ -69,6 +69,7 @@ class ComparePanel(QWidget):
         explain(self, "compare.md")
         self._studio = studio
         self.held: Held | None = None
+        self._held_id = ""
         self._job: RunningJob | None = None
         self._background = Background(self)
         self._model: Model | None = None
@@ -145,6 +146,8 @@ class ComparePanel(QWidget):
             else tr("{model} held against", model=model.name)
         )
         self.other.offer_besides("" if model is None else model.id)
+        if self._moved_since():
+            self.said.setText(tr("The model has been placed anew since: compare it again."))
         self._refresh_buttons()
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
@@ -179,6 +182,15 @@ class ComparePanel(QWidget):
         other = self.other.current()
         self.agreement.show_models(
             "" if self._model is None else self._model.id, "" if other is None else other.id
+        )
+
+    def _moved_since(self) -> bool:
+        """Whether the distances are those of another place of the model."""
+        now = self._studio.records.get(self._held_id)
+        return (
+            self.held is not None
+            and isinstance(now, Model)
+            and now.to_world != self.held.model.to_world
         )
 
     def _why_not(self) -> str | None:
@@ -243,7 +255,7 @@ class ComparePanel(QWidget):
     def _show_read(self, model_id: str, held: Held, read: object) -> None:
         assert isinstance(read, tuple)
         fields, reach, counts = read
-        self._job, self.held = None, held
+        self._job, self.held, self._held_id = None, held, model_id
         self._show()
         self.histogram.show_counts(counts, reach, held.figures["median_m"])
         opened = self._studio.models.get(model_id)

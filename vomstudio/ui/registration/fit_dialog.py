@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document import edits
-from vomstudio.document.records import Model
+from vomstudio.document.records import Model, Registration
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.jobs.events import Failed
@@ -171,6 +171,10 @@ class FitDialog(QDialog):
         return record if isinstance(record, Model) else None
 
     def _reference_chosen(self, *_: object) -> None:
+        if self._job is not None:
+            # It was for another one, or for another place of it.
+            self._studio.jobs.cancel(self._job)
+            self._job = None
         found = self.other.current()
         why = None
         if found is not None and not found.frame.has_north:
@@ -300,7 +304,7 @@ class FitDialog(QDialog):
         if self._problem:
             return self._problem
         if self.fitted is not None:
-            return fitted_in_words(self.fitted)
+            return fitted_in_words(self.fitted, self._record())
         return "" if self.placed is None else placed_in_words(self.placed)
 
     # --- buttons -----------------------------------------------------------------------------
@@ -324,15 +328,19 @@ class FitDialog(QDialog):
             return tr(
                 "Choose what the model is fitted to: another model of the project, or a file."
             )
+        if self._job is not None:
+            return tr("The surfaces are being fitted.")
         if self.points.here is not None:
             return tr("Click the same point on the right.")
         if self.points.there is not None:
             return tr("Click the same point on the left.")
+        if self.fitted is not None:
+            return tr("Register the model by this fit, or click more points and fit it again.")
         if len(self.points.pairs) < 3:
             return tr(
                 "Click a point on the left and the same one on the right; three or more, far "
-                "apart and not on a line. Where the model lies on the other one already, none is "
-                "needed."
+                "apart and not on a line. Where the model lies on the other one already, fewer "
+                "will do, or none."
             )
         return tr(
             "Fit the surfaces, or click more points; where the counterpart should be is ringed."
@@ -342,9 +350,7 @@ class FitDialog(QDialog):
         if self.reference is None:
             return tr("Choose what the model is fitted to.")
         count = len(self.points.pairs)
-        if 0 < count < 3:
-            return tr("Click three points at least, or none.")
-        if count and self.placed is None:
+        if count >= 3 and self.placed is None:
             return self._problem or tr("The points are being solved.")
         return self.stable.why_not(self.points.pairs)
 
@@ -361,43 +367,53 @@ class FitDialog(QDialog):
         cache = self._studio.project.cache
         self.fitted = None
         self.said.setText(tr("Fitting the surfaces…"))
-        self._job = self._studio.jobs.submit(
-            FIT_TO_REFERENCE,
-            FitOrder(
-                own.standing(cache), reference.standing(cache), not model.frame.has_metres,
-                self.points.pairs, self.stable.part(self.points.pairs),
-            ),
-            title=tr("Fitting {model} to {other}", model=model.name, other=reference.name),
-            on_done=self._background.unless_closed(self._came),
-            on_failed=self._background.unless_closed(self._failed),
+        order = FitOrder(
+            own.standing(cache), reference.standing(cache), not model.frame.has_metres,
+            self.points.pairs, self.stable.part(self.points.pairs),
         )  # fmt: skip
+
+        def ended(made: FittedModel | Failed) -> None:
+            if self._job is not None and self._job.number == job.number:
+                self._job = None
+                self._came(made)
+
+        job = self._job = self._studio.jobs.submit(
+            FIT_TO_REFERENCE,
+            order,
+            title=tr("Fitting {model} to {other}", model=model.name, other=reference.name),
+            on_done=self._background.unless_closed(ended),
+            on_failed=self._background.unless_closed(ended),
+        )
         self._explain_buttons()
 
-    def _came(self, made: FittedModel) -> None:
-        self._job, self.fitted = None, made
+    def _came(self, made: FittedModel | Failed) -> None:
+        self.fitted = made if isinstance(made, FittedModel) else None
         self._show()
+        if isinstance(made, Failed):
+            self.said.setText(tr("The fit was stopped.") if made.cancelled else made.message)
 
-    def _failed(self, event: Failed) -> None:
-        self._job = None
-        self._show()
-        self.said.setText(tr("The fit was stopped.") if event.cancelled else event.message)
+    def _record(self) -> Registration | None:
+        """What was found, with the error of what the model was fitted to."""
+        from vomstudio.workspace.registering import registration_of, with_error_of
+
+        model, reference = self._model(), self.reference
+        if model is None or reference is None or self.fitted is None:
+            return None
+        pairs = self.points.as_pairs() if self.points.pairs else None
+        crs = reference.standing(self._studio.project.cache).crs
+        record = registration_of(self.fitted.placed, pairs, model, crs, reference.name)
+        other = self._studio.records.get(reference.id)
+        return with_error_of(record, other.registration if isinstance(other, Model) else None)
 
     def accept(self) -> None:
         """Register the model by what was found."""
-        from vomstudio.workspace.registering import (
-            registration_of,
-            set_words,
-            sets_turned_deg,
-            turned_deg,
-        )
+        from vomstudio.workspace.registering import set_words, sets_turned_deg, turned_deg
 
         studio, before, reference = self._studio, self._model(), self.reference
         if before is None or reference is None or self.fitted is None:
             return
-        pairs = self.points.as_pairs() if self.points.pairs else None
-        crs = reference.standing(studio.project.cache).crs
-        record = registration_of(self.fitted.placed, pairs, before, crs, reference.name)
-        if not studio.attempt(edits.set_registration, record, [before.id]):
+        record = self._record()
+        if record is None or not studio.attempt(edits.set_registration, record, [before.id]):
             return
         after = studio.records[before.id]
         assert isinstance(after, Model)

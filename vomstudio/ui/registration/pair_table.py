@@ -6,9 +6,11 @@ from collections.abc import Sequence
 
 from PySide6.QtWidgets import QHeaderView, QTableWidget, QTableWidgetItem
 
+from vomstudio.document.records import Registration
 from vomstudio.jobs.registration_tasks import FittedModel, HomologousPoint
 from vomstudio.registration.results import Placed
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.words import tr
 
 
@@ -58,9 +60,11 @@ def placed_in_words(placed: Placed) -> str:
     return "\n".join([" ".join(said), *reversed(placed.warnings)])
 
 
-def fitted_in_words(found: FittedModel) -> str:
-    """What points and surfaces together say."""
+def fitted_in_words(found: FittedModel, record: Registration | None) -> str:
+    """What points and surfaces together say. record : what they become, with the error of what the
+    model was fitted to where that is known"""
     from vomstudio.registration.remarks import said_of_fitted, said_of_worst
+    from vomstudio.workspace.registering import worst_turn_deg
 
     rests_on = said_of_fitted(found.places, found.overlap, found.rms_m, found.blocks, found.block_m)
     said = [
@@ -68,4 +72,10 @@ def fitted_in_words(found: FittedModel) -> str:
         *said_of_worst(found.placed),
         tr("The error of what it was fitted to is not in it."),
     ]
+    if record is not None and record.covariance != found.placed.covariance:
+        worst = worst_turn_deg(record)
+        said[-1] = tr(
+            "With the registration of the other model it may be turned by {worst} (95 %).",
+            worst=degrees(worst),
+        )
     return "\n".join([" ".join(said), *found.placed.warnings])

@@ -23,7 +23,8 @@ MENUS = (
     (to_translate("&File"), (
         "new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|", "save",
         "save_as", "compact_project", "take_back_compaction", "|", "import_readings", "|",
-        "export_csv", "export_gpkg", "export_shp", "export_dxf", "export_net", "|", "quit")),
+        "export_csv", "export_gpkg", "export_shp", "export_dxf", "export_program",
+        "export_net", "|", "quit")),
     (to_translate("&Edit"), (
         "undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     (to_translate("&View"), (
@@ -45,7 +46,8 @@ MENUS = (
         "delete_vertex", "|", "+of_tools", "feature_types", "update_surroundings")),
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
-        "intersection_of_sets", "|", "orthophoto", "|", "verdict_profile", "|", "show_stereonet")),
+        "intersection_of_sets", "|", "orthophoto", "|", "verdict_profile", "|", "copy_net",
+        "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip

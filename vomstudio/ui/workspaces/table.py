@@ -17,6 +17,7 @@ HOMES: dict[str, Area] = {
     "project": "left",
     "tool": "left",
     "stereonet": "right",
+    "statistics": "right",
     "view": "right",
     "display": "right",
     "properties": "right",
@@ -131,7 +132,7 @@ WORKSPACES: tuple[Workspace, ...] = (
             "features first, or import field measurements."
         ),
         "features",
-        right=(("stereonet",), ("properties",)),
+        right=(("stereonet",), ("statistics", "properties")),
         bottom=(("table",),),
         shares=(0.205, 0.36, 0.26),
         first_share=0.6,
