@@ -114,8 +114,8 @@ class _Run:
         self.settings, self.executor, self.log = settings, executor, log
         self.device = device_of(settings)
         self.region = Region.of(settings.region)
-        # Part of the names of what depends on it; without a region they are as ever.
-        self.only = () if settings.region is None else (tuple(settings.region),)
+        # Without a region the names of what depends on it are as ever.
+        self.only = [tuple(settings.region)] if settings.region else []
         self.checkpoints = Checkpoints(outputs.folder / WORK)
         self.checkpoints.tidy()
 
@@ -211,13 +211,9 @@ class _Run:
             threads = settings.threads or -1
             try:
                 if settings.control is not None:
+                    files = settings.control, settings.marks
                     scene, fitted = control.place_by_control_files(
-                        part,
-                        settings.control,
-                        settings.marks,
-                        settings.crs,
-                        self.log,
-                        threads=threads,
+                        part, *files, settings.crs, self.log, threads=threads
                     )
                     facts = report_data.control_registration(fitted)
                 else:
@@ -266,8 +262,8 @@ class _Run:
             stage.folder, [view.name for view in views], save_undistorted, load_undistorted
         )
         lenses = [view.intrinsics for view in views]
-        needed = max(undistortion.memory_needed(n.width, n.height, size) for n in lenses)
-        self._each(tr("Undistorting photos"), stage, kept, undistortion.undistort, task, needed)
+        need = max(undistortion.memory_needed(n.width, n.height, size) for n in lenses)
+        self._each(tr("Undistorting photos"), stage, kept, undistortion.undistort, task, need)
         return kept.at(stage.folder), stage
 
     def _dense_size(self, placed: _Registered) -> int:
@@ -304,9 +300,8 @@ class _Run:
             self.log.note(text)
         names = [scene.views[plan.view].name for plan in pairs.plans]
         if self.device == "cuda":
-            stage = self.checkpoints.stage(
-                "depths", flat.key, report_data.versions("pycolmap"), "cuda", *self.only
-            )
+            versions = report_data.versions("pycolmap")
+            stage = self.checkpoints.stage("depths", flat.key, versions, "cuda", *self.only)
             kept = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
             if stage.done:
                 return pairs, kept.at(stage.folder), stage
@@ -362,8 +357,8 @@ class _Run:
         stage = self.checkpoints.stage("cloud", deep.key)
         if not stage.done:
             photos = straight.chosen([plan.view for plan in pairs.plans])
-            neighbours = neighbours_by_name(scene, pairs)
-            cloud = fuse(maps.names, maps, photos, neighbours, progress=self.log)
+            near = neighbours_by_name(scene, pairs)
+            cloud = fuse(maps.names, maps, photos, near, progress=self.log)
             if self.region is not None:
                 cloud = cloud.of_rows(self.region.inside(cloud.points, scene.origin))
             write_whole(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))

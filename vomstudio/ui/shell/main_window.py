@@ -130,8 +130,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.shell import edit_commands, file_commands, model_commands
         from vomstudio.ui.workspaces import strip
 
-        studio = self.studio
-        find = partial(edit_commands.find_command, self, self.actions_table)
+        studio, find = self.studio, partial(edit_commands.find_command, self, self.actions_table)
         return [
             *file_commands.commands(studio, self.files, self.close),
             *edit_commands.commands(studio, find, self),
