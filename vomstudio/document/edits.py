@@ -294,6 +294,21 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
     return change(records, f"Change {what} of {who}", after)
 
 
+def put_in_sets(records: Records, names: Mapping[str, str]) -> Edit:
+    """Give features, by id, the names of their sets ("" for none), as one edit. Those that are in
+    it already stay as they are. Raises DocumentError where nothing would change."""
+    after: dict[str, Record | None] = {}
+    for id_, name in names.items():
+        feature = _get(records, id_, Feature)
+        if getattr(feature, "set_name", name) != name:
+            after[id_] = replace(feature, set_name=name)  # type: ignore[call-arg]
+    if not after:
+        raise DocumentError(tr("All of these planes are in these sets already."))
+    count = len({name for name in names.values() if name})
+    what = f"Put {len(after)} feature{'s' if len(after) > 1 else ''} in "
+    return change(records, what + f"{count} set{'s' if count != 1 else ''}", after)
+
+
 def delete(records: Records, ids: Iterable[str]) -> Edit:
     """Delete features. What rests on one of them (a rake, an intersection) stays, and says so."""
     features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]

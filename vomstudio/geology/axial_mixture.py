@@ -62,9 +62,12 @@ class Mixture:
         return np.where(best == self.k, -1, best)
 
 
-def propose_clusters(poles: Floats, most: int) -> tuple[Mixture, list[float]]:
+def propose_clusters(
+    poles: Floats, most: int, *, exactly: bool = False
+) -> tuple[Mixture, list[float]]:
     """The best mixture of unit vectors (n, 3) with 0 to `most` clusters, and the criterion of each
-    number that was tried."""
+    number that was tried. exactly : the one with `most` clusters, or with as many as can be told
+    apart where these are fewer"""
     some = poles
     if len(poles) > _MOST_SEARCHED:
         rows = np.random.default_rng(0).permutation(len(poles))[:_MOST_SEARCHED]
@@ -79,7 +82,7 @@ def propose_clusters(poles: Floats, most: int) -> tuple[Mixture, list[float]]:
             break
         tried = min(sound, key=lambda m: m.icl)
         criteria.append(tried.icl)
-        if tried.icl < best.icl:
+        if exactly or tried.icl < best.icl:
             best, worse = tried, 0
         else:
             worse += 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -94,8 +94,49 @@ def propose_sets(
         warnings.append(
             tr_n("{count} line is left out.", "{count} lines are left out.", len(table) - len(rows))
         )
-    poles = table.vectors()[rows]
-    mixture, criteria = _mixture(poles, most, seeds)
+    where = None if places is None else places[rows]
+    found = sets_among(table.vectors()[rows], most=most, seeds=seeds, places=where)
+    warnings += found.warnings
+    if not found.sets and not seeds:
+        warnings.append(
+            tr(
+                "No set stands out from an even scatter. A set needs at least {count} planes; "
+                "--seeds takes yours.",
+                count=LEAST_MEMBERS,
+            )
+        )
+    return replace(
+        found,
+        convention=table.convention,
+        dropped_lines=tuple(table.dropped),
+        warnings=tuple(warnings),
+        rows=tuple(int(row) for row in rows),
+    )
+
+
+def sets_among(
+    poles: Floats,
+    *,
+    most: int | None = None,
+    exactly: int | None = None,
+    seeds: Sequence[Plane] = (),
+    places: Floats | None = None,
+) -> SetProposal:
+    """Of poles (n, 3), unit vectors either end up, n > 0. exactly : this number of sets, in place
+    of a proposed one; where fewer can be told apart a warning says so. The others as in
+    `propose_sets`, places (n, 3). Raises UsageError for numbers that cannot be."""
+    warnings: list[str] = []
+    mixture, criteria = _mixture(poles, most, exactly, seeds)
+    if exactly is not None and not seeds and mixture.k < exactly:
+        warnings.append(
+            tr_n(
+                "Only {count} set of at least {least} planes can be told apart, not {asked}.",
+                "Only {count} sets of at least {least} planes can be told apart, not {asked}.",
+                mixture.k,
+                least=LEAST_MEMBERS,
+                asked=exactly,
+            )
+        )
     group = mixture.assigned()
     order = list(range(mixture.k))
     if not seeds:
@@ -110,28 +151,20 @@ def propose_sets(
                 tr("No plane belongs to the seed {number}; it makes no set.", number=number)
             )
             continue
-        where = None if places is None else places[rows[members]]
+        where = None if places is None else places[members]
         sets.append(_described(names[j], poles[members], where))
-    if not sets and not seeds:
-        warnings.append(
-            tr(
-                "No set stands out from an even scatter. A set needs at least {count} planes; "
-                "--seeds takes yours.",
-                count=LEAST_MEMBERS,
-            )
-        )
-    probability = mixture.posterior[np.arange(len(rows)), group]
+    probability = mixture.posterior[np.arange(len(poles)), group]
     return SetProposal(
-        n=len(rows),
+        n=len(poles),
         sets=tuple(sets),
         unassigned=int(np.sum(group < 0)),
         criteria=tuple(criteria),
-        convention=table.convention,
-        dropped_lines=tuple(table.dropped),
+        convention="",
+        dropped_lines=(),
         warnings=tuple(warnings),
         assignment=tuple(names[int(j)] for j in group),
         probability=tuple(float(p) for p in probability),
-        rows=tuple(int(row) for row in rows),
+        rows=tuple(range(len(poles))),
     )
 
 
@@ -151,11 +184,13 @@ def parse_seeds(text: str | None) -> tuple[Plane, ...]:
 
 
 def _mixture(
-    poles: Floats, most: int | None, seeds: Sequence[Plane]
+    poles: Floats, most: int | None, exactly: int | None, seeds: Sequence[Plane]
 ) -> tuple[Mixture, list[float]]:
     if most is not None and most < 1:
         raise UsageError(tr("At least one set must be allowed."), field="--max-sets")
     if not seeds:
+        if exactly is not None:
+            return propose_clusters(poles, exactly, exactly=True)
         return propose_clusters(poles, MOST_SETS if most is None else most)
     if most is not None and len(seeds) > most:
         raise UsageError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
 
@@ -18,10 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document.edit import Edit
-from vomstudio.document.kind import Evidence, NetLook
-from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement import Measurement
-from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import FeatureType, Typed, get_feature
 from vomstudio.document.registration_errors import model_of, pole_region, turns_of
 from vomstudio.errors import VomError
@@ -41,6 +38,7 @@ from vomstudio.products.net.figure import NetArtists
 from vomstudio.products.net.style import NetStyle
 from vomstudio.ui.analyse.contour_button import ContourButton
 from vomstudio.ui.analyse.net_canvas import DPI, DrawnNet, NetCanvas, NetThread, Wanted
+from vomstudio.ui.analyse.net_sets import Groups, alike, on_the_net, proposed_sets, sets_of
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural
@@ -64,7 +62,7 @@ _MANY = 300
 class StereonetPanel(QWidget):
     """The net with its buttons. A click or a lasso selects features."""
 
-    def __init__(self, studio: Studio, export: QAction) -> None:
+    def __init__(self, studio: Studio, export: QAction, propose: QAction) -> None:
         super().__init__()
         explain(self, "numbers.md#the-net")
         self._studio = studio
@@ -98,6 +96,9 @@ class StereonetPanel(QWidget):
         self.contours = ContourButton(studio)
         self._export = QToolButton()
         self._export.setDefaultAction(export)
+        self.propose = QToolButton()
+        self.propose.setDefaultAction(propose)
+        self._groups: Groups | None = None
         self._under = ElidedLabel()
         self._under.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._under.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -105,7 +106,7 @@ class StereonetPanel(QWidget):
         row.setContentsMargins(4, 2, 4, 2)
         row.addWidget(self._projection)
         toggles = (self._circles, self._poles, self._means, self._beta)
-        for button in (*toggles, self.contours, self._export):
+        for button in (*toggles, self.contours, self.propose, self._export):
             row.addWidget(button)
         row.addWidget(self._under, 1)
         layout = QVBoxLayout(self)
@@ -125,6 +126,7 @@ class StereonetPanel(QWidget):
         studio.edited.connect(self._edited)
         studio.visibility_changed.connect(lambda _: self._soon())
         studio.settings_changed.connect(self._soon)
+        studio.sets_proposed.connect(self._proposed)
         studio.selection_changed.connect(lambda _: self._select())
         self._soon()
 
@@ -147,6 +149,12 @@ class StereonetPanel(QWidget):
     def _chosen(self) -> None:
         self._studio.settings.projection = str(self._projection.currentData())
         self._studio.keep_settings()
+
+    def _proposed(self, groups: Groups | None) -> None:
+        """Show these planes by their proposed sets, and nothing else, until there are none."""
+        if groups != self._groups:
+            self._groups = groups
+            self._soon()
 
     def _edited(self, edit: Edit) -> None:
         if self._studio.affected(edit):
@@ -187,7 +195,7 @@ class StereonetPanel(QWidget):
         shown = {kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)}
         features = [
             f
-            for f in studio.session.records.once(_on_the_net)
+            for f in studio.session.records.once(on_the_net)
             if shown.get(f.type_id, True) and studio.visible(f.id)
         ]
         measured = studio.measured(f.id for f in features)
@@ -203,14 +211,16 @@ class StereonetPanel(QWidget):
             # The same symbol for a set, whether picked or read on a compass.
             for variant, name in enumerate(sorted(own, key=natural)):
                 title = f"{kind.name}: {name}" if name else kind.name
-                for look, evidence, alike in _alike(own[name]):
+                for look, evidence, own_look in alike(own[name]):
                     marker = look.marker or _MARKERS.get(kind.symbol, "o")
-                    new = _sets(
-                        kind, f"{title}{look.suffix}", alike, measured, marker, turns, variant
+                    new = sets_of(
+                        kind, f"{title}{look.suffix}", own_look, measured, marker, turns, variant
                     )
                     if kind.id == "bedding" and evidence == "picked":
                         beds += [s for s in new if s.kind == "plane"]
                     sets += new
+        if self._groups is not None:
+            sets, beds = proposed_sets(sets, self._groups), []
         return NetContents(
             sets=tuple(sets),
             projection=str(self._projection.currentData()),
@@ -399,26 +409,6 @@ def _many(net: NetContents) -> bool:
     return sum(map(len, net.sets)) > _MANY
 
 
-def _alike(features: Sequence[Typed]) -> list[tuple[NetLook, Evidence, list[Typed]]]:
-    """Features by where they come from and how their kinds stand on the net, in the order of the
-    kinds."""
-    of_class: dict[type[Typed], list[Typed]] = {}
-    for feature in features:
-        of_class.setdefault(type(feature), []).append(feature)
-    result: dict[tuple[NetLook, Evidence], list[Typed]] = {}
-    for kind in KINDS:
-        if kind.net is not None and kind.record in of_class:
-            result.setdefault((kind.net, kind.evidence), []).extend(of_class[kind.record])
-    return [(look, evidence, own) for (look, evidence), own in result.items()]
-
-
-def _on_the_net(records: RecordMap) -> list[Typed]:
-    """The features of kinds that stand on a net."""
-    typed = records.of(Typed)
-    classes = {type(f): kind_of(f).net is not None for f in {type(f): f for f in typed}.values()}
-    return [f for f in typed if classes[type(f)]]
-
-
 def _fold(beds: Sequence[NetSet]) -> FoldAxis | None:
     """Fold axis of picked bedding only: feature types are never pooled silently."""
     azimuth = np.concatenate([np.zeros(0), *(s.azimuth_deg for s in beds)])
@@ -448,38 +438,3 @@ def _line_ellipse(measured: Measurement) -> tuple[NetLineEllipse, ...]:
     if axis is None:
         axis = np.cross(line.vector(), np.eye(3)[int(np.argmin(np.abs(line.vector())))])
     return (NetLineEllipse(line, largest, smallest, axis),)
-
-
-def _sets(
-    kind: FeatureType,
-    name: str,
-    features: Sequence[Typed],
-    measured: Mapping[str, Measurement],
-    marker: str,
-    turns: tuple[Mapping[str, int], Turns],
-    variant: int = 0,
-) -> list[NetSet]:
-    """The planes and the lines among features, each as a set; those without orientation are left
-    out."""
-    planes, lines = [], []
-    for feature in features:
-        figures = measured[feature.id]
-        if (plane := figures.plane) is not None:
-            planes.append((feature.id, plane))
-        elif (line := figures.line) is not None:
-            lines.append((feature.id, line))
-    result = []
-    rows, turned = turns
-    if planes:
-        azimuth = np.array([p.dip_direction_deg for _, p in planes], dtype=float)
-        angle = np.array([p.dip_deg for _, p in planes], dtype=float)
-        ids = tuple(id_ for id_, _ in planes)
-        own = turned.of([rows[id_] for id_ in ids])
-        result.append(NetSet(name, "plane", azimuth, angle, ids, kind.color, marker, variant, own))
-    if lines:
-        azimuth = np.array([line.trend_deg for _, line in lines], dtype=float)
-        angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
-        ids = tuple(id_ for id_, _ in lines)
-        own = turned.of([rows[id_] for id_ in ids])
-        result.append(NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant, own))
-    return result

@@ -349,7 +349,8 @@ class MainWindow(QMainWindow):
             return
         from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
-        self.net = StereonetPanel(self.studio, self.actions_table.all["export_net"])
+        actions = self.actions_table.all
+        self.net = StereonetPanel(self.studio, actions["export_net"], actions["propose_sets"])
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
         _warm_up(self.studio)

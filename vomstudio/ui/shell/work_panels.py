@@ -19,11 +19,13 @@ Make = Callable[[Studio], QWidget]
 
 def work_panels() -> tuple[tuple[str, str, Make], ...]:
     """Name of the dock, title and maker of each; they scroll."""
+    from vomstudio.ui.analyse.sets_panel import SetsPanel
     from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
     from vomstudio.ui.registration.compare_panel import ComparePanel
 
     return (
         ("statistics", to_translate("Statistics"), StatisticsPanel),
+        ("sets", to_translate("Sets"), SetsPanel),
         ("compare", to_translate("Compare"), ComparePanel),
     )
 
@@ -32,10 +34,11 @@ def work_commands(
     studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
 ) -> list[Command]:
     """parent : of the dialogs"""
-    from vomstudio.ui.analyse import profile_dialog
+    from vomstudio.ui.analyse import profile_dialog, sets_panel
     from vomstudio.ui.registration import commands as registration_commands
 
     return [
         profile_dialog.command(studio, dialogs, parent),
+        sets_panel.command(studio, workspaces, docks, parent),
         *registration_commands.commands(studio, dialogs, workspaces, docks, parent),
     ]

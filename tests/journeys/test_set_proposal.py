@@ -1,0 +1,120 @@
+"""Sets proposed among a field book of joints, another number, accepted, and taken back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+
+from tests import driver
+from tests.geology.test_set_proposals import CASES, cluster, scatter
+from vomstudio.document import edits
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.geology.orientation import normals_to_planes
+from vomstudio.ui.analyse.sets_panel import SetsPanel
+
+SIZES = {"J1": 300, "J2": 250, "J3": 250}
+
+
+def joints(cluttered: int = 60) -> list[Reading]:
+    """Three sets and a scatter, each at a place."""
+    chance = np.random.default_rng(11)
+    poles = [cluster(of, chance) for of in CASES["three"][0]]
+    direction, dip, _ = normals_to_planes(np.vstack([*poles, scatter(cluttered, chance)]))
+    places = chance.uniform(0, 30, (len(dip), 3))
+    return [
+        Reading(f"r{i}", f"r{i}", "joint", "plane", float(a), float(d), position=tuple(p))
+        for i, (a, d, p) in enumerate(zip(direction, dip, places.tolist(), strict=True))
+    ]
+
+
+@pytest.fixture
+def panel(window, outcrop) -> SetsPanel:
+    driver.open_outcrop(window, outcrop)
+    assert window.studio.attempt(edits.add_readings, joints())
+    window.actions_table.run("propose_sets")
+    made = window.findChild(SetsPanel)
+    driver.wait(made.isVisible, "the panel")
+    return made
+
+
+def sets_of(window) -> dict[str, int]:
+    names = [r.set_name for r in window.studio.session.of(Reading)]
+    return {name: names.count(name) for name in set(names)}
+
+
+def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel) -> None:
+    studio = window.studio
+    driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
+    before = dict(studio.records)
+    assert panel.of.currentText() == "Joint"
+    assert panel.table.rowCount() == 4
+    for row in range(3):
+        assert int(panel.table.item(row, 1).text()) == pytest.approx(SIZES[f"J{row + 1}"], abs=15)
+        assert panel.table.item(row, 5).text() != "–"
+    net = window.net
+    driver.wait(
+        lambda: net.up_to_date and [s.name for s in net.artists.contents.sets][-1] == "in no set",
+        "the preview",
+    )
+    assert len({s.color for s in net.artists.contents.sets}) == 4
+    driver.settled(window)
+    driver.keep_picture(window, "sets-proposed")
+
+    panel.count.setFocus()
+    for _ in range(2):
+        QTest.keyClick(panel.count, Qt.Key.Key_Down)
+    driver.wait(lambda: panel.table.rowCount() == 3, "two sets", 60.0)
+    assert dict(studio.records) == before
+    panel.table.item(1, 0).setText("cross joints")
+    n = int(panel.table.item(1, 1).text())
+    driver.click(panel.accept, panel.accept.rect().center())
+    assert sets_of(window)["cross joints"] == n
+    assert set(sets_of(window)) == {"J1", "cross joints", ""}
+    driver.wait(lambda: net.up_to_date and "proposed" not in net.artists.contents.sets[0].name,
+                "the net as it is")  # fmt: skip
+    studio.undo()
+    assert dict(studio.records) == before
+
+
+def test_rejecting_changes_nothing_and_seeds_take_the_place_of_a_number(window, panel) -> None:
+    driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
+    before = dict(window.studio.records)
+    panel.seeds.setFocus()
+    QTest.keyClicks(panel.seeds, "30/85, 120/88")
+    assert not panel.count.isEnabled()
+    QTest.keyClick(panel.seeds, Qt.Key.Key_Return)
+    driver.wait(lambda: panel.table.rowCount() == 3, "two sets", 60.0)
+    assert panel.table.item(0, 2).text().startswith("03")
+    driver.click(panel.reject, panel.reject.rect().center())
+    assert panel.proposed is None
+    assert not panel.accept.isEnabled()
+    assert panel.accept.toolTip() == "There is no proposal to accept."
+    assert dict(window.studio.records) == before
+    QTest.keyClicks(panel.seeds, ", 95")
+    QTest.keyClick(panel.seeds, Qt.Key.Key_Return)
+    assert "is no plane" in panel.said.text()
+
+
+def test_planes_with_a_set_keep_it_unless_asked_for(window, panel) -> None:
+    studio = window.studio
+    driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
+    mine = [f"r{i}" for i in range(250)]
+    assert studio.attempt(edits.set_attributes, mine, set_name="J1")
+    assert panel.said.text() == "The planes have changed; propose again."
+    driver.click(panel.start, panel.start.rect().center())
+    driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
+    assert "250 planes have a set already and are left out." in panel.said.text()
+    # Their name is not given twice.
+    assert panel.table.item(0, 0).text() == "J2"
+    driver.click(panel.accept, panel.accept.rect().center())
+    assert sets_of(window)["J1"] == 250
+    assert sets_of(window)["J2"] > 200
+    driver.click(panel.start, panel.start.rect().center())
+    driver.click(panel.also, QPoint(8, panel.also.height() // 2))
+    driver.click(panel.start, panel.start.rect().center())
+    driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
+    assert len(panel.proposed.of.ids) == len(studio.session.of(Reading))
+    driver.click(panel.accept, panel.accept.rect().center())
+    assert sets_of(window)["J1"] > 270

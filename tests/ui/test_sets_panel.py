@@ -1,0 +1,80 @@
+"""The sets dock where there is little to propose from: a sentence each time, nothing changed."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests import driver
+from tests.ui.conftest import add_cliff
+from vomstudio.document import edits
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.errors import DocumentError
+from vomstudio.ui.analyse.sets_panel import SetsPanel
+
+
+@pytest.fixture
+def panel(window, studio) -> SetsPanel:
+    add_cliff(studio)
+    return window.findChild(SetsPanel)
+
+
+def read(studio, planes, **more) -> None:
+    readings = [
+        Reading(f"r{i}", f"r{i}", "joint", "plane", float(a), float(d), **more)
+        for i, (a, d) in enumerate(planes)
+    ]
+    assert studio.attempt(edits.add_readings, readings)
+
+
+def proposed(window, panel) -> str:
+    window.actions_table.run("propose_sets")
+    driver.wait(lambda: not panel._newest.waiting, "the proposal")
+    return panel.said.text()
+
+
+def test_without_planes_the_command_says_so(window, panel) -> None:
+    assert window.actions_table.why_not("propose_sets") == "There are no planes yet."
+
+
+def test_two_planes_make_no_set(window, studio, panel) -> None:
+    read(studio, [(10, 20), (30, 40)])
+    assert proposed(window, panel) == "Sets need at least 3 planes; there are 2 here."
+    assert not panel.accept.isEnabled()
+
+
+def test_four_planes_of_no_set_are_no_set(window, studio, panel) -> None:
+    read(studio, [(10, 20), (100, 80), (200, 40), (300, 70)])
+    assert "No set stands out" in proposed(window, panel)
+    assert not panel.accept.isEnabled()
+
+
+def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> None:
+    read(studio, [(90, 45)] * 10)
+    said = proposed(window, panel)
+    assert "parallel" in said
+    assert "No spacing: the planes have no coordinates in metres." in said
+    assert [panel.table.item(0, i).text() for i in range(4)] == ["J1", "10", "090/45", "–"]
+    panel.count.setCurrentIndex(3)
+    assert "Only 1 set of at least 5 planes" in proposed(window, panel)
+    panel.accept.click()
+    assert {r.set_name for r in studio.session.of(Reading)} == {"J1"}
+    assert proposed(window, panel).endswith("to propose anew among all.")
+
+
+def test_what_a_selection_is_not_is_left_alone(window, studio, panel) -> None:
+    read(studio, [(90 + i % 2, 45) for i in range(12)])
+    studio.selection.set([f"r{i}" for i in range(6)])
+    proposed(window, panel)
+    panel.of.setCurrentIndex(0)
+    proposed(window, panel)
+    panel.accept.click()
+    assert [bool(r.set_name) for r in studio.session.of(Reading)] == [True] * 6 + [False] * 6
+
+
+def test_one_edit_puts_features_in_several_sets(studio, panel) -> None:
+    read(studio, [(90, 45)] * 3)
+    edit = edits.put_in_sets(studio.records, {"r0": "A", "r1": "B", "r2": ""})
+    assert edit.ids == {"r0", "r1"}
+    assert edit.label == "Put 2 features in 2 sets"
+    with pytest.raises(DocumentError, match="already"):
+        edits.put_in_sets(studio.records, {"r2": ""})

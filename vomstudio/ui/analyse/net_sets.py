@@ -1,0 +1,124 @@
+"""The features of a project as the sets of a net, and by what belongs together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vomstudio.document.kind import Evidence, NetLook
+from vomstudio.document.kinds import KINDS, kind_of
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.record_map import RecordMap
+from vomstudio.document.records import FeatureType, Typed
+from vomstudio.geology.common_turns import Turns
+from vomstudio.products.net.contents import MARKERS, OKABE_ITO, NetSet
+from vomstudio.words import tr
+
+Groups = tuple[tuple[str, tuple[str, ...]], ...]
+"""Name of a proposed set and the ids of its planes, set by set; those in none have the name ""."""
+
+_IN_NONE = "#8c8c8c"
+
+
+def alike(features: Sequence[Typed]) -> list[tuple[NetLook, Evidence, list[Typed]]]:
+    """Features by where they come from and how their kinds stand on the net, in the order of the
+    kinds."""
+    of_class: dict[type[Typed], list[Typed]] = {}
+    for feature in features:
+        of_class.setdefault(type(feature), []).append(feature)
+    result: dict[tuple[NetLook, Evidence], list[Typed]] = {}
+    for kind in KINDS:
+        if kind.net is not None and kind.record in of_class:
+            result.setdefault((kind.net, kind.evidence), []).extend(of_class[kind.record])
+    return [(look, evidence, own) for (look, evidence), own in result.items()]
+
+
+def on_the_net(records: RecordMap) -> list[Typed]:
+    """The features of kinds that stand on a net."""
+    typed = records.of(Typed)
+    classes = {type(f): kind_of(f).net is not None for f in {type(f): f for f in typed}.values()}
+    return [f for f in typed if classes[type(f)]]
+
+
+def sets_of(
+    kind: FeatureType,
+    name: str,
+    features: Sequence[Typed],
+    measured: Mapping[str, Measurement],
+    marker: str,
+    turns: tuple[Mapping[str, int], Turns],
+    variant: int = 0,
+) -> list[NetSet]:
+    """The planes and the lines among features, each as a set; those without orientation are left
+    out."""
+    planes, lines = [], []
+    for feature in features:
+        figures = measured[feature.id]
+        if (plane := figures.plane) is not None:
+            planes.append((feature.id, plane))
+        elif (line := figures.line) is not None:
+            lines.append((feature.id, line))
+    result = []
+    rows, turned = turns
+    if planes:
+        azimuth = np.array([p.dip_direction_deg for _, p in planes], dtype=float)
+        angle = np.array([p.dip_deg for _, p in planes], dtype=float)
+        ids = tuple(id_ for id_, _ in planes)
+        own = turned.of([rows[id_] for id_ in ids])
+        result.append(NetSet(name, "plane", azimuth, angle, ids, kind.color, marker, variant, own))
+    if lines:
+        azimuth = np.array([line.trend_deg for _, line in lines], dtype=float)
+        angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
+        ids = tuple(id_ for id_, _ in lines)
+        own = turned.of([rows[id_] for id_ in ids])
+        result.append(NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant, own))
+    return result
+
+
+def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
+    """The planes among the sets of a net that are in one of the groups, each group a set in a
+    colour and symbol of its own, what is in none in grey."""
+    place = {
+        id_: (k, row)
+        for k, s in enumerate(sets)
+        if s.kind == "plane"
+        for row, id_ in enumerate(s.ids)
+    }
+    found = []
+    for number, (name, ids) in enumerate(groups):
+        shown = [id_ for id_ in ids if id_ in place]
+        if not shown:
+            continue
+        where = [place[id_] for id_ in shown]
+        title = tr("{set} (proposed)", set=name) if name else tr("in no set")
+        found.append(
+            NetSet(
+                title,
+                "plane",
+                np.array([sets[k].azimuth_deg[row] for k, row in where]),
+                np.array([sets[k].angle_deg[row] for k, row in where]),
+                tuple(shown),
+                color_of(number) if name else _IN_NONE,
+                MARKERS[number % len(MARKERS)] if name else "o",
+                turns=_turns(sets, where),
+            )
+        )
+    return found
+
+
+def color_of(number: int, named: bool = True) -> str:
+    """#rrggbb of a proposed set, from 0; grey for what is in none."""
+    return OKABE_ITO[number % len(OKABE_ITO)] if named else _IN_NONE
+
+
+def _turns(sets: Sequence[NetSet], where: Sequence[tuple[int, int]]) -> Turns | None:
+    """The sets of one net count their registrations alike."""
+    group, rotations = [], None
+    for k, row in where:
+        turns = sets[k].turns
+        if turns is None:
+            return None
+        group.append(int(turns.group[row]))
+        rotations = turns.rotations
+    return None if rotations is None else Turns(np.array(group, np.int64), rotations)

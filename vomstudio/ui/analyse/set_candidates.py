@@ -1,0 +1,217 @@
+"""The planes among which sets are proposed, and what is proposed of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vomstudio.document.kinds import kind_of
+from vomstudio.document.records import FeatureType, Model, Typed
+from vomstudio.document.registration_errors import model_of
+from vomstudio.errors import GeometryError, VomError
+from vomstudio.geology.orientation import Plane
+from vomstudio.ui.analyse.net_sets import Groups
+from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr, tr_n
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from vomstudio.geology.set_proposals import ProposedSet, SetProposal
+
+LEAST_PLANES = 3
+
+Choice = tuple[str, str]
+"""Which planes: "selection" or "picked" and "", or "type" and its id."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """n planes that may be put in sets. poles (n, 3), World; places (n, 3) in metres, NaN where
+    unknown; taken : names of sets that stay, remarks : sentences; replacing : planes that have a
+    set already are among them"""
+
+    ids: tuple[str, ...]
+    poles: npt.NDArray[np.float64]
+    places: npt.NDArray[np.float64]
+    taken: frozenset[str]
+    remarks: tuple[str, ...]
+    replacing: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Proposed:
+    """What was found among candidates. names : of the sets, in their order"""
+
+    of: Candidates
+    found: SetProposal
+    names: tuple[str, ...]
+
+    @property
+    def sets(self) -> tuple[ProposedSet, ...]:
+        return self.found.sets
+
+    def groups(self, names: Sequence[str]) -> Groups:
+        """The ids of each set under these names, in the order of the sets, then those in none.
+        Sets without a name are among the latter."""
+        row = {one.name: k for k, one in enumerate(self.found.sets) if names[k].strip()}
+        members: list[list[str]] = [[] for _ in range(len(names) + 1)]
+        for id_, name in zip(self.of.ids, self.found.assignment, strict=True):
+            members[row.get(name, len(names))].append(id_)
+        titles = [*(name.strip() for name in names), ""]
+        return tuple((t, tuple(ids)) for t, ids in zip(titles, members, strict=True))
+
+    def assignment(self, names: Sequence[str]) -> dict[str, str]:
+        """The set of each plane by its id; those in none only where they may lose one."""
+        return {
+            id_: name
+            for name, ids in self.groups(names)
+            for id_ in ids
+            if name or self.of.replacing
+        }
+
+
+def with_set(studio: Studio, choice: Choice) -> list[Typed]:
+    """The features of a choice that may have a plane and a set."""
+    of, type_id = choice
+    if of == "selection":
+        chosen = [studio.records.get(i) for i in studio.selection.ids]
+        found = [f for f in chosen if isinstance(f, Typed)]
+    else:
+        found = list(studio.session.of(Typed))
+    if of == "type":
+        found = [f for f in found if f.type_id == type_id]
+    elif of == "picked":
+        found = [f for f in found if kind_of(f).evidence == "picked"]
+    return [f for f in found if "plane" in kind_of(f).orientations and _has_set(f)]
+
+
+def _has_set(feature: Typed) -> bool:
+    return any(a.field == "set_name" for a in kind_of(feature).attributes)
+
+
+def candidates(studio: Studio, choice: Choice, *, replacing: bool) -> Candidates:
+    """replacing : those that have a set already take part. Raises GeometryError, with a sentence
+    for the user, where there are fewer than three planes."""
+    features = with_set(studio, choice)
+    measured = studio.measured(f.id for f in features)
+    planes = [f for f in features if measured[f.id].plane is not None]
+    had = [f for f in planes if f.set_name]
+    chosen = planes if replacing else [f for f in planes if not f.set_name]
+    if len(chosen) < LEAST_PLANES:
+        raise GeometryError(_too_few(len(chosen), 0 if replacing else len(had)))
+    remarks = []
+    if had and replacing:
+        remarks.append(
+            tr_n(
+                "{count} plane has a set already, which accepting replaces.",
+                "{count} planes have a set already, which accepting replaces.",
+                len(had),
+            )
+        )
+    elif had:
+        remarks.append(
+            tr_n(
+                "{count} plane has a set already and is left out.",
+                "{count} planes have a set already and are left out.",
+                len(had),
+            )
+        )
+    types = {f.type_id for f in chosen}
+    if len(types) > 1:
+        names = [k.name for k in studio.session.of(FeatureType) if k.id in types]
+        remarks.append(tr("Types are pooled: {types}.", types=", ".join(names)))
+    places, said = _places(studio, chosen)
+    own = {f.id for f in chosen}
+    taken = {f.set_name for f in studio.session.of(Typed) if f.set_name and f.id not in own}
+    poles = -np.array([p.normal() for f in chosen if (p := measured[f.id].plane) is not None])
+    ids = tuple(f.id for f in chosen)
+    return Candidates(ids, poles, places, frozenset(taken), (*remarks, *said), replacing)
+
+
+def _too_few(count: int, left_out: int) -> str:
+    if left_out:
+        return tr_n(
+            "Sets need at least {least} planes. There is {count} without a set; tick “also those "
+            "that have a set” to propose anew among all.",
+            "Sets need at least {least} planes. There are {count} without a set; tick “also those "
+            "that have a set” to propose anew among all.",
+            count,
+            least=LEAST_PLANES,
+        )
+    return tr_n(
+        "Sets need at least {least} planes; there is {count} here.",
+        "Sets need at least {least} planes; there are {count} here.",
+        count,
+        least=LEAST_PLANES,
+    )
+
+
+def _places(studio: Studio, features: Sequence[Typed]) -> tuple[npt.NDArray[np.float64], list[str]]:
+    """(n, 3) the middles of features in World, NaN where there is none in metres, and what there is
+    to say about it."""
+    places = np.full((len(features), 3), np.nan)
+    frames = {m.id: m.frame for f in features if (m := model_of(studio.records, f)) is not None}
+    frames = frames or {m.id: m.frame for m in studio.session.of(Model)}
+    if len(frames) > 1 and any(frame.kind != "crs" for frame in frames.values()):
+        return places, [
+            tr("No spacing: the planes are on several models that have no common coordinates.")
+        ]
+    measured = studio.measured(f.id for f in features)
+    for row, feature in enumerate(features):
+        points = measured[feature.id].points
+        if measured[feature.id].metric and len(points):
+            places[row] = points.mean(axis=0)
+    lost = int(np.sum(~np.isfinite(places).all(axis=1)))
+    if lost == len(places):
+        return places, [tr("No spacing: the planes have no coordinates in metres.")]
+    if lost:
+        return places, [
+            tr_n(
+                "{count} plane has no coordinates in metres; the spacing is that of the others.",
+                "{count} planes have no coordinates in metres; the spacing is that of the others.",
+                lost,
+            )
+        ]
+    return places, []
+
+
+def propose(of: Candidates, exactly: int | None, seeds: Sequence[Plane]) -> Proposed | VomError:
+    """In any thread. exactly : the number of sets, None for a proposed one; seeds : a plane of each
+    set, in place of a number."""
+    from vomstudio.geology.set_proposals import sets_among
+
+    try:
+        found = sets_among(of.poles, exactly=exactly, seeds=seeds, places=of.places)
+    except VomError as error:
+        return error
+    names: list[str] = []
+    number = 1
+    while len(names) < len(found.sets):
+        if f"J{number}" not in of.taken:
+            names.append(f"J{number}")
+        number += 1
+    return Proposed(of, found, tuple(names))
+
+
+def remarks_on(made: Proposed, exactly: int | None, seeded: bool) -> list[str]:
+    """Sentences about what was found and what it was found among."""
+    from vomstudio.geology.axial_mixture import LEAST_MEMBERS
+
+    found = made.found
+    said = [*found.warnings, *made.of.remarks]
+    if not found.sets and exactly is None and not seeded:
+        said.insert(
+            0,
+            tr(
+                "No set stands out from an even scatter. A set needs at least {count} planes, or a "
+                "seed of yours.",
+                count=LEAST_MEMBERS,
+            ),
+        )
+    if any(one.kappa is None and one.n > 1 for one in found.sets):
+        said.append(tr("Where all planes of a set are parallel, κ is without limit."))
+    return said

@@ -1,0 +1,349 @@
+"""The sets dock: sets proposed among planes, shown on the net, and taken over where accepted."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QColor, QHideEvent, QIcon, QPixmap, QShowEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QCheckBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLineEdit,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+    QWidget,
+)
+
+from vomstudio.document import edits
+from vomstudio.document.edit import Edit
+from vomstudio.document.kinds import kind_of
+from vomstudio.document.records import FeatureType, Typed
+from vomstudio.errors import VomError
+from vomstudio.ui.analyse.set_candidates import (
+    Choice,
+    Proposed,
+    candidates,
+    propose,
+    remarks_on,
+    with_set,
+)
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.background_reading import NewestResult
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.number_formatting import degrees, length, number
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.window_protocols import Docks
+from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.ui.registration.commands import Workspaces
+from vomstudio.words import tr
+
+_MOST = 8
+_SELECTED: Choice = ("selection", "")
+_LEAST_HEIGHT = 96
+
+
+def command(studio: Studio, workspaces: Workspaces, docks: Docks, parent: QWidget) -> Command:
+    """parent : the window that the panel is in"""
+
+    def no_planes() -> str | None:
+        if any(kind_of(f).net is not None for f in studio.session.of(Typed)):
+            return None
+        return tr("There are no planes yet.")
+
+    def show() -> None:
+        workspaces.switch("analyse")
+        docks.bring_forward("sets")
+        panel = parent.findChild(SetsPanel)
+        if isinstance(panel, SetsPanel):
+            panel.propose()
+
+    return Command(
+        "propose_sets", tr("Propose &sets…"), show, "scatter-plot-outline", (),
+        tr("Sort planes into sets, see them on the net, and accept or reject the proposal."),
+        no_planes,
+    )  # fmt: skip
+
+
+class SetsPanel(QWidget):
+    """proposed : what is shown and not yet decided upon, None where there is nothing. Nothing is
+    changed before it is accepted, and that is one edit."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        explain(self, "conventions.md#sets-proposed")
+        self._studio = studio
+        self.proposed: Proposed | None = None
+        self._asked: int | None = None
+        self._newest = NewestResult(self, self._came, self._slow)
+        self._make_fields()
+        self._make_table()
+        self._arrange()
+        studio.project_opened.connect(self._reopened)
+        studio.edited.connect(self._edited)
+        self._list_groups()
+        self._show_state("")
+
+    def _make_fields(self) -> None:
+        self.of = ComboBox()
+        self.of.setObjectName("sets_of")
+        self.of.activated.connect(lambda _: self._again())
+        self.count = ComboBox()
+        self.count.setObjectName("sets_count")
+        self.count.addItem(tr("Automatic"), None)
+        for n in range(1, _MOST + 1):
+            self.count.addItem(str(n), n)
+        self.count.activated.connect(lambda _: self._again())
+        self.seeds = QLineEdit()
+        self.seeds.setObjectName("sets_seeds")
+        self.seeds.setPlaceholderText(tr("120/45, 300/80"))
+        self.seeds.setToolTip(
+            tr("Dip direction/dip of a plane of each set, in place of a number of sets.")
+        )
+        self.seeds.textChanged.connect(lambda _: self._show_count())
+        self.seeds.returnPressed.connect(self.propose)
+        self.also = QCheckBox(tr("Also those that have a set"))
+        self.also.setToolTip(
+            tr("Accepting then gives all of these planes new sets, and takes the set from those "
+               "that are in none of the new ones.")
+        )  # fmt: skip
+        self.also.clicked.connect(lambda _: self._again())
+        self.start = QPushButton(theme.icon("scatter-plot-outline"), tr("Propose"))
+        self.start.clicked.connect(lambda _: self.propose())
+        self.accept = QPushButton(theme.icon("check"), tr("Accept"))
+        self.accept.clicked.connect(lambda _: self._accept())
+        self.reject = QPushButton(theme.icon("close"), tr("Reject"))
+        self.reject.clicked.connect(lambda _: self.drop())
+        self.said = hint_label()
+        self.said.setObjectName("sets_said")
+
+    def _make_table(self) -> None:
+        heads = (
+            (tr("Set"), tr("Click twice to type another name. Sets of one name become one set; "
+                           "without a name a set is not taken over.")),
+            ("n", tr("Planes in the set.")),
+            (tr("Mean"), tr("Mean plane, after Fisher.")),
+            ("κ", tr("Fisher's concentration: the larger, the more alike.")),
+            (tr("95 %"), tr("Half-angle of the cone that holds the true mean with 95 %, without "
+                            "the error of a registration.")),
+            (tr("Spacing"), tr("Mean gap along the mean normal, as if each plane reached past all "
+                               "others.")),
+        )  # fmt: skip
+        self.table = QTableWidget(0, len(heads))
+        self.table.setObjectName("sets_table")
+        self.table.setAccessibleName(tr("Proposed sets"))
+        for column, (title, tip) in enumerate(heads):
+            item = QTableWidgetItem(title)
+            item.setToolTip(tip)
+            self.table.setHorizontalHeaderItem(column, item)
+        self.table.verticalHeader().hide()
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.table.setMinimumHeight(_LEAST_HEIGHT)
+        self.table.itemChanged.connect(lambda _: self._preview())
+
+    def _arrange(self) -> None:
+        form = narrow_form()
+        form.addRow(tr("Of"), self.of)
+        form.addRow(tr("Sets"), self.count)
+        form.addRow(tr("Seeds"), self.seeds)
+        buttons = QHBoxLayout()
+        for button in (self.start, self.accept, self.reject):
+            buttons.addWidget(button)
+        column = narrow_column(self)
+        column.addLayout(form)
+        column.addWidget(self.also)
+        column.addLayout(buttons)
+        column.addWidget(self.said)
+        column.addWidget(self.table, 1)
+
+    # --- which planes ------------------------------------------------------------------------
+    def _choice(self) -> Choice:
+        data = self.of.currentData()
+        return _SELECTED if data is None else tuple(data)
+
+    def _list_groups(self) -> None:
+        """The groups that there are; the one that was chosen stays, where it is still there."""
+        groups: list[tuple[str, Choice]] = [(tr("Selection"), _SELECTED)]
+        if with_set(self._studio, ("picked", "")):
+            groups.append((tr("All picked planes"), ("picked", "")))
+        own = {f.type_id for f in self._studio.session.of(Typed)}
+        for type_ in self._studio.session.of(FeatureType):
+            if type_.id in own and with_set(self._studio, ("type", type_.id)):
+                groups.append((type_.name, ("type", type_.id)))
+        shown = [self.of.itemText(i) for i in range(self.of.count())]
+        if shown == [title for title, _ in groups]:
+            return
+        chosen, known = self._choice(), [choice for _, choice in groups]
+        self.of.clear()
+        for title, choice in groups:
+            self.of.addItem(title, choice)
+        keep = chosen in known and len(shown) > 1
+        self.of.setCurrentIndex(known.index(chosen) if keep else min(1, len(groups) - 1))
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
+        super().showEvent(event)
+        self._list_groups()
+        self._preview()
+
+    def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802
+        super().hideEvent(event)
+        # A net must not show what nobody can accept or reject.
+        self._studio.sets_proposed.emit(None)
+
+    # --- proposing ---------------------------------------------------------------------------
+    def _again(self) -> None:
+        """Other planes or another number: propose anew what is being looked at."""
+        if self.proposed is not None or self._newest.waiting:
+            self.propose()
+
+    def propose(self) -> None:
+        """Among the chosen planes, in a thread."""
+        from vomstudio.geology.set_proposals import parse_seeds
+
+        self._list_groups()
+        text = self.seeds.text().strip()
+        try:
+            seeds = parse_seeds(text or None)
+            of = candidates(self._studio, self._choice(), replacing=self.also.isChecked())
+        except VomError as error:
+            self.drop(error.message)
+            return
+        self._asked = None if seeds else self.count.currentData()
+        self._newest.ask(partial(propose, of, self._asked, seeds))
+        self._show_state(self.said.text())
+
+    def _slow(self) -> None:
+        self._show_state(tr("Looking for sets…"))
+
+    def _came(self, made: object) -> None:
+        if isinstance(made, VomError):
+            self.drop(made.message)
+        elif isinstance(made, Proposed):
+            self.proposed = made
+            self._fill(made)
+            seeded = bool(self.seeds.text().strip())
+            self._show_state("\n".join(remarks_on(made, self._asked, seeded)))
+            self._preview()
+
+    def drop(self, why: str = "") -> None:
+        """Forget the proposal: nothing is changed. why : a sentence to show"""
+        self._newest.drop()
+        self.proposed = None
+        with QSignalBlocker(self.table):
+            self.table.setRowCount(0)
+        self._show_state(why)
+        self._preview()
+
+    def _accept(self) -> None:
+        made = self.proposed
+        if made is None:
+            return
+        names = self._names()
+        put = made.assignment(names)
+        # Its own edit is no reason to forget what it was.
+        self.proposed = None
+        if not self._studio.attempt(edits.put_in_sets, put):
+            self.proposed = made
+            return
+        told = [tr("{set}: {count:,}", set=s, count=len(ids)) for s, ids in made.groups(names) if s]
+        self.drop(tr("Accepted: {sets}.", sets=", ".join(told)))
+
+    # --- what has happened meanwhile -----------------------------------------------------------
+    def _edited(self, edit: Edit) -> None:
+        touched = set(self._studio.affected(edit))
+        if self.proposed is not None and not touched.isdisjoint(self.proposed.of.ids):
+            self.drop(tr("The planes have changed; propose again."))
+        elif self._newest.waiting and touched:
+            self.propose()
+        if self.isVisible():
+            self._list_groups()
+
+    def _reopened(self) -> None:
+        self.drop()
+        self._list_groups()
+
+    # --- what is shown -----------------------------------------------------------------------
+    def _names(self) -> list[str]:
+        """As typed, of each set."""
+        count = 0 if self.proposed is None else len(self.proposed.sets)
+        items = [self.table.item(row, 0) for row in range(count)]
+        return ["" if item is None else item.text() for item in items]
+
+    def _fill(self, made: Proposed) -> None:
+        from vomstudio.geology.notation import format_plane
+        from vomstudio.geology.orientation import Plane
+
+        notation = self._studio.settings.notation
+        rows = []
+        for one, name in zip(made.sets, made.names, strict=True):
+            mean = format_plane(Plane(one.dip_direction_deg, one.dip_deg), notation, 0, bare=True)
+            spacing = length(one.spacing_m)
+            rows.append([name, f"{one.n:,}", mean, number(one.kappa), degrees(one.cone95_deg),
+                         spacing])  # fmt: skip
+        rows.append([tr("in no set"), f"{made.found.unassigned:,}", "", "", "", ""])
+        with QSignalBlocker(self.table):
+            self.table.setRowCount(len(rows))
+            for row, texts in enumerate(rows):
+                for column, text in enumerate(texts):
+                    self._put(row, column, text, named=row < len(made.sets))
+
+    def _put(self, row: int, column: int, text: str, *, named: bool) -> None:
+        item = QTableWidgetItem(text)
+        if column:
+            item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        else:
+            item.setIcon(_swatch(row, named))
+        if column or not named:
+            item.setFlags(Qt.ItemFlag.ItemIsEnabled)
+        self.table.setItem(row, column, item)
+
+    def _show_state(self, said: str) -> None:
+        made = self.proposed
+        self.said.setText(said)
+        self.said.setVisible(bool(said))
+        self.table.setVisible(made is not None)
+        some = made is not None and bool(made.sets) and not self._newest.waiting
+        why = "" if some else tr("There is no proposal to accept.")
+        self.accept.setEnabled(some)
+        self.accept.setToolTip(why or tr("Write the sets to the planes; undo takes it back."))
+        self.reject.setEnabled(made is not None)
+        self.reject.setToolTip(
+            tr("Forget the proposal; nothing is changed.")
+            if made is not None
+            else tr("There is no proposal to reject.")
+        )
+        self._show_count()
+
+    def _show_count(self) -> None:
+        seeded = bool(self.seeds.text().strip())
+        self.count.setEnabled(not seeded)
+        self.count.setToolTip(
+            tr("Each seed makes a set.")
+            if seeded
+            else tr("Chosen by the integrated completed likelihood, or as you say.")
+        )
+
+    def _preview(self) -> None:
+        """On the net, while this panel is there."""
+        made = self.proposed
+        shown = made is not None and self.isVisible()
+        names = self._names()
+        groups = made.groups(names) if made is not None and shown else None
+        self._studio.sets_proposed.emit(groups)
+
+
+def _swatch(row: int, named: bool) -> QIcon:
+    """The colour of a set on the net."""
+    from vomstudio.ui.analyse.net_sets import color_of
+
+    picture = QPixmap(12, 12)
+    picture.fill(QColor(color_of(row, named)))
+    return QIcon(picture)
