@@ -109,6 +109,23 @@ def test_turning_the_world_turns_the_sets() -> None:
     np.testing.assert_array_equal(again.posterior, one.posterior)
 
 
+def test_a_number_that_is_asked_for_is_met_as_far_as_sets_can_be_told_apart() -> None:
+    from vomstudio.geology.set_proposals import sets_among
+
+    chance = np.random.default_rng(8)
+    sets = CASES["three"][0]
+    poles = np.vstack([*(cluster(of, chance) for of in sets), scatter(60, chance)])
+    for k in (1, 2, 3, 5):
+        found = sets_among(poles, exactly=k)
+        assert len(found.sets) == k
+        assert sum(s.n for s in found.sets) + found.unassigned == len(poles)
+    assert not found.warnings
+    # One direction cannot be two sets.
+    alike = sets_among(planes_to_poles([90.0] * 9, [45.0] * 9), exactly=2)
+    assert len(alike.sets) == 1
+    assert "can be told apart, not 2" in alike.warnings[0]
+
+
 def test_no_more_sets_than_allowed_and_seeds_keep_their_order() -> None:
     chance = np.random.default_rng(5)
     sets = CASES["clutter"][0]

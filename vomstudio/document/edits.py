@@ -301,7 +301,7 @@ def put_in_sets(records: Records, names: Mapping[str, str]) -> Edit:
     for id_, name in names.items():
         feature = _get(records, id_, Feature)
         if getattr(feature, "set_name", name) != name:
-            after[id_] = replace(feature, set_name=name)  # type: ignore[call-arg]
+            after[id_] = replace(feature, set_name=name)
     if not after:
         raise DocumentError(tr("All of these planes are in these sets already."))
     count = len({name for name in names.values() if name})

@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Model, Typed
-from vomstudio.document.registration_errors import model_of
+from vomstudio.document.registration_errors import model_of, turns_of
 from vomstudio.errors import GeometryError, VomError
 from vomstudio.geology.orientation import Plane
 from vomstudio.ui.analyse.net_sets import Groups
@@ -20,6 +20,7 @@ from vomstudio.words import tr, tr_n
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from vomstudio.geology.common_turns import Turns
     from vomstudio.geology.set_proposals import ProposedSet, SetProposal
 
 LEAST_PLANES = 3
@@ -31,12 +32,14 @@ Choice = tuple[str, str]
 @dataclass(frozen=True, eq=False)
 class Candidates:
     """n planes that may be put in sets. poles (n, 3), World; places (n, 3) in metres, NaN where
-    unknown; taken : names of sets that stay, remarks : sentences; replacing : planes that have a
-    set already are among them"""
+    unknown; turns : how the poles turn with the registrations of their models; taken : names of
+    sets that stay, remarks : sentences; replacing : planes that have a set already are among them
+    """
 
     ids: tuple[str, ...]
     poles: npt.NDArray[np.float64]
     places: npt.NDArray[np.float64]
+    turns: Turns
     taken: frozenset[str]
     remarks: tuple[str, ...]
     replacing: bool
@@ -44,11 +47,13 @@ class Candidates:
 
 @dataclass(frozen=True, eq=False)
 class Proposed:
-    """What was found among candidates. names : of the sets, in their order"""
+    """What was found among candidates. names : of the sets, in their order; cones_deg :
+    half-angles of their means with 95 %, with the registration where its error is known"""
 
     of: Candidates
     found: SetProposal
     names: tuple[str, ...]
+    cones_deg: tuple[float | None, ...]
 
     @property
     def sets(self) -> tuple[ProposedSet, ...]:
@@ -129,7 +134,8 @@ def candidates(studio: Studio, choice: Choice, *, replacing: bool) -> Candidates
     taken = {f.set_name for f in studio.session.of(Typed) if f.set_name and f.id not in own}
     poles = -np.array([p.normal() for f in chosen if (p := measured[f.id].plane) is not None])
     ids = tuple(f.id for f in chosen)
-    return Candidates(ids, poles, places, frozenset(taken), (*remarks, *said), replacing)
+    turns = turns_of(model_of(studio.records, f) for f in chosen)
+    return Candidates(ids, poles, places, turns, frozenset(taken), (*remarks, *said), replacing)
 
 
 def _too_few(count: int, left_out: int) -> str:
@@ -194,7 +200,19 @@ def propose(of: Candidates, exactly: int | None, seeds: Sequence[Plane]) -> Prop
         if f"J{number}" not in of.taken:
             names.append(f"J{number}")
         number += 1
-    return Proposed(of, found, tuple(names))
+    return Proposed(of, found, tuple(names), tuple(_cone(of, found, one) for one in found.sets))
+
+
+def _cone(of: Candidates, found: SetProposal, one: ProposedSet) -> float | None:
+    from vomstudio.geology.set_statistics import mean_regions
+    from vomstudio.geology.statistics import fisher
+
+    rows = np.flatnonzero(np.array(found.assignment) == one.name)
+    poles, turns = of.poles[rows], of.turns.of(rows)
+    if not turns.known:
+        return one.cone95_deg
+    _, total = mean_regions(poles, fisher(poles, directed=False), False, turns)
+    return None if total is None else total.largest_deg
 
 
 def remarks_on(made: Proposed, exactly: int | None, seeded: bool) -> list[str]:

@@ -129,8 +129,8 @@ class SetsPanel(QWidget):
             ("n", tr("Planes in the set.")),
             (tr("Mean"), tr("Mean plane, after Fisher.")),
             ("κ", tr("Fisher's concentration: the larger, the more alike.")),
-            (tr("95 %"), tr("Half-angle of the cone that holds the true mean with 95 %, without "
-                            "the error of a registration.")),
+            (tr("95 %"), tr("Half-angle of the cone that holds the true mean with 95 %, with the "
+                            "error of the registration where it is known.")),
             (tr("Spacing"), tr("Mean gap along the mean normal, as if each plane reached past all "
                                "others.")),
         )  # fmt: skip
@@ -142,6 +142,7 @@ class SetsPanel(QWidget):
             item.setToolTip(tip)
             self.table.setHorizontalHeaderItem(column, item)
         self.table.verticalHeader().hide()
+        self.table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
@@ -283,11 +284,10 @@ class SetsPanel(QWidget):
 
         notation = self._studio.settings.notation
         rows = []
-        for one, name in zip(made.sets, made.names, strict=True):
+        for one, name, cone in zip(made.sets, made.names, made.cones_deg, strict=True):
             mean = format_plane(Plane(one.dip_direction_deg, one.dip_deg), notation, 0, bare=True)
-            spacing = length(one.spacing_m)
-            rows.append([name, f"{one.n:,}", mean, number(one.kappa), degrees(one.cone95_deg),
-                         spacing])  # fmt: skip
+            numbers = number(one.kappa), degrees(cone), length(one.spacing_m)
+            rows.append([name, f"{one.n:,}", mean, *numbers])
         rows.append([tr("in no set"), f"{made.found.unassigned:,}", "", "", "", ""])
         with QSignalBlocker(self.table):
             self.table.setRowCount(len(rows))
