@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from vomstudio.document.journal import Replay, Row, RowKind, replay
 from vomstudio.errors import DocumentError, InputError, TargetError
+from vomstudio.files.inside import check_beside
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
@@ -62,6 +63,7 @@ class SqliteJournal:
 
     def _open(self, create: bool) -> None:
         path = self.path
+        _refuse_links(path)
         if create and path.exists():
             raise TargetError(tr("There is already a project here."), file=path)
         if not create and not path.is_file():
@@ -231,6 +233,12 @@ def read_replay(folder: Path) -> Replay:
     return read_schema_and_replay(folder)[1]
 
 
+def _refuse_links(path: Path) -> None:
+    """SQLite writes beside a journal, even while it reads. Raises TargetError."""
+    for ending in ("", "-journal", "-wal", "-shm"):
+        check_beside(path.with_name(path.name + ending))
+
+
 def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
     """As `read_replay`, with the schema of the journal."""
     path = Path(folder)
@@ -240,6 +248,7 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
             tr("This is not a VOM Studio project (a folder with journal.sqlite). Check the name."),
             file=folder,
         )
+    _refuse_links(path)
     try:
         db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
         db.text_factory = _text
@@ -302,6 +311,7 @@ _STEPS = {1: _to_schema_2, **dict.fromkeys(range(2, SCHEMA_VERSION), _read_as_th
 
 def copy_database(db: sqlite3.Connection, path: Path) -> None:
     """A sound copy of everything committed so far. Raises TargetError."""
+    check_beside(path)
     try:
         target = sqlite3.connect(path)
         try:

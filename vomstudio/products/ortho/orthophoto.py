@@ -23,6 +23,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_write, check_target
+from vomstudio.files.inside import check_beside
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
@@ -109,6 +110,8 @@ def write_orthophoto(
     targets += [world] if is_map else []
     targets += [Path(sheet)] if sheet is not None else []
     # A world file of an earlier picture would place another one in the landscape.
+    for target in (depth, sidecar, world):
+        check_beside(target)
     for target in (*targets, world):
         check_target(target, force=force)
     grid = plan.grid
