@@ -168,7 +168,9 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[st
     then from `folder`, the OBJ's, and never outside of `folder`."""
     said: list[str] = []
     try:
-        raw = read_small(path, MAX_LIBRARY_BYTES)
+        raw = as_utf8(read_small(path, MAX_LIBRARY_BYTES))
+        if b"\0" in raw:
+            raise InputError(tr("It is binary."))
     except InputError:
         return {}, [tr("'{file}' is not a material file (MTL). It is not used.", file=path.name)]
     except OSError as error:
@@ -179,9 +181,6 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[st
                 reason=error.strerror,
             )
         ]
-    raw = as_utf8(raw)
-    if b"\0" in raw:
-        return {}, [tr("'{file}' is not a material file (MTL). It is not used.", file=path.name)]
     textures: dict[str, str] = {}
     colors: dict[str, tuple[float, float, float]] = {}
     names: dict[str, None] = {}

@@ -110,10 +110,7 @@ def write_orthophoto(
     targets += [world] if is_map else []
     targets += [Path(sheet)] if sheet is not None else []
     # A world file of an earlier picture would place another one in the landscape.
-    for target in (depth, sidecar, world):
-        check_beside(target)
-    for target in (*targets, world):
-        check_target(target, force=force)
+    _check_targets([*targets, world], (depth, sidecar, world), force)
     grid = plan.grid
     warnings = [*plan.notes, *([tr(_NO_CRS)] if is_map and crs is None else [])]
     transform = _transform(plan)
@@ -164,6 +161,14 @@ def write_orthophoto(
         tuple(warnings),
         facts,
     )
+
+
+def _check_targets(targets: Iterable[Path], ours: Iterable[Path], force: bool) -> None:
+    """ours : those whose names follow from the picture's. Raises TargetError."""
+    for target in ours:
+        check_beside(target)
+    for target in targets:
+        check_target(target, force=force)
 
 
 def _transform(plan: Plan) -> Affine:
