@@ -6,6 +6,7 @@ WAL with synchronous FULL where the file system can do it, a rollback journal wh
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import sqlite3
@@ -182,7 +183,9 @@ class SqliteJournal:
 
     def copy_views(self, other: SqliteJournal) -> None:
         for key, value in other._db.execute("SELECT key, value FROM view"):
-            self.set_view(key, json.loads(value))
+            # One that cannot be read is not worth stopping for.
+            with contextlib.suppress(ValueError, TypeError, RecursionError):
+                self.set_view(key, json.loads(value))
 
     def rows(self) -> Iterator[Row]:
         """Rows in order. Raises InputError where the file itself is damaged."""
@@ -200,7 +203,7 @@ class SqliteJournal:
         try:
             found = self._db.execute("SELECT value FROM view WHERE key = ?", (key,)).fetchone()
             return default if found is None else json.loads(found[0])
-        except (sqlite3.Error, ValueError):
+        except (sqlite3.Error, ValueError, TypeError, RecursionError):
             return default
 
     # --- copies ------------------------------------------------------------------------------
@@ -401,6 +404,9 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
                 notice = _missing(seq + 1, number - 1)
             elif summed and stored != checksum(total, values):
                 problem = tr("The checksum differs from what was written.")
+            elif not all(type(word) is str for word in (kind, label, time, version)):
+                problem = tr("Its words are no text.")
+                kind, label, time, version = map(str, (kind, label, time, version))
             seq, total = number, str(stored)
             # They hardly ever change from row to row.
             if settings != told_settings[0]:
@@ -475,12 +481,17 @@ class _Damaged(dict[str, Any]):
     """Stands for JSON that cannot be read: the replay names the row and goes on."""
 
 
+def _no_number(word: str) -> float:
+    # Never written, since they are no JSON.
+    raise ValueError(word)
+
+
 def _load(text: str | None) -> Any:
     if text is None:
         return None
     try:
-        return json.loads(text)
-    except ValueError:
+        return json.loads(text, parse_constant=_no_number)
+    except (ValueError, TypeError, RecursionError):
         return _Damaged({"?": {"record": "damaged"}})
 
 

@@ -179,7 +179,7 @@ def _shaped(
 ) -> npt.NDArray[np.float64]:
     """Positions with the shapes of the mesh (morph targets) at their weights; without weights they
     are as they stand (glTF 2.0, 3.7.2.2)."""
-    positions = stored[rows].astype(np.float64)
+    positions: npt.NDArray[np.float64] = stored[rows].astype(np.float64)
     targets = primitive.get("targets")
     if not isinstance(targets, list) or not targets or weights is None:
         return positions
