@@ -156,7 +156,7 @@ class StatisticsPanel(QWidget):
         import numpy as np
 
         from vomstudio.geology.folds import fold_axis
-        from vomstudio.geology.set_statistics import set_statistics
+        from vomstudio.geology.populations.set_statistics import set_statistics
 
         measured = self._studio.measured(f.id for f in features)
         own = [f for f in features if getattr(measured[f.id], geometry) is not None]

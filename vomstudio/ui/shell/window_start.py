@@ -80,7 +80,9 @@ def run_window(paths: Sequence[str]) -> int:
     QTimer.singleShot(0, begin)
     # Ctrl+C in the terminal closes like the window's own button; the timer lets Python hear it.
     # A signal comes between any two lines of Python: closing waits for the event loop.
-    signal.signal(signal.SIGINT, lambda *_: QTimer.singleShot(0, window.close))
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), lambda *_: QTimer.singleShot(0, window.close))
     listener = QTimer()
     listener.start(500)
     listener.timeout.connect(lambda: None)
