@@ -126,3 +126,49 @@ def test_input_is_not_written_into() -> None:
     vs.stereonet((direction, dip))
     assert (direction == DIRECTION).all()
     assert (dip == DIP).all()
+
+
+def test_a_net_is_untilted_and_shows_where_planes_meet() -> None:
+    ax = vs.stereonet(([90, 90], [50, 50]), untilt=(90, 20))
+    plain = vs.stereonet(([90, 90], [30, 30]))
+    at = [axes.lines[-1].get_xydata()[0] for axes in (ax, plain)]
+    np.testing.assert_allclose(at[0], at[1], atol=1e-6)
+    with pytest.raises(vs.errors.UsageError, match="Intersections"):
+        vs.stereonet(([90], [50]), intersections=True)
+
+
+def test_roses_by_set_are_to_one_scale() -> None:
+    import matplotlib.pyplot as plt
+    import pandas
+
+    table = pandas.DataFrame(
+        {"dipdir": [90, 92, 180, 185, 182], "dip": [40] * 5, "set": ["A", "A", "B", "B", "B"],
+         "length": [1.0, 3.0, 1.0, 1.0, 1.0]}
+    )  # fmt: skip
+    figure = vs.rose(table, by="set", weight="length", of="dip-direction")
+    assert len(figure.axes) == 2
+    assert "A (n = 2)" in [text.get_text() for text in figure.texts]
+    # The mean of 90 once and 92 three times.
+    assert "mean 092, R̄ 1.00" in [text.get_text() for text in figure.texts]
+    plt.close(figure)
+    with pytest.raises(vs.errors.UsageError, match="divide"):
+        vs.rose(table, bin_deg=7)
+    with pytest.raises(vs.errors.GeometryError, match="no lines"):
+        vs.rose(table, of="trend")
+
+
+def test_domains_and_weights_reach_scripts() -> None:
+    import pandas
+
+    azimuth = [90, 91, 89, 92, 150, 151, 149, 152, 270, 271, 269, 272]
+    dip = [30, 31, 29, 30, 50, 51, 49, 50, 60, 61, 59, 60]
+    table = pandas.DataFrame({"dipdir": azimuth, "dip": dip, "set": list("aaaabbbbcccc")})
+    found = vs.fold(table, domain="set")
+    assert found.one_axis is not None
+    assert not found.one_axis.serves_all
+    assert found.valid == "no"
+    assert vs.fold(table, sets=["a", "b", "c"]).verdict == "two axes"
+    with pytest.raises(vs.errors.UsageError, match="errors to weight by"):
+        vs.stats(table, weights="error")
+    with pytest.raises(vs.errors.InputError, match="weights"):
+        vs.stats(table, weights="length")  # type: ignore[arg-type]

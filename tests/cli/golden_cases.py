@@ -105,7 +105,32 @@ CASES = (
         "compare-m3c2",
         "compare {work}/above.xyz {work}/ground.xyz --m3c2 0.4 --registration-error 0.01",
     ),
+    Case(
+        "facets",
+        "facets {resources}/sample/sample.obj -o {work}/facets.csv --labels {work}/facets.ply"
+        " --max-distance 0.05 --min-area 0.5",
+        like=True,
+    ),
+    Case(
+        "facets-refused", "facets {resources}/sample/sample.obj -o {work}/f.csv --angle 90", code=2
+    ),
+    Case(
+        "trace", "trace {work}/slope.csv --through {work}/clicks.csv -o {work}/bed.csv --cost grey"
+    ),
+    Case(
+        "trace-refused",
+        "trace {work}/slope.csv --through {work}/ground.xyz -o {work}/none.csv --cost shade",
+        code=2,
+    ),
+    Case(
+        "compare-orientations",
+        "compare {work}/above.xyz {work}/ground.xyz --orientations {work}/planes.csv "
+        "{work}/planes.csv",
+        after=("fit-by",),
+    ),
     Case("compare-refused", "compare {work}/above.xyz {resources}/sample/sample.obj", code=2),
+    Case("fit-parallel", "fit {resources}/sample/picks.csv --by pick --parallel --same B01,B02"),
+    Case("fit-parallel-refused", "fit {work}/three.csv --same a,b", code=2),
     Case("fit-refused", "fit {work}/broken.csv", code=2),
     Case("stats-sets", "stats {work}/planes.csv --set kind", after=("fit-by",)),
     Case("stats-project", "stats {work}/project.csv --set set", after=("export-csv",)),
@@ -114,6 +139,7 @@ CASES = (
     Case("fold", "fold {work}/planes.csv", after=("fit-by",)),
     Case("fold-joints", "fold {work}/project.csv --kind joint", after=("export-csv",)),
     Case("fold-sets", "fold {work}/three.csv --sets hanging,foot,fault"),
+    Case("fold-domains", "fold {work}/three.csv --domain set"),
     Case("fold-refused", "fold {work}/lines.csv", code=2),
     Case(
         "stereonet", "stereonet {work}/planes.csv --set kind -o {work}/net.svg", after=("fit-by",)
@@ -133,6 +159,31 @@ CASES = (
         "rose", "rose {work}/planes.csv --set kind --bin 30 -o {work}/rose.svg", after=("fit-by",)
     ),
     Case("rose-refused", "rose {work}/planes.csv --bin 7 -o {work}/roses.svg", code=2),
+    Case("slope", "slope {work}/planes.csv --face 310/75 --friction 35", after=("fit-by",)),
+    Case("slip", "slip {work}/faults.txt"),
+    Case("slip-refused", "slip {work}/planes.csv", after=("fit-by",), code=2),
+    Case("slope-refused", "slope {work}/planes.csv --face 310/0 --friction 35", code=2),
+    Case(
+        "displacement",
+        "displacement {work}/cutoffs.csv --fault 90/60 --bed 270/10 --rake 80"
+        " --sigma 0.05 --bed-error 3",
+    ),
+    Case("displacement-separation", "displacement {work}/cutoffs.csv --fault 90/60 --bed 270/10"),
+    Case("displacement-refused", "displacement {work}/cutoffs.csv --fault 90/60 --rake 80", code=2),
+    Case("sets", "sets {work}/three.csv -o {work}/sets.csv"),
+    Case("sets-seeds", "sets {work}/three.csv --seeds 90/30,105/70 -o {work}/seeded.csv"),
+    Case("sets-refused", "sets {work}/lines.csv -o {work}/no_sets.csv", code=2),
+    Case(
+        "fractures",
+        "fractures {work}/traces.geojson --area {work}/area.geojson --snap 0.01"
+        " --plot {work}/fractures.svg",
+    ),
+    Case(
+        "fractures-scanline",
+        "fractures {work}/traces.geojson --scanline {work}/traces.geojson"
+        " --strikes 80-100 --terzaghi-cap 3",
+    ),
+    Case("fractures-refused", "fractures {work}/three.csv", code=2),
     Case("stereonet-refused", "stereonet {work}/three.csv -o {work}/net.txt", code=2),
     Case(
         "ortho-fold",
@@ -149,6 +200,39 @@ CASES = (
         "ortho-cloud",
         "ortho {specimens}/boulder.ply --trend 40 --plunge 90 --up y --unit 0.3048 --gsd 0.05"
         " -o {work}/cloud.tif",
+    ),
+    Case(
+        "dem",
+        "dem {specimens}/schema1.vom/models/face/face.obj --plane 200/85 --gsd 0.1 --slope"
+        " -o {work}/dem.tif",
+    ),
+    Case("dem-cloud", "dem {specimens}/boulder.ply --up y --gsd 0.05 -o {work}/dem-cloud.tif"),
+    Case("dem-refused", "dem {specimens}/boulder.ply --limit 0 -o {work}/none.tif", code=2),
+    Case(
+        "section",
+        "section {specimens}/schema1.vom/models/face/face.obj --plane 110/90"
+        " --through 364534,4721858,852 -o {work}/section.svg",
+    ),
+    Case(
+        "section-refused",
+        "section {specimens}/boulder.ply --plane 20/90 -o {work}/none.svg",
+        code=2,
+    ),
+    Case(
+        "ortho-draw",
+        "ortho {specimens}/schema1.vom/models/face/face.obj --trend 31 --plunge 11 --gsd 0.1"
+        " --draw {specimens}/schema1.vom -o {work}/drawn.tif",
+    ),
+    Case(
+        "trace-drawing",
+        "trace {specimens}/schema1.vom/models/face/face.obj"
+        " --from-ortho {work}/drawn_drawing.gpkg --sidecar {work}/drawn.json -o {work}/drawn.csv",
+        after=("ortho-draw",),
+    ),
+    Case(
+        "trace-drawing-refused",
+        "trace {specimens}/boulder.ply --from-ortho {work}/planes.csv -o {work}/none.csv",
+        code=2,
     ),
     Case("ortho-refused", "ortho {specimens}/boulder.ply -o {work}/none.tif", code=2),
     Case(
@@ -176,6 +260,8 @@ CASES = (
     Case("project-verify", "project {specimens}/schema1.vom verify"),
     Case("project-refused", "project {work}/none.vom list", code=2),
     Case("export-csv", "export {specimens}/schema1.vom --to csv -o {work}/project.csv"),
+    Case("export-orient", "export {specimens}/schema1.vom --to orient -o {work}/orient.tsv"),
+    Case("export-kml", "export {specimens}/schema1.vom --to kml -o {work}/map.kml", code=2),
     Case("export-gpkg", "export {specimens}/schema1.vom --to gpkg -o {work}/project.gpkg"),
     Case("export-shp", "export {specimens}/schema1.vom --to shp -o {work}/project.shp"),
     Case("export-dxf", "export {specimens}/schema1.vom --to dxf -o {work}/project.dxf"),
@@ -217,6 +303,10 @@ def prepare(folder: Path) -> dict[str, str]:
         "x,y,z,part\n" + "".join(f"{x},{y},{0.3 * x + 0.1 * y * y},a\n" for x in range(4)
                                  for y in range(3)) + "0,0,0,b\n1,1,1,b\n"
     )  # fmt: skip
+    (work / "faults.txt").write_text(
+        "strike\tdip\ttrend\tplunge\tsense\n20\t60\t100\t59.6\tNL\n195\t55\t290\t54.9\tNR\n"
+        "10\t70\t102\t70\tN\n100\t88\t101\t10\tL\n30\t50\t\t\tN\n"
+    )
     (work / "pairs.csv").write_text(
         "label,model_x,model_y,model_z,x,y,z,use\nA,0,0,0,100,200,50,\nB,9,0,0,100.01,218,50,\n"
         "C,0,8,1,84,200.02,52,\nD,3,2,7,96,206,64.02,\nE,5,6,0.5,88,210,51.01,check\n"
@@ -224,6 +314,16 @@ def prepare(folder: Path) -> dict[str, str]:
     for name, up in (("ground", 0.0), ("above", 0.05)):
         rows = [(k % 20 / 10, k // 20 / 10, up + (k * k % 7 - 3) / 100) for k in range(400)]
         (work / f"{name}.xyz").write_text("".join(f"{x} {y} {z:.2f}\n" for x, y, z in rows))
+    y, x = (axis.ravel() * 0.05 for axis in np.mgrid[0:40, 0:60])
+    z = 0.5 * y + 0.2 * np.sin(2.0 * x)
+    (work / "slope.csv").write_text(
+        "x,y,z,grey\n"
+        + "".join(
+            f"{a:.2f},{b:.2f},{c:.4f},{10 if abs(c - 0.5) < 0.05 else 200}\n"
+            for a, b, c in zip(x, y, z, strict=True)
+        )
+    )
+    (work / "clicks.csv").write_text("x,y,z\n0.05,0.95,0.49\n1.5,0.95,0.5\n2.9,1.2,0.51\n")
     (work / "azimuths.csv").write_text("azimuth,dip\n10,20\n30,40\n50,60\n")
     (work / "lines.csv").write_text(
         "name,trend,plunge\nL1,10,20\nL2,15,-12\nL3,22,18\nL4,355,25\nL5,12,8\n"
@@ -234,6 +334,11 @@ def prepare(folder: Path) -> dict[str, str]:
         + "".join(f"foot,{270 - k},{40 + k % 2}\n" for k in range(6))
         + "".join(f"fault,{100 + 2 * k},{70 - k % 3}\n" for k in range(6))
     )
+    write_traces(work)
+    (work / "cutoffs.csv").write_text(
+        "name,hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z\n"
+        "A,104.6,50.2,81.1,100,50,90\nB,115.2,71.1,78.9,110,70,88\n"
+    )
     write_film(work / "pan.avi")
     frame = next((specimens / "schema1.vom/reconstruction/photos-preview/work").glob("frame-*"))
     return {
@@ -242,6 +347,21 @@ def prepare(folder: Path) -> dict[str, str]:
         "resources": str(resource("sample").parent),
         "frame": frame.name,
     }
+
+
+def write_traces(work: Path) -> None:
+    """Two sets of traces in metres, one abutting on the other, and the area around them."""
+    lines = [[[0.5 * k, 0.3 * k], [0.5 * k + 7 + 0.7 * k % 3, 0.3 * k]] for k in range(12)]
+    lines += [[[k, 0.3], [k, 0.9 + 0.2 * k]] for k in range(3, 9)]
+    ring = [[1, -1], [9, -1], [9, 5], [1, 5], [1, -1]]
+    for name, kind, shapes in (("traces", "LineString", lines), ("area", "Polygon", [[ring]])):
+        features = [
+            {"type": "Feature", "properties": {}, "geometry": {"type": kind, "coordinates": c}}
+            for c in shapes
+        ]
+        crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}}
+        layer = {"type": "FeatureCollection", "crs": crs, "features": features}
+        (work / f"{name}.geojson").write_text(json.dumps(layer))
 
 
 def write_film(path: Path) -> None:

@@ -129,3 +129,25 @@ def test_the_error_that_a_reconstruction_states_of_itself_is_taken(
     told = run("compare", bench, bench, "--m3c2", 0.4, "--json").json
     assert told["registration_error_m"] == 0.0
     assert any("--registration-error" in said for said in told["warnings"])
+
+
+def test_orientations_of_both_are_held_beside_their_errors(run, write: Write) -> None:
+    clouds = write(table(plane(0.25)), "a.xyz"), write(table(plane(0.0)), "b.xyz")
+    head = "name,kind,dip_direction_deg,dip_deg,x,y,z,extent_m,total95_deg\n"
+    own = write(head + "B1,bedding,90,30,0,0,0,2,3\nB2,bedding,90,40,5,0,0,2,\n", "own.csv")
+    other = write(head + "B1,bedding,90,34,9,9,9,2,4\nX,bedding,90,41,5,0.5,0,2,1\n", "other.csv")
+    ran = run("compare", *clouds, "--orientations", own, other, "--json")
+    assert ran.code == 0, ran.err
+    told = ran.json["orientations"]
+    assert (told["n"], told["by_name"], told["by_nearness"]) == (2, 1, 1)
+    first, second = told["matched"]
+    assert (first["first"], first["second"], first["by"]) == ("B1", "B1", "name")
+    assert first["angle_deg"] == pytest.approx(4.0)
+    assert first["error95_deg"] == pytest.approx(5.0)
+    assert first["agree"] is True
+    assert (second["second"], second["by"], second["error95_deg"]) == ("X", "nearness", None)
+    assert told["agree_share"] == 1.0
+    said = run("compare", *clouds, "--orientations", own, other).out
+    assert "matched by name" in said
+    lines = write("trend,plunge\n10,20\n", "lines.csv")
+    assert run("compare", *clouds, "--orientations", own, lines).code == 2

@@ -79,7 +79,7 @@ HOSTILE = [
 ]
 
 
-@pytest.mark.parametrize("command", ["fit", "stats", "fold", "stereonet", "rose"])
+@pytest.mark.parametrize("command", ["fit", "stats", "fold", "stereonet", "rose", "slope"])
 @pytest.mark.parametrize(("content", "words"), HOSTILE)
 def test_hostile_tables_are_refused_by_every_command(
     run, write, tmp_path: Path, command: str, content: bytes, words: str
@@ -87,6 +87,7 @@ def test_hostile_tables_are_refused_by_every_command(
     path = write(content, "Ümläut 層.csv")
     target = tmp_path / "out.svg"
     output = ["-o", target] if command in ("stereonet", "rose") else []
+    output += ["--face", "90/70", "--friction", "30"] if command == "slope" else []
     ran = run(command, path, *output)
     assert ran.code == 2
     assert str(path) in ran.said

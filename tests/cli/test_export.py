@@ -60,7 +60,7 @@ def test_the_layers_of_a_project_open_as_a_geopackage(run, project: Path, tmp_pa
     layers = {name for name, _ in pyogrio.list_layers(target)}
     assert {"planes", "traces"} <= layers
     assert pyogrio.read_info(target, layer="planes")["crs"] == "EPSG:32615"
-    assert sorted(p.name for p in tmp_path.iterdir()) == [project.name, "layers.gpkg"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == [project.name, "layers.gpkg", "layers.qgs"]
 
 
 def test_an_existing_export_is_replaced_only_by_force(run, project: Path, tmp_path: Path) -> None:
@@ -114,4 +114,4 @@ def test_drawings_and_shapefiles_of_a_project_are_named_in_the_answer(
     drawn = pyogrio.read_info(tmp_path / "d.dxf", force_feature_count=True)["features"]
     assert drawn > 4
     assert ".shp" in run("export", project, "--to", "shp", "-o", tmp_path / "o").said
-    assert "kml" in run("export", project, "--to", "kml", "-o", tmp_path / "o.kml").said
+    assert "obj" in run("export", project, "--to", "obj", "-o", tmp_path / "o.obj").said

@@ -130,3 +130,50 @@ def test_planes_that_define_no_axis_are_refused(run, write, rows: list[tuple[int
 
 def test_only_lines_make_no_fold(run, write) -> None:
     assert "lines" in run("fold", write("trend,plunge\n1,2\n3,4\n")).said
+
+
+SETS = [("hw", 90, 30), ("hw", 92, 31), ("hw", 88, 29), ("hw", 91, 28)]
+SETS += [("fw", 150, 50), ("fw", 151, 52), ("fw", 148, 49), ("fw", 152, 51)]
+SETS += [("f", 270, 60), ("f", 272, 61), ("f", 268, 59)]
+
+
+def test_beds_and_fault_off_one_plane_have_two_axes(run, write) -> None:
+    path = write(table("set", "dipdir", "dip", rows=SETS))
+    found = run("fold", path, "--sets", "hw,fw,f", "--json").json
+    assert (found["verdict"], found["valid"]) == ("two axes", "no")
+    assert [pair["sets"] for pair in found["pairs"]] == [["hw", "fw"], ["hw", "f"], ["fw", "f"]]
+    # Each wall meets the fault in its own line: N-S and horizontal, and about 204/36.
+    assert abs(found["pairs"][1]["trend_deg"] % 180) < 2
+    assert found["pairs"][1]["plunge_deg"] < 2
+    assert "two axes" in run("fold", path, "--sets", "hw,fw,f").out
+
+
+def test_domains_have_their_own_axes(run, write) -> None:
+    path = write(table("set", "dipdir", "dip", rows=SETS))
+    found = run("fold", path, "--domain", "set", "--json").json
+    assert set(found["domains"]) == {"hw", "fw", "f"}
+    assert found["domains"]["hw"]["axis"]["verdict"] == "homoclinal"
+    assert found["one_axis"]["serves_all"] is False
+    assert found["valid"] == "no"
+    assert found["leave_one_out"]["id"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--domain", "set", "--sets", "hw,fw"], "not both"),
+        (["--domain", "nothing"], "nothing"),
+        (["--waviness", "-1"], "waviness"),
+        (["--waviness", "nan"], "waviness"),
+    ],
+)
+def test_what_cannot_be_is_refused(run, write, words: list[str], said: str) -> None:
+    ran = run("fold", write(table("set", "dipdir", "dip", rows=SETS)), *words)
+    assert ran.code == 2
+    assert said in ran.said
+
+
+def test_one_domain_is_refused(run, write) -> None:
+    ran = run("fold", write(table("set", "dipdir", "dip", rows=SETS[:4])), "--domain", "set")
+    assert ran.code == 2
+    assert "two are needed" in ran.said

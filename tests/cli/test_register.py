@@ -520,6 +520,22 @@ def test_points_bring_a_model_near_which_is_then_fitted(run, write: Write, tmp_p
     assert fine < 0.5 * rough
 
 
+def test_two_points_go_with_a_reference_but_do_not_replace_it(
+    run, write: Write, tmp_path: Path
+) -> None:
+    """Two points alone leave a turn about their line; with the surfaces they are two more
+    observations."""
+    reference, model, truth = wall_and_copy(tmp_path)
+    own = read_model(model).data.points
+    table = write(pairs_text(own[[10, 900]], truth[[10, 900]], HEADER))
+    assert run("register", model, "--pairs", table).code == 2
+    told = run("register", model, "--reference", reference, "--pairs", table, "--json").json
+    matrix = matrix_of(told)
+    assert own @ matrix[:3, :3].T + matrix[:3, 3] == pytest.approx(truth, abs=0.05)
+    assert len(told["control"]) == 2
+    assert told["rms_control_m"] < 0.05
+
+
 def test_a_mask_says_what_of_the_reference_counts(run, write: Write, tmp_path: Path) -> None:
     reference, model, truth = wall_and_copy(tmp_path)
     low, high = truth.min(axis=0), truth.max(axis=0)

@@ -102,3 +102,19 @@ def test_a_missing_set_column_is_refused(run, write) -> None:
     ran = run("stats", write("strike,dip\n30,40\n"), "--set", "family")
     assert ran.code == 2
     assert "family" in ran.said
+
+
+def test_planes_are_weighted_by_their_own_errors(run, write) -> None:
+    rows = ["dipdir,dip,total95_deg", "40,30,0.5", "41,31,0.5", "60,30,40", "62,31,"]
+    path = write("\n".join(rows))
+    found = run("stats", path, "--weights", "error", "--json").json["sets"]["all"]
+    assert found["weights"]["without_error"] == 1
+    assert found["weights"]["column"] == "total95_deg"
+    assert run("stats", path, "--json").json["sets"]["all"]["weights"] is None
+    assert "natural scatter" in run("stats", path, "--weights", "error").out
+
+
+def test_weights_without_errors_are_refused(run, write) -> None:
+    ran = run("stats", write("dipdir,dip\n40,30\n50,30\n"), "--weights", "error")
+    assert ran.code == 2
+    assert "total95_deg" in ran.said

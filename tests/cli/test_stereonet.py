@@ -104,3 +104,51 @@ def test_a_bad_table_leaves_no_picture(run, write, tmp_path: Path) -> None:
     assert ran.code == 2
     assert "line 2" in ran.said
     assert not (tmp_path / "n.svg").exists()
+
+
+def test_untilting_brings_the_beds_to_the_horizontal(run, write, tmp_path) -> None:
+    path = write("dipdir,dip\n132,41\n133,40\n131,42\n")
+    words = ("stereonet", path, "-o", tmp_path / "net.svg", "--contour", "schmidt", "--json")
+    found = run(*words, "--untilt", "132/41").json
+    assert found["untilted_by"] == "132/41"
+    assert found["density"]["parts"][0]["plunge_deg"] > 85
+    assert "Untilted by 132/41" in (tmp_path / "net.svg").read_text()
+    turned = run(*words, "--rotate", "0/90/30", "--force").json
+    assert abs(turned["density"]["parts"][0]["trend_deg"] - 342) < 5
+
+
+def test_circles_and_intersections_are_drawn_and_named(run, write, tmp_path) -> None:
+    path = write("dipdir,dip\n90,30\n200,60\n330,45\n")
+    ran = run("stereonet", path, "-o", tmp_path / "net.svg", "--plane", "100/50",
+              "--cone", "125/26/60", "--cone", "0/0/20", "--intersections", "--json")  # fmt: skip
+    assert ran.json["circles"] == ["Plane 100/50", "Cone 125/26/60", "Cone 0/0/20"]
+    assert ran.json["sets"]["Intersections"] == 3
+    drawn = (tmp_path / "net.svg").read_text()
+    assert "Cone 125/26/60" in drawn
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--untilt", "132"), "132"),
+        (("--rotate", "1/2"), "1/2"),
+        (("--rotate", "a/b/c"), "a/b/c"),
+        (("--cone", "10/95/30"), "plunge"),
+        (("--cone", "10/20/0"), "half-angle"),
+        (("--cone", "10/20/nan"), "nan"),
+    ],
+)
+def test_options_that_cannot_be_are_refused(run, write, tmp_path, words, said) -> None:
+    ran = run("stereonet", write("dipdir,dip\n90,30\n"), "-o", tmp_path / "net.svg", *words)
+    assert ran.code == 2
+    assert said in ran.said
+
+
+def test_intersections_need_two_planes_and_not_too_many(run, write, tmp_path) -> None:
+    net = tmp_path / "net.svg"
+    few = run("stereonet", write("dipdir,dip\n90,30\n"), "-o", net, "--intersections")
+    assert few.code == 2
+    rows = "\n".join(f"{i % 360},30" for i in range(400))
+    many = run("stereonet", write("dipdir,dip\n" + rows), "-o", net, "--intersections")
+    assert many.code == 2
+    assert "400" in many.said

@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
+from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_turns import (
     NO_TURN,
     Moved,
@@ -20,9 +21,10 @@ from vomstudio.geology.common_turns import (
     resultant,
     together,
 )
-from vomstudio.geology.folds import common_axis, fold_axis
+from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, normals_to_planes
-from vomstudio.geology.statistics import orientation_tensor, set_statistics
+from vomstudio.geology.populations.set_statistics import set_statistics
+from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry.tilts import direction_covariance
 
 FACTOR = float(np.sqrt(chi2.ppf(0.95, 2)))

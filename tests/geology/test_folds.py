@@ -11,7 +11,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.folds import common_axis, fold_axis
+from vomstudio.geology.common_axes import common_axis
+from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import (
     Line,
     Plane,
@@ -49,8 +50,10 @@ def test_big_elk_has_its_published_axis(big_elk: tuple[np.ndarray, np.ndarray]) 
     assert round(fold.pi_plane.strike_rhr_deg, 1) == 215.3
     assert round(fold.pi_plane.dip_deg, 1) == 63.9
     assert fold.rms_deg == pytest.approx(14, abs=0.5)  # data README: about 14 from the great circle
-    assert fold.verdict == "undetermined"
-    assert fold.valid == "conditional"
+    # 8 to 10 degrees from a small circle: the published axis is no axis to project along.
+    assert (fold.verdict, fold.valid) == ("conical", "no")
+    assert fold.figures.cone is not None
+    assert fold.figures.cone.rms_deg == pytest.approx(10.43, abs=0.05)
 
 
 def test_the_error_of_big_elks_axis_is_that_of_the_bootstrap(
@@ -277,16 +280,18 @@ def test_a_common_axis_names_its_sets_with_their_numbers_and_distances() -> None
         "dyke": ([320.0, 322.0, 318.0, 321.0], [80.0, 79.0, 82.0, 80.0]),
     }
     axis = common_axis(sets)
-    first, second, third, *_, last = axis.reasons
-    assert first == "means of bedding (n = 3), fault (n = 2), dyke (n = 4)"
+    first, second, third, fourth = axis.reasons
+    assert third == "means of bedding (n = 3), fault (n = 2), dyke (n = 4)"
     off = [angle_line_plane(axial_mean(_poles(*planes)), axis.pi_plane) for planes in sets.values()]
     words = ", ".join(f"{name} {angle:.1f}" for name, angle in zip(sets, off, strict=True))
-    assert second == f"distance of the means from one plane: {words} degrees"
+    assert first.startswith(f"distance of the means from one plane: {words} degrees")
+    assert "p < 0.001" in first
+    assert second.startswith("no one direction")
+    assert (axis.verdict, axis.valid) == ("two axes", "no")
     assert axis.max_confidence95_deg is not None
     assert axis.min_confidence95_deg is not None
     numbers = f"{axis.max_confidence95_deg:.1f} by {axis.min_confidence95_deg:.1f} degrees"
-    assert third.startswith(f"beta is known to {numbers} (joint 95 %)")
-    assert last.startswith("whether the sets share one axis")
+    assert fourth.startswith(f"beta is known to {numbers} (joint 95 %)")
     two = common_axis({name: sets[name] for name in ("bedding", "fault")})
     assert not any("distance of the means" in reason for reason in two.reasons)
     assert two.n == 2
@@ -300,7 +305,7 @@ def _poles(dip_direction: list[float], dip: list[float]) -> np.ndarray:
     return np.array([Plane(a, d).pole().vector() for a, d in zip(dip_direction, dip, strict=True)])
 
 
-@pytest.mark.parametrize(("n", "few"), [(3, True), (9, True), (10, False)])
+@pytest.mark.parametrize(("n", "few"), [(3, True), (4, True), (10, False)])
 def test_few_planes_and_short_arcs_are_said(n: int, few: bool) -> None:
     rng = np.random.default_rng(3)
     for arc, short in ((29.0, True), (31.0, False)):

@@ -10,8 +10,9 @@ import pytest
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology import stereonet as nets
+from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.density import density
-from vomstudio.geology.folds import common_axis, fold_axis
+from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.intersections import (
     UncertainPlane,
     intersection_line,
@@ -29,11 +30,11 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
     rake_of,
 )
+from vomstudio.geology.populations.set_statistics import set_statistics
 from vomstudio.geology.statistics import (
     axial_mean,
     fisher,
     no_fisher_reason,
-    set_statistics,
     unit_vectors,
 )
 

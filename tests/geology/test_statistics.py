@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.geology.samples import fisher_sample
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import (
     Line,
@@ -18,12 +19,12 @@ from vomstudio.geology.orientation import (
     lines_to_vectors,
     planes_to_poles,
 )
+from vomstudio.geology.populations.set_statistics import set_statistics
 from vomstudio.geology.statistics import (
     axial_mean,
     fisher,
     no_fisher_reason,
     orientation_tensor,
-    set_statistics,
     vollmer,
     woodcock,
 )
@@ -32,24 +33,6 @@ from vomstudio.geology.statistics import (
 DIRECTIONS = lines_to_vectors(
     [144, 137, 140, 132, 151, 148, 139, 143, 146], [57, 58, 52, 60, 49, 55, 54, 62, 51]
 )
-
-
-def fisher_sample(
-    rng: np.random.Generator, n: int, kappa: float, mean: np.ndarray | None = None
-) -> np.ndarray:
-    """Directions after Fisher's law (Fisher, Lewis & Embleton 1987, sect. 3.6.2)."""
-    cosine = 1 + np.log(rng.random(n) * (1 - math.exp(-2 * kappa)) + math.exp(-2 * kappa)) / kappa
-    turn = rng.uniform(0, 2 * math.pi, n)
-    sine = np.sqrt(np.maximum(1 - cosine**2, 0))
-    local = np.stack([sine * np.cos(turn), sine * np.sin(turn), cosine], axis=1)
-    return local @ frame(np.array([0, 0, 1.0]) if mean is None else mean)
-
-
-def frame(axis: np.ndarray) -> np.ndarray:
-    """Rows: two unit vectors across the axis, then the axis."""
-    q, _ = np.linalg.qr(np.column_stack([axis, np.eye(3)[np.argmin(np.abs(axis))], [1, 2, 3.5]]))
-    q[:, 0] = axis / np.linalg.norm(axis)
-    return np.array([q[:, 1], np.cross(q[:, 0], q[:, 1]), q[:, 0]])
 
 
 # The tensor and its shape

@@ -85,5 +85,13 @@ def test_a_field_book_is_imported_lassoed_on_the_net_and_drawn(
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(figure), ""))
     window.actions_table.all["export_net"].trigger()
     assert "Bedding (compass), poles (n = 3)" in figure.read_text()
+    chosen_file = tmp_path / "for_orient"
+    monkeypatch.setattr(
+        QFileDialog, "getSaveFileName", lambda *_: (str(chosen_file), "Orient (*.tsv)")
+    )
+    window.actions_table.all["export_program"].trigger()
+    written = chosen_file.with_suffix(".tsv").read_text("utf-8").splitlines()
+    assert written[0].startswith("Station\tX\tY\tZ\tDip Direction")
+    assert len(written) > 3
     studio.undo()
     assert not studio.session.of(Reading)

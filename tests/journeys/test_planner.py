@@ -55,6 +55,22 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
     assert planner.figures["Spacing"].text() == "9 m along, 6 m up"
     assert planner.figures["Planes across"].text().endswith("5.0 m (1000 px) ± 0.3°")
     driver.keep_picture(planner, "planner")
+    # What the receiver and the control are worth tells what the registration will be.
+    by = ["Turned, by GPS", "Turned, by control"]
+    before = [planner.figures[name].text() for name in by]
+    retype(planner.receiver, "0,02")
+    retype(planner.control, "0.1")
+    settled(planner)
+    after = [planner.figures[name].text() for name in by]
+    assert all(a != b for a, b in zip(after, before, strict=True))
+    driver.keep_picture(planner, "planner-accuracy")
+    retype(planner.receiver, "-1")
+    settled(planner)
+    assert "receiver" in planner.problem.text()
+    retype(planner.receiver, "")
+    retype(planner.control, "")
+    settled(planner)
+    assert [planner.figures[name].text() for name in by] == before
     QTest.keyClick(planner.overlap, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
     QTest.keyClicks(planner.overlap, "80")
     settled(planner)

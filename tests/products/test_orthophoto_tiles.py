@@ -15,7 +15,8 @@ from tests.marked import UTM
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho import mesh_picture, orthophoto, tiles
-from vomstudio.products.ortho.orthophoto import drawn_tiles, write_orthophoto
+from vomstudio.products.ortho.drawn_tiles import drawn_tiles
+from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.tiles import TILE, Grid, Tile, TilePicture
 from vomstudio.products.ortho.view_directions import view_along_line

@@ -35,7 +35,7 @@ def sampled(levels: list[np.ndarray], *rest: object) -> np.ndarray:
     rows, face, weights, view, faces, uv, gsd = rest
     rgb = np.zeros((len(face), 3), np.uint8)  # type: ignore[arg-type]
     sample(texels, starts, sizes, float(width), float(height), rows, face, weights, view, faces,
-           uv, gsd, rgb, np.empty(3))  # fmt: skip
+           uv, gsd, rgb)  # fmt: skip
     return rgb
 
 
@@ -272,3 +272,29 @@ def test_a_slope_is_no_edge_and_the_rim_of_the_first_face_is_none() -> None:
     face[3, 3] = -1
     find_edges(view, faces, face, depth, 1.0, found)
     assert np.argwhere(found).tolist() == [[2, 3], [3, 2], [3, 3]]
+
+
+def test_pixels_of_a_face_do_not_depend_on_those_before() -> None:
+    """Faces with textures at different scales, met in any order, look the same one by one."""
+    rng = np.random.default_rng(11)
+    levels = [rng.integers(0, 255, (size, size, 3)).astype(np.uint8) for size in (64, 32, 16, 8)]
+    view = rng.uniform(0, 4, (30, 3))
+    uv = rng.uniform(0, 1, (30, 2)).astype(np.float32)
+    faces = np.arange(30, dtype=np.int32).reshape(10, 3)
+    face = rng.integers(0, 10, 200).astype(np.int32)
+    weights = np.ascontiguousarray(rng.dirichlet([1, 1, 1], 200)[:, :2])
+    texels = np.concatenate([level.reshape(-1) for level in levels])
+    offsets = np.concatenate([[0], np.cumsum([level.size for level in levels])[:-1]])
+    sizes = np.array([[level.shape[1], level.shape[0]] for level in levels])
+
+    def draw(rows: np.ndarray) -> np.ndarray:
+        rgb = np.zeros((200, 3), np.uint8)
+        sample(texels, offsets, sizes, 64.0, 64.0, rows, face, weights, view, faces, uv, 0.05, rgb)
+        return rgb
+
+    together = draw(np.arange(200))
+    alone = np.zeros_like(together)
+    for k in range(200):
+        alone[k] = draw(np.array([k]))[k]
+    assert (together == alone).all()
+    assert (together == draw(np.argsort(face, kind="stable"))).all()

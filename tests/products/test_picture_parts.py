@@ -394,7 +394,7 @@ def test_a_pixel_that_covers_a_square_of_texels_is_their_mean() -> None:
         rgb = np.zeros((1, 3), np.uint8)
         sample(
             texels, offsets, sizes, 16.0, 16.0, np.array([0]), np.array([0], np.int32),
-            np.array([[u, v]]), view, faces, uv, 1.0, rgb, np.empty(3),
+            np.array([[u, v]]), view, faces, uv, 1.0, rgb,
         )  # fmt: skip
         assert np.array_equal(rgb[0], levels[2][j, i])
 
@@ -412,7 +412,7 @@ def test_black_stays_black_and_white_stays_white(value: int) -> None:
     uv = np.array([[0, 0], [1, 0], [0, 1]], np.float32)
     sample(
         np.full(3, value, np.uint8), np.array([0]), np.array([[1, 1]]), 1.0, 1.0, rows, face,
-        weights, view, faces, uv, 0.1, rgb, np.empty(3),
+        weights, view, faces, uv, 0.1, rgb,
     )  # fmt: skip
     assert (rgb == value).all()
 

@@ -113,6 +113,8 @@ def read_layers(path: Path) -> dict[str, Any]:
 
     found: dict[str, Any] = {}
     for name, kind in pyogrio.list_layers(path):
+        if kind is None:  # the table of styles
+            continue
         meta, _, shapes, columns = pyogrio.raw.read(path, layer=name)
         rows = {}
         for number, shape in enumerate(shapely.from_wkb(shapes)):

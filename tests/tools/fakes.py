@@ -6,6 +6,16 @@ from vomstudio.document.measurement_cache import measure_all
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 
 
+class Paths:
+    """A finder of paths whose answers the test gives."""
+
+    def __init__(self) -> None:
+        self.asked: list = []
+
+    def follow(self, model_id, cost, ends, *, live, answer):
+        self.asked.append((model_id, cost, ends, live, answer))
+
+
 class Context:
     """A ToolContext without a window."""
 
@@ -17,6 +27,7 @@ class Context:
         self.made: list[str] = []
         self.rows_when_shown: list[int] = []
         self.let_go: list = []
+        self.paths = Paths()
 
     def set_next(self, type_id, set_name):
         self.next_type_id, self.next_set = type_id, set_name

@@ -4,6 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
+from collections.abc import Callable
+
+from PySide6.QtCore import QObject
+
+from vomstudio.ui.common.background_reading import NewestResult
 
 _OWNERS_COME_AND_GO = """
 import random, sys, time
@@ -43,3 +49,70 @@ def test_owners_are_deleted_while_their_work_is_being_done() -> None:
     )
     assert (ran.returncode, ran.stderr) == (0, "")
     assert int(ran.stdout) > 0
+
+
+_MAPS_IN_THREADS = """
+from PySide6.QtCore import QCoreApplication, QObject, QThreadPool, QTimer
+from vomstudio.ui.common.background_reading import Background
+
+app, done = QCoreApplication([]), []
+owner = QObject()
+background = Background(owner)
+
+def work():
+    from pyproj import CRS
+    return CRS.from_user_input("EPSG:32633").name
+
+def again(name):
+    done.append(name)
+    app.quit() if len(done) == 20 else background.run(work, again)
+
+# One thread of Qt's for all of it.
+QThreadPool.globalInstance().setMaxThreadCount(1)
+background.run(work, again)
+QTimer.singleShot(60000, app.quit)
+app.exec()
+print(len(done))
+"""
+
+
+def test_a_library_that_keeps_something_for_each_thread_is_used_again_and_again() -> None:
+    """pyproj in a thread of Qt's ended the program at its second use."""
+    ran = subprocess.run(
+        [sys.executable, "-X", "faulthandler", "-c", _MAPS_IN_THREADS],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert (ran.returncode, ran.stderr, ran.stdout.strip()) == (0, "", "20")
+
+
+def test_only_what_was_asked_for_last_counts(qtbot) -> None:
+    owner, begun, came, slow = QObject(), [], [], []
+    go = threading.Event()
+    newest = NewestResult(owner, came.append, lambda: slow.append(True))
+
+    def work(number: int) -> Callable[[], int]:
+        def do() -> int:
+            begun.append(number)
+            go.wait(30.0)
+            return number
+
+        return do
+
+    for number in range(5):
+        newest.ask(work(number))
+    qtbot.waitUntil(lambda: bool(slow))
+    assert newest.waiting
+    go.set()
+    qtbot.waitUntil(lambda: came == [4])
+    assert begun == [0, 4]
+    assert not newest.waiting
+    # What is done at once stands in place of what is still to come.
+    go.clear()
+    newest.ask(work(5))
+    newest.at_once(lambda: 6)
+    go.set()
+    newest.ask(work(7))
+    qtbot.waitUntil(lambda: came == [4, 6, 7])

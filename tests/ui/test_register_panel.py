@@ -11,6 +11,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog
 
+from tests import driver
 from vomstudio.document import edits
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.records import Frame, Model
@@ -184,3 +185,26 @@ def test_a_file_without_points_changes_nothing(studio, panel, tmp_path, monkeypa
     assert "gcp.csv" in told[-1]
     assert "line 2" in told[-1]
     assert not studio.session.of(ControlPoint)
+
+
+def test_many_points_are_placed_beside_the_window(studio, panel, tmp_path, monkeypatch) -> None:
+    """Two hundred took a quarter of a second at every tick, a thousand four seconds."""
+    rng = np.random.default_rng(3)
+    model = rng.uniform(0.0, 30.0, (200, 3))
+    world = model[:, [1, 0, 2]] * [-2.0, 2.0, 2.0] + [398_000.0, 4_980_000.0, 320.0]
+    world[4, 0] += 3.0
+    text = "\n".join(["label,model_x,model_y,model_z,x,y,z", *rows(model, world)])
+    load(panel, monkeypatch, tmp_path / "points.csv", text)
+    driver.wait(lambda: panel.register.isEnabled(), "the placement")
+    assert "P4" in panel.said.text()
+    assert panel.table.item(3, 5).text()
+    for row in (4, 5):
+        tick(panel, row)
+    # The placement by other points is not offered meanwhile.
+    assert not panel.register.isEnabled()
+    assert "worked out" in panel.register.toolTip()
+    driver.wait(lambda: panel.register.isEnabled(), "the placement")
+    assert len(panel.placed.control) == 198
+    assert "P4" not in panel.said.text()
+    QTest.mouseClick(panel.register, Qt.MouseButton.LeftButton)
+    assert [p.label for p in studio.records["m9"].registration.control if p.check] == ["P4", "P5"]

@@ -253,6 +253,18 @@ def test_contours_are_off_until_chosen_and_are_remembered(net, window, studio):
     assert again.methods[""].isChecked()
 
 
+def test_the_smoothness_of_contours_is_chosen_and_remembered(net, window, studio):
+    assert not net.contours.smoothness.isEnabled()
+    net.contours.methods["exponential_kamb"].trigger()
+    assert net.contours.smoothness.isEnabled()
+    net.contours.sigmas[6.0].trigger()
+    drawn(window)
+    assert net.artists.contents.contouring.sigma == 6.0
+    assert studio.settings.contour_sigma == 6.0
+    net.contours.methods["schmidt"].trigger()
+    assert not net.contours.smoothness.isEnabled()
+
+
 def test_the_space_bar_opens_the_menu_of_contours(net, window):
     opened: list[bool] = []
     menu = net.contours.menu()
@@ -277,6 +289,15 @@ def test_contours_of_many_are_drawn_by_the_thread_and_are_the_same(
     net.redraw()
     assert net.up_to_date
     assert net.canvas.grab().toImage() == shown
+
+
+def test_the_figure_goes_to_the_clipboard_as_drawing_and_picture(net, window, studio):
+    window.actions_table.all["copy_net"].trigger()
+    mime = QApplication.clipboard().mimeData()
+    root = ElementTree.fromstring(bytes(mime.data("image/svg+xml").data()))
+    assert root.tag.endswith("svg")
+    assert mime.hasImage()
+    assert QApplication.clipboard().image().width() > 1500
 
 
 # --- export ----------------------------------------------------------------------------------

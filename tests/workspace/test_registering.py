@@ -13,11 +13,14 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import DEFAULT_TYPES, Frame, Model, Registration
 from vomstudio.geometry import transform
+from vomstudio.registration.similarity import jacobian
 from vomstudio.workspace.registering import (
     expected,
     set_words,
     sets_turned_deg,
     turned_deg,
+    with_error_of,
+    worst_turn_deg,
 )
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
@@ -88,3 +91,47 @@ def test_two_points_of_an_upright_model_foretell_the_others() -> None:
     assert expected(points(0, 3), None, MODEL) == {}
     assert expected(points(0), None, MODEL) == {}
     assert expected(points(0, 1), None, replace(MODEL, placement=Frame("undeclared"))) == {}
+
+
+def _moved(points: np.ndarray, numbers: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """By a turn (rad), a relative growth and a shift about a centre, exactly."""
+    turn = Rotation.from_rotvec(numbers[:3]).as_matrix()
+    return centre + (1.0 + numbers[3]) * (points - centre) @ turn.T + numbers[4:]
+
+
+def test_a_model_errs_as_the_one_to_which_it_was_fitted_and_by_the_fit() -> None:
+    """Where points of it come to lie in ten thousand draws of both errors."""
+    rng = np.random.default_rng(4)
+    sizes = (
+        [1e-3, 2e-3, 3e-3, 1e-3, 0.02, 0.01, 0.03],
+        [2e-3, 1e-3, 1e-3, 5e-4, 0.01, 0.01, 0.02],
+    )
+    scatter = [np.diag(size) @ rng.normal(0, 1, (7, 7)) for size in sizes]
+    centres = np.array([[100.0, 50.0, 10.0], [400.0, -80.0, 30.0]])
+    known = [
+        Registration(
+            name, name, "points", Frame("local"),
+            covariance=tuple(map(tuple, (s @ s.T).tolist())), centre=tuple(c.tolist()),
+        )
+        for name, s, c in zip(("fit", "other"), scatter, centres, strict=True)
+    ]  # fmt: skip
+    both = with_error_of(known[0], known[1])
+    points = np.array([[120.0, 40.0, 0.0], [60.0, 90.0, 25.0]])
+    drawn = []
+    for _ in range(10_000):
+        there = _moved(points, scatter[0] @ rng.normal(0, 1, 7), centres[0])
+        drawn.append(_moved(there, scatter[1] @ rng.normal(0, 1, 7), centres[1]))
+    for number, point in enumerate(points):
+        moves = jacobian(point - centres[0])
+        expected_spread = moves @ np.array(both.covariance) @ moves.T
+        spread = np.cov(np.array(drawn)[:, number].T)
+        assert np.sqrt(np.diag(spread)) == pytest.approx(
+            np.sqrt(np.diag(expected_spread)), rel=0.03
+        )
+    # About up, east, north, as the record has it.
+    sums = np.sqrt(sum(np.diag(s @ s.T)[:3] for s in scatter))
+    assert both.rotation_error_deg == pytest.approx(tuple(np.degrees(sums[[2, 0, 1]])))
+    assert worst_turn_deg(both) > max(worst_turn_deg(one) for one in known)
+    # Nothing is made up where the error of the other one is not known.
+    assert with_error_of(known[0], replace(known[1], covariance=None)) == known[0]
+    assert with_error_of(known[0], None) == known[0]

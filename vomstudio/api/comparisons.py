@@ -67,7 +67,7 @@ def compare(
     (1600, 0.05, 0.0)
     """
     report = told(progress, cancel)
-    first, second = _placed(model, "model"), _placed(benchmark, "benchmark")
+    first, second = placed(model, "model"), placed(benchmark, "benchmark")
     said: list[str] = []
     if not (_is_array(model) or _is_array(benchmark)):
         said = crs_doubts(first[1], second[1], (tr("The model"), tr("the benchmark")))
@@ -89,8 +89,8 @@ def _is_array(given: Any) -> bool:
     return isinstance(given, np.ndarray) or hasattr(given, "columns")
 
 
-def _placed(given: Any, name: str) -> tuple[Any, str | None, float | None]:
-    """The data in World, its CRS, and how far it may be off."""
+def placed(given: Any, name: str) -> tuple[Any, str | None, float | None]:
+    """The data in World of a model, file or array, its CRS, and how far it may be off."""
     from vomstudio.api.checking import points
     from vomstudio.geometry.cloud import PointCloud as Cloud
     from vomstudio.io.gis.crs import world_crs

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import numbers, single_number, warn
+from vomstudio.api.checking import single_number, warn
 from vomstudio.api.models import Mesh, PointCloud, model_of
-from vomstudio.api.planes import PlaneFit
+from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.sets import fold as fold_of
-from vomstudio.errors import InputError
 from vomstudio.geology.table_folds import TableFold
 from vomstudio.products.ortho.drawn_picture import DrawnPicture, draw_picture, drawn_figures
 from vomstudio.products.ortho.orthophoto import write_orthophoto
@@ -27,7 +26,6 @@ from vomstudio.products.ortho.requests import (
     request_picture,
 )
 from vomstudio.reprs import html_table, in_lines
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -221,7 +219,7 @@ def orthophoto(
     direction = direction_of(
         single_number(trend_deg, "trend_deg"),
         single_number(plunge_deg, "plunge_deg"),
-        _plane(plane),
+        plane_text(plane),
         table,
     )
     data = model_of(model)
@@ -248,17 +246,3 @@ def _crs_of(model: Mesh | PointCloud) -> str | None:
     from vomstudio.io.gis.crs import world_crs
 
     return world_crs(model.crs, model._source.unit_m)
-
-
-def _plane(given: Any) -> str | None:
-    if given is None or isinstance(given, str):
-        return given
-    if isinstance(given, PlaneFit):
-        return f"{given.dip_direction_deg!r}/{given.dip_deg!r}"
-    array = numbers(given, "plane")
-    if array.shape != (2,):
-        raise InputError(
-            tr("A plane is given as 'DD/D', as (dip direction, dip) or as a PlaneFit."),
-            field="plane",
-        )
-    return f"{float(array[0])!r}/{float(array[1])!r}"

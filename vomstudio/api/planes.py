@@ -12,6 +12,7 @@ import numpy.typing as npt
 from vomstudio.api.checking import coordinate_names, numbers, one_of, points, positive, warn
 from vomstudio.api.tables import frame
 from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
 from vomstudio.geology.profiles import PROFILES
 from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.reprs import html_table
@@ -327,6 +328,52 @@ def fit_planes(
     return made
 
 
+def fit_parallel(
+    groups: Any, *, by: Any = None, same: Sequence[tuple[Any, Any]] = ()
+) -> ParallelBeds:
+    """Parallel planes through several traces together, and whether two of them are of one bed.
+
+    Parameters
+    ----------
+    groups, by : as in `fit_planes`, the points of each in the order of its trace
+    same : pairs of ids to be held against lying in one plane; none for each with the next upwards
+
+    Returns
+    -------
+    ParallelBeds: ``dip_direction_deg``, ``dip_deg``, ``max_confidence95_deg``,
+    ``min_confidence95_deg`` (joint, None where no trace has over three points), ``p_parallel``,
+    ``beds`` upwards along the normal (``id``, ``n``, ``distance_m``, ``error95_m``, ``rms_m``) and
+    ``same`` (``first``, ``second``, ``distance_m``, ``error95_m``, ``p``).
+
+    Raises
+    ------
+    vs.errors.InputError as `fit_planes`; vs.errors.UsageError for a pair that is not among the
+    groups; vs.errors.GeometryError for fewer than two groups, or straight ones that run one way.
+
+    The normal is that of the scatter of all points about the middles of their own traces (Quinn &
+    Ehlmann 2019, Earth and Space Science 6). Distances are held against each other by Student's t.
+
+    Examples
+    --------
+    >>> import pandas
+    >>> import vomstudio as vs
+    >>> picks = pandas.read_csv(vs.sample("picks.csv"), comment="#")
+    >>> limb = picks[picks["pick"].isin(["B01", "B02"])]
+    >>> found = vs.fit_parallel(limb, by="pick")
+    >>> len(found.beds), found.max_confidence95_deg < 5
+    (2, True)
+    """
+    given = _groups(groups, by)
+    names = [str(name) for name in given.ids]
+    pairs = [(str(a), str(b)) for a, b in same]
+    for name in (name for pair in pairs for name in pair):
+        if name not in names:
+            raise UsageError(tr("There is no group “{name}”.", name=name), field="same")
+    found = parallel_beds(names, given.points, given.offsets, pairs=pairs)
+    warn([*given.said, *found.warnings])
+    return found
+
+
 def _points(given: Any) -> npt.NDArray[np.float64]:
     return points(given)
 
@@ -406,3 +453,18 @@ def _groups(given: Any, by: Any) -> _Groups:
     }
     words, said = words_of_groups(beside, names.tolist(), keep.tolist())
     return _Groups(list(ids), array[keep][order], offsets, int((~keep).sum()), words, said)
+
+
+def plane_text(given: Any) -> str | None:
+    """A plane as "DD/D", of that, of (dip direction, dip) or of a PlaneFit. Raises InputError."""
+    if given is None or isinstance(given, str):
+        return given
+    if isinstance(given, PlaneFit):
+        return f"{given.dip_direction_deg!r}/{given.dip_deg!r}"
+    array = numbers(given, "plane")
+    if array.shape != (2,):
+        raise InputError(
+            tr("A plane is given as 'DD/D', as (dip direction, dip) or as a PlaneFit."),
+            field="plane",
+        )
+    return f"{float(array[0])!r}/{float(array[1])!r}"

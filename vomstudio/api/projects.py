@@ -303,11 +303,14 @@ class Project:
         return self._open_desk().redo()
 
     def export(self, format: str, path: str | Path, *, force: bool = False) -> tuple[Path, ...]:
-        """Write its features for other programs: "csv", "gpkg", "shp" or "dxf"; returns the files.
+        """Write its features for other programs; returns the files.
+
+        format : "csv", "gpkg" (with a map of QGIS beside), "shp", "geojson", "dxf", "kml",
+            "stereonet", "orient", "faultkin", "wintensor", "gempy", "loopstructural" or "gems"
 
         force : replace a file that is there. Features without an orientation are left out with a
         warning. Raises vs.errors.UsageError for another format, vs.errors.InputError where there
-        are no features, vs.errors.TargetError where the file cannot be written.
+        is nothing that the format can hold, vs.errors.TargetError where the file cannot be written.
         """
         from vomstudio.files.atomic import check_target
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -24,6 +25,7 @@ def reconstruct(
     threads: int | None = None,
     seed: int = 0,
     device: Literal["auto", "cpu", "cuda"] = "auto",
+    region: Sequence[float] | None = None,
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Reconstruction:
@@ -40,6 +42,8 @@ def reconstruct(
     scheduler : address of a Dask cluster; None for this machine
     threads : of this machine, None for all; seed : of what is random
     device : for the depth maps; "auto" takes the GPU where the installed COLMAP can use one
+    region : (6,) x0, y0, z0, x1, y1, z1, lowest and highest corner of the box of which a model
+        is made and nothing else, in the frame of the model
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken whose ``cancel()``, called from another thread, stops the work
 
@@ -80,6 +84,7 @@ def reconstruct(
         threads=threads,
         seed=seed,
         device=device,
+        region=region,
     )
     result = run_job(RECONSTRUCT, order, report, cancel)
     result = replace(result, warnings=(*said, *result.warnings))

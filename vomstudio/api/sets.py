@@ -1,14 +1,21 @@
-"""Sets of orientations: statistics and folds."""
+"""Sets of orientations: statistics, folds, slopes, fault slips."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
-from vomstudio.api.checking import warn
-from vomstudio.api.tables import Azimuth, rows_of
+from vomstudio.api.checking import one_of, warn
+from vomstudio.api.tables import Azimuth, rows_of, text_of
+from vomstudio.errors import UsageError
+from vomstudio.geology.faults.table_slip import TableSlip, table_slip
+from vomstudio.geology.orientation import Plane
+from vomstudio.geology.populations.error_weights import WEIGHTINGS
+from vomstudio.geology.populations.table_statistics import TableStatistics, table_statistics
 from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
-from vomstudio.geology.table_statistics import TableStatistics, table_statistics
+from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
+from vomstudio.io.text.slip_reading import slips_of
+from vomstudio.words import tr
 
 
 def stats(
@@ -16,6 +23,7 @@ def stats(
     *,
     by: str | None = None,
     directed: bool = False,
+    weights: Literal["error"] | None = None,
     azimuth: Azimuth | None = None,
 ) -> TableStatistics:
     """The statistics of sets of planes or lines.
@@ -26,6 +34,8 @@ def stats(
         arrays (dip direction, dip), (n,) each, degrees
     by : column that names the sets; None for one set ``all``
     directed : lines have a head and a tail and are not flipped; plunges may be negative
+    weights : "error" to weight each by its own 95 % error (``total95_deg``, else
+        ``max_confidence95_deg``) and the natural scatter of its set
     azimuth : what a column called only ``azimuth`` means: "strike" or "dipdir"
 
     Returns
@@ -33,7 +43,10 @@ def stats(
     TableStatistics: ``n`` and ``sets``, by name a SetStatistics with ``n``, ``of``, ``axial``,
     ``fisher`` (``trend_deg``, ``plunge_deg``, ``kappa``, ``alpha95_deg``, ``R``; None with
     ``fisher_reason`` where the set is no cluster), ``tensor`` (``eigenvalues``, ``axes``),
-    ``woodcock`` (``K``, ``C``) and ``vollmer`` (``P``, ``G``, ``R``).
+    ``woodcock`` (``K``, ``C``), ``vollmer`` (``P``, ``G``, ``R``), ``bingham`` (``k1``, ``k2``,
+    ``confidence95`` of the three axes, ``fit_p``), ``kent`` (of an elongated cluster), each None
+    with a reason where it is not defined, ``uniformity`` (``test``, ``statistic``, ``p``) and
+    ``weights``. ``fit_p`` is the chance of data as unlike the model as these.
 
     Raises
     ------
@@ -41,7 +54,9 @@ def stats(
     orientations; vs.errors.UsageError for a column that is not there.
 
     Axial data are described by the orientation tensor (Woodcock 1977; Vollmer 1990), clusters by
-    Fisher (1953) after flipping into the hemisphere of the tensor's first axis.
+    Fisher (1953) after flipping into the hemisphere of the tensor's first axis. Bingham (1974) and
+    Kent (1982) are fitted by maximum likelihood; goodness of fit is the smooth test (Boulerice &
+    Ducharme 1997), uniformity that of Bingham or Rayleigh (Mardia & Jupp 2000).
 
     Examples
     --------
@@ -52,7 +67,9 @@ def stats(
     (274, 50)
     """
     rows = rows_of(table, azimuth)
-    found = table_statistics(rows, by, directed)
+    if weights is not None:
+        one_of(weights, WEIGHTINGS, "weights")
+    found = table_statistics(rows, by, directed, weights)
     warn(found.warnings[len(rows.warnings) :])
     return found
 
@@ -62,6 +79,8 @@ def fold(
     *,
     kind: str | None = None,
     sets: Sequence[str] | None = None,
+    domain: str | None = None,
+    waviness_deg: float | None = None,
     azimuth: Azimuth | None = None,
 ) -> TableFold:
     """Pi-plane and fold axis of planes, and whether one view direction is valid for them.
@@ -71,12 +90,20 @@ def fold(
     table, azimuth : as in `stats`; lines in it are left out
     kind : use planes of this kind only; of a table with kinds bedding is taken without it
     sets : the axis common to two or three of its sets, by their means
+    domain : column that names the domains, such as hanging wall and footwall: each gets its own
+        axis, and whether one serves all is tested
+    waviness_deg : how far poles of a cylindrical fold stray (standard deviation); None for the
+        limits of Ramsay & Huber (1987): nine tenths within 10 degrees
 
     Returns
     -------
     TableFold: ``n``, ``used``, ``left_out``, ``beta`` (``trend_deg``, ``plunge_deg``, semi-axes of
-    its joint 95 % region), ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``arc_deg``, ``valid`` (yes,
-    conditional or no), ``verdict`` and ``reasons``.
+    its joint 95 % region), ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``within90_deg``,
+    ``arc_deg``, ``cone`` (the best small circle), ``limbs`` (mean planes, interlimb angle, axial
+    plane), ``leave_one_out`` (the plane that turns beta most), ``pairs`` (where two sets meet),
+    ``domains`` and ``one_axis``, ``valid`` (yes, conditional or no), ``verdict`` (cylindrical,
+    conical, homoclinal, two axes, scattered or undetermined; of sets common axis or two axes) and
+    ``reasons``.
 
     Raises
     ------
@@ -84,7 +111,7 @@ def fold(
     that is not there; vs.errors.InputError as `stats`.
 
     Beta is the eigenvector of the smallest eigenvalue of the poles' orientation tensor (textbook
-    4.2, fig. 31), its confidence after Anderson (1963).
+    4.2, fig. 31), its confidence after Anderson (1963); cones after Gray, Geiser & Geiser (1980).
 
     Examples
     --------
@@ -97,4 +124,116 @@ def fold(
     """
     rows = rows_of(table, azimuth)
     names = None if sets is None else checked_names([str(name) for name in sets])
-    return table_fold(rows, kind, names)
+    return table_fold(rows, kind, names, domain, waviness_deg)
+
+
+def slope(
+    table: Any,
+    face: str | tuple[float, float],
+    friction_deg: float,
+    lateral_deg: float = 20.0,
+    *,
+    limits: Literal["curved", "straight"] = "curved",
+    azimuth: Azimuth | None = None,
+) -> TableSlope:
+    """Whether planes and their intersections let a rock slope fail: kinematic analysis.
+
+    Parameters
+    ----------
+    table, azimuth : as in `stats`; lines in it are left out
+    face : dip direction and dip of the slope, degrees: ``(135, 70)`` or ``"135/70"``
+    friction_deg : the friction angle, at least 0 and below 90
+    lateral_deg : how far from the slope's direction planes and direct toppling count; 90 for no
+        limit. Wedges have none.
+    limits : of planes: "curved" (small circles about the slope's strike) or "straight" (of the dip
+        direction); those of direct toppling are of the trend
+
+    Returns
+    -------
+    TableSlope: ``planar``, ``wedge``, ``flexural_toppling`` and ``direct_toppling``, each with
+    ``critical``, ``of`` (planes; of wedge and direct toppling intersections of all pairs),
+    ``share`` = critical / of (None of nothing), ``probability`` (the share to be expected with each
+    plane's own error, from the columns of the orientation table, drawn with a fixed seed; None
+    where planes carry no error) and ``secondary``; ``ids`` of the critical planes, and
+    ``direct_toppling.bases``, planes on which blocks can topple.
+
+    Raises
+    ------
+    vs.errors.UsageError for a horizontal face and angles that cannot be; vs.errors.GeometryError
+    for a table without planes; vs.errors.InputError as `stats`.
+
+    Planar sliding and wedges after Markland (Wyllie & Mah 2004), flexural toppling after Goodman
+    (1980), direct toppling after Hudson & Harrison (1997).
+
+    Examples
+    --------
+    A plane that dips out of the slope, flatter than it and steeper than the friction angle, slides;
+    with one that strikes across it forms a wedge:
+
+    >>> import vomstudio as vs
+    >>> found = vs.slope(([100, 170], [45, 70]), (100, 70), 30)
+    >>> found.planar.critical, found.planar.of, found.wedge.critical, found.wedge.of
+    (1, 2, 1, 1)
+    """
+    asked = slope_face(
+        face if isinstance(face, str) else _plane_of(face),
+        float(friction_deg),
+        float(lateral_deg),
+        limits,
+    )
+    rows = rows_of(table, azimuth)
+    found = table_slope(rows, asked)
+    warn(found.warnings[len(rows.warnings) :])
+    return found
+
+
+def _plane_of(face: Any) -> Plane:
+    try:
+        azimuth, dip = (float(angle) for angle in face)
+    except (TypeError, ValueError) as error:
+        raise UsageError(
+            tr("The face is its dip direction and dip, such as (135, 70)."), field="face"
+        ) from error
+    return Plane(azimuth, dip)
+
+
+def slip(table: Any) -> TableSlip:
+    """P and T axes of faults with known slip, and what all of them say together.
+
+    Parameters
+    ----------
+    table : DataFrame, or the path of a file, with strike (right-hand rule) or dip direction and
+        dip of the faults, trend and plunge or rake of the striae, and the sense of slip; or the
+        columns of this program's lines on planes; or FaultKin's
+
+    Returns
+    -------
+    TableSlip: ``n``; ``kinematic_axes`` with ``shortening``, ``intermediate`` and ``extension``
+    (each ``trend_deg``, ``plunge_deg``, ``value`` from -1 to 1, ``confidence95_deg`` by
+    resampling); ``right_dihedra`` with ``compression`` and ``extension`` (each ``trend_deg``,
+    ``plunge_deg``, ``share`` of the faults that allow it); ``faults``, each with ``P``, ``T`` and
+    ``slip``; ``dropped_lines``, ``warnings``.
+
+    Raises
+    ------
+    vs.errors.InputError for a table without these columns, angles that cannot be, and words that
+    are no sense of slip.
+
+    Kinematic axes after Marrett & Allmendinger (1990), right dihedra after Angelier & Mechler
+    (1977).
+
+    Examples
+    --------
+    A normal fault that dips 45 degrees shortens rock upright, and extends it across its strike:
+
+    >>> import pandas
+    >>> import vomstudio as vs
+    >>> fault = {"strike": [0], "dip": [45], "rake": [90], "sense": ["N"]}
+    >>> axes = vs.slip(pandas.DataFrame(fault)).kinematic_axes
+    >>> round(axes.shortening.plunge_deg), round(axes.extension.trend_deg)
+    (90, 90)
+    """
+    rows = slips_of(text_of(table))
+    found = table_slip(rows)
+    warn(found.warnings)
+    return found

@@ -13,6 +13,7 @@ from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
+    from vomstudio.geology.agreement import Agreement
     from vomstudio.registration.comparison import Comparison
     from vomstudio.workspace.world_models import WorldModel
 
@@ -37,6 +38,12 @@ def add_parser(subparsers: Subparsers) -> None:
         type=float,
         help=tr("one sigma of how the two are placed to each other, for the level of detection"),
     )
+    parser.add_argument(
+        "--orientations",
+        nargs=2,
+        metavar=("TABLE", "OTHER"),
+        help=tr("planes measured on the model and on the benchmark: the angles between them"),
+    )
     add_output(parser, tr("write the model with its distances as a field, NAME.ply"))
 
 
@@ -53,6 +60,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.output is not None:
         choose_writer(Path(args.output))
         check_target(args.output, force=args.force, inputs=[args.model, args.benchmark])
+    agreed = None if args.orientations is None else _agreement(*args.orientations)
     progress = progress_of(args)
     model = read_in_world(args.model, progress)
     benchmark = read_in_world(args.benchmark, progress)
@@ -78,10 +86,56 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.output is not None:
         warnings += _written(args, model, benchmark, found)
         result["out"] = args.output
+    if agreed is not None:
+        result["orientations"] = agreed.as_dict()
     result["warnings"] = warnings
     out.result(result)
     out.warn(warnings)
     out.text(in_words(found))
+    if agreed is not None:
+        out.text(_agreement_in_words(agreed))
+
+
+def _agreement(table: str, other: str) -> Agreement:
+    from vomstudio.geology.agreement import agreement
+    from vomstudio.io.text.oriented_planes import read_planes
+
+    return agreement(read_planes(table), read_planes(other))
+
+
+def _agreement_in_words(found: Agreement) -> str:
+    """A row for each plane that was measured on both, and how many of them agree."""
+    rows = [
+        [
+            one.first,
+            one.second,
+            one.by,
+            f"{one.angle_deg:.1f}",
+            "-" if one.error95_deg is None else f"{one.error95_deg:.1f}",
+        ]
+        for one in found.matched
+    ]
+    said = tr(
+        "{n} planes were measured on both ({named} matched by name, {near} by nearness); {first} "
+        "of the model and {second} of the benchmark have no counterpart.",
+        n=found.n,
+        named=found.by_name,
+        near=found.by_nearness,
+        first=found.unmatched[0],
+        second=found.unmatched[1],
+    )
+    if not rows:
+        return said
+    header = [tr("plane"), tr("other"), tr("by"), tr("angle"), "95 %"]
+    lines = [text_tables.table(header, ["", "", "", "deg", "deg"], rows), said]
+    if found.agree_share is not None:
+        lines.append(
+            tr(
+                "{share:.0f} % of those with stated errors agree within them.",
+                share=100.0 * found.agree_share,
+            )
+        )
+    return "\n".join(lines)
 
 
 def _written(

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr, tr_n
+
+_NAMED = 5
+"""More features than this that are left out for one reason are counted."""
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -15,7 +19,15 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "export", run, help_=tr("Write a project's features for other programs")
     )
     parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
-    parser.add_argument("--to", metavar="FORMAT", required=True, help=tr("csv, gpkg, shp or dxf"))
+    parser.add_argument(
+        "--to",
+        metavar="FORMAT",
+        required=True,
+        help=tr(
+            "csv, gpkg, shp, geojson, dxf, kml, stereonet, orient, faultkin, wintensor, gempy, "
+            "loopstructural or gems"
+        ),
+    )
     add_output(parser, tr("the file to write"), required=True)
 
 
@@ -25,12 +37,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     table = export_project(Path(args.project), args.to, Path(args.output), force=args.force)
     files = [str(path) for path in table.files]
     out.result({"files": files, "n": len(table.rows), "skipped": table.skipped})
-    out.warn(
-        [
-            tr("{feature} was left out: {reason}", feature=item["name"], reason=item["reason"])
-            for item in table.skipped
-        ]
-    )
+    out.warn(_left_out(table.skipped))
     out.text(
         tr_n(
             "{files}: {count} feature",
@@ -39,3 +46,19 @@ def run(args: argparse.Namespace, out: Output) -> None:
             files=", ".join(files),
         )
     )
+
+
+def _left_out(skipped: Sequence[Mapping[str, str]]) -> list[str]:
+    """A sentence for each feature; one for many of the same reason."""
+    names: dict[str, list[str]] = {}
+    for item in skipped:
+        names.setdefault(item["reason"], []).append(item["name"])
+    said = []
+    for reason, features in names.items():
+        if len(features) > _NAMED:
+            said.append(
+                tr("{count} features were left out: {reason}", count=len(features), reason=reason)
+            )
+            continue
+        said += [tr("{feature} was left out: {reason}", feature=f, reason=reason) for f in features]
+    return said

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.common.output import Output
-from vomstudio.errors import GeometryError
+from vomstudio.errors import GeometryError, UsageError
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.geology.beds.parallel import ParallelBeds
+    from vomstudio.io.text.tables import PointGroups
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -32,6 +37,18 @@ def add_parser(subparsers: Subparsers) -> None:
         "--profile", choices=["error", "textbook"], default="error",
         help=tr("judge planes by how far they may be off, or by the shape of their points"),
     )  # fmt: skip
+    parser.add_argument(
+        "--parallel",
+        action="store_true",
+        help=tr("fit parallel planes to all of them together too, such as traces of one series"),
+    )
+    parser.add_argument(
+        "--same",
+        metavar="A,B",
+        action="append",
+        default=[],
+        help=tr("with --parallel: whether these two lie in one plane (may be given again)"),
+    )
     add_output(parser, tr("write the orientation table as CSV"))
 
 
@@ -45,6 +62,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     if args.output is not None:
         check_target(args.output, force=args.force, inputs=[args.points])
+    if args.same and not args.parallel:
+        raise UsageError(tr("--same needs --parallel."), field="--same")
     limits = PROFILES[args.profile]
     groups = read_points(args.points, args.by)
     fitted = fitted_planes(
@@ -52,7 +71,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         thresholds=limits, words=groups.words,
     )  # fmt: skip
     rows, skipped = fitted.rows, fitted.skipped
-    if not rows:
+    together = _together(args, groups) if args.parallel else None
+    if not rows and together is None:
         raise _nothing_fitted(args.points, args.by, skipped)
     result: dict[str, Any] = {
         "planes": rows,
@@ -60,18 +80,79 @@ def run(args: argparse.Namespace, out: Output) -> None:
         "dropped_lines": list(groups.dropped),
         "warnings": list(groups.warnings),
     }
+    if together is not None:
+        result["parallel"] = asdict(together)
+        result["warnings"] += together.warnings
     if args.output is not None:
         write_orientation_csv(args.output, rows, limits=limits, force=args.force)
         result["table"] = args.output
     out.result(result)
-    out.warn(groups.warnings)
+    out.warn(result["warnings"])
     out.warn(
         [
             tr("Plane {plane} was left out: {reason}", plane=item["id"], reason=item["reason"])
             for item in skipped
         ]
     )
-    out.text(f"{_in_words(rows)}\n{limits.in_words}")
+    if rows:
+        out.text(f"{_in_words(rows)}\n{limits.in_words}")
+    if together is not None:
+        out.text(f"\n{_together_in_words(together)}")
+
+
+def _together(args: argparse.Namespace, groups: PointGroups) -> ParallelBeds:
+    from vomstudio.geology.beds.parallel import parallel_beds
+
+    pairs = []
+    for asked in args.same:
+        names = [name.strip() for name in asked.split(",")]
+        if len(names) != 2 or any(name not in groups.ids for name in names):
+            raise UsageError(
+                tr(
+                    "--same takes the names of two traces, such as {first},{second}; “{asked}” is "
+                    "none.",
+                    first=groups.ids[0],
+                    second=groups.ids[-1],
+                    asked=asked,
+                ),
+                field="--same",
+            )
+        pairs.append((names[0], names[1]))
+    try:
+        return parallel_beds(groups.ids, groups.points, groups.offsets, pairs=pairs)
+    except GeometryError as error:
+        raise GeometryError(str(error), file=args.points, field="--parallel") from error
+
+
+def _together_in_words(found: ParallelBeds) -> str:
+    said = tr(
+        "Parallel planes together: {plane} (dip direction/dip), 95 %: {largest} x {smallest} deg, "
+        "rms {rms} m, p of being parallel {p}",
+        plane=f"{found.dip_direction_deg:05.1f}/{found.dip_deg:04.1f}",
+        largest=text_tables.figures(found.max_confidence95_deg),
+        smallest=text_tables.figures(found.min_confidence95_deg),
+        rms=text_tables.figures(found.rms_m),
+        p=text_tables.figures(found.p_parallel),
+    )
+    beds = text_tables.table(
+        [tr("id"), tr("n"), tr("distance"), tr("95 %"), tr("rms")],
+        ["", "", "m", "m", "m"],
+        [
+            [bed.id, str(bed.n), f"{bed.distance_m:.3f}", text_tables.figures(bed.error95_m),
+             text_tables.figures(bed.rms_m)]
+            for bed in found.beds
+        ],
+    )  # fmt: skip
+    pairs = text_tables.table(
+        [tr("first"), tr("second"), tr("apart"), tr("95 %"), tr("p, one plane")],
+        ["", "", "m", "m", ""],
+        [
+            [each.first, each.second, f"{each.distance_m:.3f}",
+             text_tables.figures(each.error95_m), text_tables.figures(each.p)]
+            for each in found.same
+        ],
+    )  # fmt: skip
+    return "\n".join([said, beds, *([pairs] if found.same else [])])
 
 
 def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) -> GeometryError:

@@ -25,6 +25,19 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="A,B[,C]",
         help=tr("the axis common to these sets (hanging wall, footwall, fault), by their means"),
     )
+    parser.add_argument(
+        "--domain",
+        metavar="COLUMN",
+        help=tr("give each domain of this column its own axis, and test whether one serves all"),
+    )
+    parser.add_argument(
+        "--waviness",
+        type=float,
+        metavar="DEG",
+        help=tr(
+            "how far poles of a cylindrical fold stray (default: nine tenths within 10 degrees)"
+        ),
+    )
     add_azimuth(parser)
 
 
@@ -34,7 +47,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     table = read_orientations(args.table, args.azimuth)
     sets = None if args.sets is None else set_names(args.sets)
-    found = table_fold(table, args.kind, sets)
+    found = table_fold(table, args.kind, sets, args.domain, args.waviness)
     out.result(found.as_dict())
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
@@ -54,6 +67,70 @@ def _registered(beta: dict[str, Any]) -> list[tuple[str, str]]:
             smallest=beta["total95_min_deg"],
         )
         rows.append(("  " + tr("together"), said))
+    return rows
+
+
+def _limbs(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
+    if limbs is None:
+        return []
+    first, second = (text_tables.plane(plane) for plane in limbs["planes"])
+    said = tr(
+        "{first} and {second} dip direction/dip, interlimb angle {angle:.0f} deg",
+        first=first,
+        second=second,
+        angle=limbs["interlimb_angle_deg"],
+    )
+    axial = tr("{plane} dip direction/dip", plane=text_tables.plane(limbs["axial_plane"]))
+    return [(tr("limbs"), said), (tr("axial plane"), axial)]
+
+
+def _pairs(pairs: list[dict[str, Any]]) -> list[tuple[str, str]]:
+    rows = []
+    for pair in pairs:
+        error = tr("unknown")
+        if pair["max_confidence95_deg"] is not None:
+            error = tr(
+                "{largest:.1f} x {smallest:.1f} deg",
+                largest=pair["max_confidence95_deg"],
+                smallest=pair["min_confidence95_deg"],
+            )
+        said = tr(
+            "{first} and {second} meet in {line}, 95 %: {error}",
+            first=pair["sets"][0],
+            second=pair["sets"][1],
+            line=text_tables.line(pair),
+            error=error,
+        )
+        rows.append((tr("intersection"), said))
+    return rows
+
+
+def _worst(worst: dict[str, Any] | None) -> list[tuple[str, str]]:
+    if worst is None:
+        return []
+    said = tr(
+        "beta turns by {turn:.1f} deg at most, without plane {id}",
+        turn=worst["turn_deg"],
+        id=worst["id"],
+    )
+    return [(tr("leave one out"), said)]
+
+
+def _domains(domains: dict[str, Any] | None) -> list[tuple[str, str]]:
+    rows = []
+    for name, domain in (domains or {}).items():
+        axis = domain["axis"]
+        if axis is None:
+            said = tr("n = {n}: {reason}", n=domain["n"], reason=domain["reason"])
+        else:
+            said = tr(
+                "n = {n}: beta {line}; {verdict}; valid: {valid}",
+                n=domain["n"],
+                line=text_tables.line(axis["beta"]),
+                verdict=axis["verdict"],
+                valid=axis["valid"],
+            )
+        rows.append((tr("domain {name}", name=name), said))
     return rows
 
 
@@ -84,6 +161,10 @@ def _in_words(result: dict[str, Any]) -> str:
                 strike_dip=f"{text_tables.azimuth(plane['strike_rhr_deg'])}/{dip}",
             ),
         ),
+        *_limbs(result["limbs"]),
+        *_pairs(result["pairs"]),
+        *_worst(result["leave_one_out"]),
+        *_domains(result["domains"]),
         (
             tr("verdict"),
             tr(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import (
@@ -51,6 +52,11 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("also a picture with scale bar and orientation (.png, .pdf)"),
     )
     parser.add_argument(
+        "--draw",
+        metavar="PROJECT",
+        help=tr("also NAME_drawing.gpkg, .svg and .dxf: this project's features over the picture"),
+    )
+    parser.add_argument(
         "--up",
         choices=["y", "z"],
         default="z",
@@ -68,6 +74,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.photos.cameras_file import scale_known
     from vomstudio.products.ortho import orthophoto, requests
+    from vomstudio.products.ortho.drawn_features import drawing_targets
+    from vomstudio.products.ortho.interpretation import read_items
     from vomstudio.products.ortho.sheet import format_of
 
     requests.check_direction(args.trend, args.plunge, args.plane, args.fold)
@@ -76,11 +84,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     requests.check_gsd(args.gsd)
     if args.sheet is not None:
         format_of(args.sheet)
-    for target in (args.output, *orthophoto.outputs_of(args.output)[:2], args.sheet):
+    drawings = () if args.draw is None else drawing_targets(args.output).values()
+    for target in (args.output, *orthophoto.outputs_of(args.output), args.sheet, *drawings):
         if target is not None:
             check_target(target, force=args.force)
     fold = None if args.fold is None else _fold(args)
     direction = requests.direction_of(args.trend, args.plunge, args.plane, fold)
+    features = None if args.draw is None else read_items(Path(args.draw))
     progress = progress_of(args)
     loaded = read_model(args.model, progress)
     stated = loaded.unit_m or 1.0
@@ -106,6 +116,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         sheet=args.sheet,
         force=args.force,
         progress=progress,
+        features=features,
     )
     found = requests.written(made, asked, args.output, args.sheet, loaded.warnings)
     out.result(found.as_dict())
@@ -139,5 +150,6 @@ def _in_words(result: dict[str, Any]) -> str:
                 reason=result["sense_reason"],
             ),
             *(str(file) for file in files if file is not None),
+            *(result["drawing"] or {}).values(),
         ]
     )

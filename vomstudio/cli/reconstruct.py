@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.common.output import Output
+from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -60,6 +61,11 @@ def add_parser(subparsers: Subparsers) -> None:
         "--device", choices=["auto", "cpu", "cuda"], default="auto",
         help=tr("for the depth maps (auto, the default: a GPU where the installed COLMAP has one)"),
     )  # fmt: skip
+    parser.add_argument(
+        "--region",
+        metavar="x0,y0,z0,x1,y1,z1",
+        help=tr("make a model of this box alone, in the frame of the model"),
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -78,12 +84,25 @@ def run(args: argparse.Namespace, out: Output) -> None:
         threads=args.threads,
         seed=args.seed,
         device=args.device,
+        region=_region(args.region),
     )
     result = run_job(RECONSTRUCT, order, progress_of(args))
     result = replace(result, warnings=(*said, *result.warnings))
     out.result(result.as_dict())
     out.warn(result.warnings)
     out.text(_in_words(result))
+
+
+def _region(text: str | None) -> list[float] | None:
+    if text is None:
+        return None
+    try:
+        return [float(cell) for cell in text.split(",")]
+    except ValueError as error:
+        raise UsageError(
+            tr("A region is six numbers: x0,y0,z0,x1,y1,z1, its lowest and highest corner."),
+            field="--region",
+        ) from error
 
 
 def _in_words(result: Reconstruction) -> str:

@@ -205,23 +205,19 @@ def _fitted(
         raise UsageError(
             tr("A reference can place a model that is there. Name it in place of -."), field="MODEL"
         )
-    near = None if evidence.empty else _solved(evidence, loaded)
+    # One point or two help the surfaces, but do not say where these begin.
+    known = not (evidence.empty or evidence.too_few_alone)
+    near = _solved(evidence, loaded) if known else None
     return fit_model(
         loaded, args.reference, near=near, crs=crs, stable=args.stable, progress=progress_of(args)
     )
 
 
 def _fit_in_words(fitted: ReferenceFit) -> str:
+    from vomstudio.registration.remarks import said_of_fitted
+
     found = fitted.fitted
-    return tr(
-        "Fitted to the reference at {places} places ({share:.0f} % of the model), which it misses "
-        "by {rms:.3g} m (robust, 1 sigma); the error is that of {blocks} blocks of {side:.3g} m.",
-        places=found.places,
-        share=100.0 * found.overlap,
-        rms=found.rms_m,
-        blocks=found.blocks,
-        side=found.block_m,
-    )
+    return said_of_fitted(found.places, found.overlap, found.rms_m, found.blocks, found.block_m)
 
 
 def _solved(evidence: Evidence, loaded: LoadedModel | None) -> Placed:

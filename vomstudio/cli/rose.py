@@ -6,8 +6,6 @@ import argparse
 
 from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.stereonet import picture_format
-from vomstudio.errors import GeometryError
 from vomstudio.words import tr
 
 
@@ -44,9 +42,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import atomic_write, check_target
     from vomstudio.geology.roses import bins_of
     from vomstudio.io.text.orientation_reading import read_orientations
-    from vomstudio.products.net.rose import mean_words, roses_of_table
+    from vomstudio.products.net.figure import picture_format
+    from vomstudio.products.net.rose import check_roses, mean_words, roses_of_table
 
-    format_ = picture_format(args.output)
+    format_ = picture_format(args.output, "--output")
     bins_of(args.bin)
     check_target(args.output, force=args.force, inputs=[args.table])
     table = read_orientations(args.table, args.azimuth)
@@ -59,14 +58,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         weight=args.weight,
         by_area=args.scale == "area",
     )
-    if not found.roses:
-        raise GeometryError(
-            tr("The table has no lines with a trend.")
-            if of == "trend"
-            else tr("The table has no planes with a strike; of lines draw --of trend."),
-            file=args.table,
-            field="--of",
-        )
+    check_roses(found, args.table)
 
     from vomstudio.products.net.rose import write_roses
 

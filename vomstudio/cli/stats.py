@@ -22,15 +22,20 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--directed", action="store_true", help=tr("lines have a head and a tail: don't flip them")
     )
+    parser.add_argument(
+        "--weights",
+        choices=["error"],
+        help=tr("weight each by its own error and the natural scatter (default: all alike)"),
+    )
     add_azimuth(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.geology.table_statistics import table_statistics
+    from vomstudio.geology.populations.table_statistics import table_statistics
     from vomstudio.io.text.orientation_reading import read_orientations
 
     table = read_orientations(args.table, args.azimuth)
-    found = table_statistics(table, args.set_column, args.directed)
+    found = table_statistics(table, args.set_column, args.directed, args.weights)
     result = found.as_dict()
     out.result(result)
     out.note(tr("read as {convention}", convention=found.convention))
@@ -49,7 +54,7 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
             f"{text_tables.line(fisher)}  "
             f"alpha95 {text_tables.number(fisher['alpha95_deg'], 2)} deg, "
             f"kappa {text_tables.number(fisher['kappa'], 2)}, "
-            f"R {text_tables.number(fisher['R'], 4)}"
+            f"R {text_tables.number(fisher['R'], 4)}" + _fit(fisher["fit_p"])
         )
     lines.append(f"  {tr('Fisher mean'):<15} {said}")
     if fisher is not None and fisher["registration_error_deg"] is not None:
@@ -64,13 +69,79 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
     lines.append(f"  {tr('axes'):<15} " + tr("{axes}  (trend/plunge, deg)", axes=axes))
     shape, vollmer = found["woodcock"], found["vollmer"]
     lines.append(
-        f"  Woodcock        K {text_tables.number(shape['K'], 4)}, "
+        f"  {'Woodcock':<15} K {text_tables.number(shape['K'], 4)}, "
         f"C {text_tables.number(shape['C'], 4)}"
     )
     lines.append(
-        f"  Vollmer         P {vollmer['P']:.4f}, G {vollmer['G']:.4f}, R {vollmer['R']:.4f}"
+        f"  {'Vollmer':<15} P {vollmer['P']:.4f}, G {vollmer['G']:.4f}, R {vollmer['R']:.4f}"
     )
-    return "\n".join(lines)
+    return "\n".join([*lines, *_models_in_words(found)])
+
+
+def _models_in_words(found: dict[str, Any]) -> list[str]:
+    """Distributions, the test of uniformity and weights."""
+    rows = [("Bingham", _bingham_in_words(found)), ("Kent", _kent_in_words(found))]
+    test = found["uniformity"]
+    said = tr("undefined")
+    if test["p"] is not None:
+        said = tr("{test}: p {p}", test=test["test"], p=_chance(test["p"]))
+    rows.append((tr("uniformity"), said))
+    weights = found["weights"]
+    if weights is not None:
+        said = tr(
+            "by error ({column}), natural scatter {scatter:.1f} deg; worth {n:.1f} equal ones",
+            column=weights["column"],
+            scatter=weights["natural_scatter_deg"],
+            n=weights["effective_n"],
+        )
+        if weights["without_error"]:
+            said = tr(
+                "{said}; {count} without an error took the median",
+                said=said,
+                count=weights["without_error"],
+            )
+        rows.append((tr("weights"), said))
+    return [f"  {label:<15} {said}" for label, said in rows]
+
+
+def _bingham_in_words(found: dict[str, Any]) -> str:
+    bingham = found["bingham"]
+    if bingham is None:
+        return tr("none: {reason}", reason=found["bingham_reason"])
+    said = f"k1 {bingham['k1']:.2f}, k2 {bingham['k2']:.2f}"
+    regions = [
+        "-" if of is None else f"{of['max_deg']:.1f} x {of['min_deg']:.1f}"
+        for of in bingham["confidence95"]
+    ]
+    said = tr(
+        "{said}; axes within {regions} deg (joint 95 %)", said=said, regions=", ".join(regions)
+    )
+    return said + _fit(bingham["fit_p"])
+
+
+def _kent_in_words(found: dict[str, Any]) -> str:
+    kent = found["kent"]
+    if kent is None:
+        return tr("none: {reason}", reason=found["kent_reason"])
+    said = tr(
+        "{mean} within {largest:.2f} x {smallest:.2f} deg (joint 95 %), longest toward {major}; "
+        "kappa {kappa:.2f}, beta {beta:.2f}",
+        mean=text_tables.line(kent),
+        largest=kent["max_confidence95_deg"],
+        smallest=kent["min_confidence95_deg"],
+        major=text_tables.line(kent["major"]),
+        kappa=kent["kappa"],
+        beta=kent["beta"],
+    )
+    return said + _fit(kent["fit_p"])
+
+
+def _fit(p: float | None) -> str:
+    return "" if p is None else tr("; fit p {p}", p=_chance(p))
+
+
+def _chance(p: float) -> str:
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
 def _heading(name: str, found: dict[str, Any]) -> str:

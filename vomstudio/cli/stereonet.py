@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.products.net.contents import NetContents
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -57,6 +60,35 @@ def add_parser(subparsers: Subparsers) -> None:
         default="area",
         help=tr("equal area or equal angle"),
     )
+    parser.add_argument(
+        "--untilt",
+        metavar="DD/D",
+        help=tr("turn everything so that this plane (dip direction/dip) becomes horizontal"),
+    )
+    parser.add_argument(
+        "--rotate",
+        metavar="T/P/ANGLE",
+        help=tr("turn everything about an axis (trend/plunge), by the right-hand rule"),
+    )
+    parser.add_argument(
+        "--intersections",
+        action="store_true",
+        help=tr("the lines in which each two of the planes meet"),
+    )
+    parser.add_argument(
+        "--plane",
+        action="append",
+        default=[],
+        metavar="DD/D",
+        help=tr("draw this great circle too; may be given again"),
+    )
+    parser.add_argument(
+        "--cone",
+        action="append",
+        default=[],
+        metavar="T/P/ANGLE",
+        help=tr("draw this small circle about an axis (trend/plunge); may be given again"),
+    )
     add_azimuth(parser)
 
 
@@ -66,9 +98,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.contents import Contouring
     from vomstudio.products.net.contours import check_contouring, density_found, few_reasons
+    from vomstudio.products.net.figure import picture_format
     from vomstudio.products.net.table_net import net_of_table
 
-    format_ = picture_format(args.output)
+    format_ = picture_format(args.output, "--output")
     if args.contour is not None and args.contour not in DENSITY_METHODS:
         raise UsageError(
             tr(
@@ -81,6 +114,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     levels = _levels(args.levels)
     check_contouring(args.contour, levels, args.sigma)
     look = Contouring(levels, args.filled, args.each_set, args.sigma)
+    options = _Options(args)
     check_target(args.output, force=args.force, inputs=[args.table])
     table = read_orientations(args.table, args.azimuth)
     net = net_of_table(
@@ -90,6 +124,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         contour=args.contour,
         contouring=look,
     )
+    net = options.of(net)
 
     from vomstudio.products.net.figure import write_stereonet
 
@@ -106,6 +141,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
             "sets": {s.name: len(s) for s in net.sets},
             "projection": args.projection,
             "hemisphere": "lower",
+            "untilted_by": args.untilt,
+            "rotated_by": args.rotate,
+            "circles": [circle.label for circle in net.circles_typed],
             "contour": args.contour,
             "density": found,
             "convention": table.convention,
@@ -123,6 +161,34 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     if found is not None:
         _say_densest(found, out)
+
+
+class _Options:
+    """What is to be done to the net, read before anything else is. Raises UsageError."""
+
+    def __init__(self, args: argparse.Namespace) -> None:
+        from vomstudio.products.net.net_options import plane_of, turn_of, typed_cone, typed_plane
+
+        self.plane = None if args.untilt is None else plane_of(args.untilt, "--untilt")
+        self.turn = None if args.rotate is None else turn_of(args.rotate)
+        self.intersections = bool(args.intersections)
+        self.circles = (*map(typed_plane, args.plane), *map(typed_cone, args.cone))
+
+    def of(self, net: NetContents) -> NetContents:
+        """Intersections are turned with the planes; typed circles stay where they were typed."""
+        from vomstudio.products.net.net_options import (
+            net_turned,
+            net_untilted,
+            with_intersections,
+        )
+
+        if self.intersections:
+            net = with_intersections(net)
+        if self.plane is not None:
+            net = net_untilted(net, self.plane)
+        if self.turn is not None:
+            net = net_turned(net, *self.turn)
+        return replace(net, circles_typed=self.circles)
 
 
 def _say_densest(found: dict[str, Any], out: Output) -> None:
@@ -149,17 +215,3 @@ def _levels(text: str | None) -> tuple[float, ...]:
         raise UsageError(
             tr("“{text}” is no list of levels; write them like 2,4,6.", text=text), field="--levels"
         ) from None
-
-
-def picture_format(path: str) -> str:
-    """svg, pdf or png by the ending of a path. Raises UsageError."""
-    from vomstudio.products.net.figure import FORMATS
-
-    ending = Path(path).suffix.lower().removeprefix(".")
-    if ending not in FORMATS:
-        raise UsageError(
-            tr("The ending of the name decides the format: .svg, .pdf or .png."),
-            file=path,
-            field="--output",
-        )
-    return ending

@@ -16,8 +16,8 @@ planes and does not shrink with their number (common_turns).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,11 +28,12 @@ from vomstudio.geology.common_turns import (
     Moved,
     Region,
     Turns,
-    joined,
     moved,
     principal_axis,
     region,
 )
+from vomstudio.geology.folding.shapes import Shape, arc_deg, rms, shape_of
+from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict, verdict_of
 from vomstudio.geology.orientation import (
     Array,
     Line,
@@ -40,31 +41,12 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
     rake_of,
 )
-from vomstudio.geology.statistics import (
-    LineFigures,
-    flip_to,
-    orientation_tensor,
-    unit_vectors,
-)
-from vomstudio.words import to_translate, tr
+from vomstudio.geology.populations.distributions import LineFigures, f95, uniformity
+from vomstudio.geology.statistics import orientation_tensor, unit_vectors
+from vomstudio.words import tr
 
 MIN_ARC = 1e-10
 """S2 below this: the planes are parallel (to 1e-5 rad); any line in them would do."""
-
-WEAK_AXIS_DEG = 20.0
-"""A semi-axis over this: beta is not known well enough to project anything along it, and its
-region, which is drawn for small angles, is too narrow."""
-
-FEW_PLANES = 10
-"""Under this many planes neither the scatter nor its shape can be told (an axis can)."""
-
-SHORT_ARC_DEG = 30.0
-"""Poles within an arc shorter than this say little of the great circle they lie on."""
-
-JUDGING_LATER = to_translate(
-    "whether the poles fit one axis (cylindrical), a cone, one dip or two axes "
-    "was not tested: judge by the net"
-)
 
 
 @dataclass(frozen=True)
@@ -94,14 +76,70 @@ class PlaneFigures:
 
 
 @dataclass(frozen=True)
+class LimbFigures:
+    """Two limbs: their mean planes, how many planes each has, the angle between them on the side of
+    the hinge, and the plane that halves it; neither limb is taken as overturned."""
+
+    planes: tuple[PlaneFigures, PlaneFigures]
+    n: tuple[int, int]
+    interlimb_angle_deg: float
+    axial_plane: PlaneFigures
+
+
+@dataclass(frozen=True)
+class LeaveOneOut:
+    """The plane without which beta would turn most: its place among those used (from 0), its id
+    where it has one, by how much beta turns, and where to."""
+
+    index: int
+    id: str | None
+    turn_deg: float
+    trend_deg: float
+    plunge_deg: float
+
+
+@dataclass(frozen=True)
+class ConeFigures:
+    """The best cone: its axis, the angle between axis and poles (90 is a cylinder) with its 95 %
+    half-width (None where the poles do not tell), RMS, and the chance of so much better a fit than
+    the cylinder's where that is true."""
+
+    trend_deg: float
+    plunge_deg: float
+    half_angle_deg: float
+    half_width95_deg: float | None
+    rms_deg: float
+    p: float
+
+
+@dataclass(frozen=True)
+class PairFigures:
+    """Where the mean planes of two sets meet, the angle between them, and the semi-axes of the
+    joint 95 % region of the line, None where a set has one plane."""
+
+    sets: tuple[str, str]
+    trend_deg: float
+    plunge_deg: float
+    angle_deg: float
+    max_confidence95_deg: float | None
+    min_confidence95_deg: float | None
+
+
+@dataclass(frozen=True)
 class AxisFigures:
-    """What is said of a fold axis, as in `FoldAxis`."""
+    """What is said of a fold axis, as in `FoldAxis`. within90_deg: nine tenths of the poles lie
+    closer to the great circle"""
 
     beta: BetaFigures
     pi_plane: PlaneFigures
     eigenvalues: tuple[float, float, float]
     rms_deg: float
+    within90_deg: float
     arc_deg: float
+    cone: ConeFigures | None
+    limbs: LimbFigures | None
+    leave_one_out: LeaveOneOut | None
+    pairs: tuple[PairFigures, ...]
     valid: str
     verdict: str
     reasons: tuple[str, ...]
@@ -141,6 +179,10 @@ class FoldAxis:
     reasons: tuple[str, ...]
     registration_error_deg: float | None = None
     total: Region | None = None
+    shape: Shape | None = None
+    limbs: LimbFigures | None = None
+    leave_one_out: LeaveOneOut | None = None
+    pairs: tuple[PairFigures, ...] = ()
 
     @property
     def error95_deg(self) -> float | None:
@@ -164,12 +206,15 @@ class FoldAxis:
                 None if total is None else total.smallest_deg,
                 None if total is None else _line_figures(total.line),
             ),
-            PlaneFigures(
-                self.pi_plane.dip_direction_deg, self.pi_plane.dip_deg, self.pi_plane.strike_rhr_deg
-            ),
+            plane_figures(self.pi_plane),
             self.eigenvalues,
             self.rms_deg,
+            self.rms_deg if self.shape is None else self.shape.within90_deg,
             self.arc_deg,
+            None if self.shape is None else _cone_figures(self.shape),
+            self.limbs,
+            self.leave_one_out,
+            self.pairs,
             self.valid,
             self.verdict,
             self.reasons,
@@ -189,11 +234,14 @@ def fold_axis(
     dip_deg: npt.ArrayLike,
     turns: Turns | None = None,
     bowed_deg: float | None = None,
+    waviness_deg: float | None = None,
 ) -> FoldAxis:
     """Pi-plane and beta of n >= 2 planes of one kind (arrays (n,), degrees).
 
     turns : what is known of their registrations, (n,)
     bowed_deg : by how much dips differ from edge to edge of a model of theirs that is bowed
+    waviness_deg : how far a pole strays by nature, with its error (standard deviation); None for
+        the usual limits of a cylindrical fold
     Raises GeometryError for fewer than two planes or planes that are all parallel.
     """
     poles = planes_to_poles(dip_direction_deg, dip_deg).reshape(-1, 3)
@@ -213,140 +261,110 @@ def fold_axis(
     semi_axes: tuple[float, float] | None = None
     if n > 2:
         variance = values[2] * values[:2] / ((n - 2) * (values[:2] - values[2]) ** 2 + 1e-300)
-        first, second = np.degrees(np.arctan(np.sqrt(variance * 2.0 * _f95(n - 2))))
+        first, second = np.degrees(np.arctan(np.sqrt(variance * 2.0 * f95(n - 2))))
         semi_axes = float(second), float(first)
     given = None if turns is None or not turns.known else moved(poles, turns)
     turned = None if given is None else principal_axis(given, values, axes, 2)
-    reasons = [*_bowed(bowed_deg, _arc_deg(poles, axes)), *_fold_reasons(poles, axes, n, semi_axes)]
-    return _axis(poles, values, axes, semi_axes, axes[1], reasons, turned)
+    shape = shape_of(poles, values, axes)
+    uniform = uniformity(poles, False).p
+    bowed = _bowed(bowed_deg, shape.arc_deg)
+
+    def judged(error95_deg: float | None) -> Verdict:
+        found = verdict_of(shape, error95_deg, uniform, waviness_deg)
+        valid = "conditional" if bowed and found.valid == "yes" else found.valid
+        return Verdict(found.name, valid, (*bowed, *found.reasons))
+
+    made = axis_of(poles, values, axes, semi_axes, axes[1], judged, turned, _counted(shape))
+    left_out = None if n < 4 else _leave_one_out(poles, axes[2])
+    return replace(made, shape=shape, limbs=_limbs(shape), leave_one_out=left_out)
 
 
-def common_axis(
-    sets: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
-    turns: Mapping[str, Turns] | None = None,
-) -> FoldAxis:
-    """The axis common to several sets of planes (hanging wall, footwall, fault ...): the pole of
-    the best plane through the means of their poles, each set counting once however many planes it
-    has; with two sets the intersection of their mean planes (textbook 4.2, fig. 31a, b).
-
-    sets: name -> (dip directions, dips) in degrees. turns: what is known of their registrations, by
-    the same names and of the same rotations. The confidence carries the scatter of each
-    set's mean along the axis, as F with the smallest set's degrees of freedom; it is None where a
-    set has a single plane, whose scatter is unknown. Raises GeometryError for fewer than two sets,
-    an empty one, or parallel means.
-    """
-    if len(sets) < 2:
-        raise GeometryError(tr("A common axis needs at least 2 sets; name them as A,B."))
-    names = list(sets)
-    members: list[Array] = []
-    for name in names:
-        poles = planes_to_poles(*sets[name]).reshape(-1, 3)
-        if len(poles) == 0:
-            raise GeometryError(tr("Set {name} has no planes.", name=name))
-        members.append(unit_vectors(poles))
-    tensors = [orientation_tensor(poles) for poles in members]
-    means = np.array([of_set[0] for _, of_set in tensors])
-    values, axes = orientation_tensor(means)
-    if values[1] < MIN_ARC:
-        raise GeometryError(
-            tr(
-                "The mean planes of {names} are parallel: they have no common axis.",
-                names=", ".join(names),
-            )
-        )
-    beta = axes[2]
-    semi_axes: tuple[float, float] | None = None
-    swing = axes[1]
-    smallest = min(len(poles) for poles in members)
-    if smallest > 1:
-        # A mean that strays by e along beta turns beta by t with A t = sum m e, A = sum m m^T in
-        # the plane of the means (linearised); e has the variance of the mean of its set.
-        across = axes[:2]
-        flat = means @ across.T
-        strays = np.array(
-            [
-                float(np.sum((flip_to(poles, mean) @ beta - mean @ beta) ** 2))
-                / ((len(poles) - 1) * len(poles))
-                for poles, mean in zip(members, means, strict=True)
-            ]
-        )
-        inverse = np.linalg.inv(flat.T @ flat)
-        covariance = inverse @ (flat.T * strays) @ flat @ inverse
-        spread, directions = np.linalg.eigh(covariance)
-        angles = np.degrees(np.arctan(np.sqrt(np.maximum(spread, 0.0) * 2.0 * _f95(smallest - 1))))
-        semi_axes = float(angles[1]), float(angles[0])
-        swing = directions[:, 1] @ across
-    reasons = [
-        tr(
-            "means of {sets}",
-            sets=", ".join(f"{k} (n = {len(m)})" for k, m in zip(names, members, strict=True)),
-        )
-    ]
-    if len(names) > 2:
-        off = np.degrees(np.abs(np.arcsin(np.clip(means @ beta, -1.0, 1.0))))
-        reasons.append(
-            tr(
-                "distance of the means from one plane: {distances} degrees",
-                distances=", ".join(f"{k} {a:.1f}" for k, a in zip(names, off, strict=True)),
-            )
-        )
-    if semi_axes is None:
-        reasons.append(tr("a set has only one plane: the error of the axis is unknown"))
-    else:
-        reasons.extend(_weakness(semi_axes))
-    reasons.append(tr("whether the sets share one axis within their errors was not tested"))
-    turned = None
-    if turns is not None and any(turns[name].known for name in names):
-        own = [moved(poles, turns[name]) for name, poles in zip(names, members, strict=True)]
-        turned = _turned_axis(own, tensors, values, axes)
-    return _axis(means, values, axes, semi_axes, swing, reasons, turned)
-
-
-def _turned_axis(
-    members: Sequence[Moved], tensors: Sequence[tuple[Array, Array]], values: Array, axes: Array
-) -> Moved:
-    """The axis common to sets as the registrations of their planes move it."""
-    parts = [principal_axis(own, *of, 0) for own, of in zip(members, tensors, strict=True)]
-    return principal_axis(joined(parts), values, axes, 2)
-
-
-def _axis(
+def axis_of(
     poles: Array,
     values: Array,
     axes: Array,
     semi_axes: tuple[float, float] | None,
     swing: Array,
-    reasons: list[str],
+    judged: Callable[[float | None], Verdict],
     turned: Moved | None,
+    counted: Sequence[str],
 ) -> FoldAxis:
+    """Beta of poles, or of the means of sets, with their tensor.
+
+    semi_axes: degrees, of its joint 95 % region, the larger toward `swing`; turned: as the
+    registrations move it; judged: the verdict for a 95 % error; counted: the first sentences.
+    """
     beta = Line.from_vector(axes[2])
     pi_plane = beta.normal_plane()
     covariance = None if turned is None else turned.covariance()[0]
     total = None if semi_axes is None else region(axes[2], covariance, (*semi_axes, swing))
-    registration = None
+    registration, said = None, list[str]()
     if covariance is not None:
         registration = region(axes[2], covariance).largest_deg
-        reasons = [*reasons, _registered(registration, total)]
+        said = [_registered(registration, total)]
     direction = None if semi_axes is None else Line.from_vector(swing)
+    verdict = judged(None if total is None else total.largest_deg)
+    off = np.degrees(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0)))
+    known = [] if semi_axes is None else _weakness(semi_axes)
     return FoldAxis(
         n=len(poles),
         beta=beta,
         pi_plane=pi_plane,
         eigenvalues=(float(values[0]), float(values[1]), float(values[2])),
-        rms_deg=_rms_deg(poles, axes),
-        arc_deg=_arc_deg(poles, axes),
+        rms_deg=rms(off),
+        arc_deg=arc_deg(poles, axes),
         max_confidence95_deg=None if semi_axes is None else semi_axes[0],
         min_confidence95_deg=None if semi_axes is None else semi_axes[1],
         confidence_direction_deg=None if direction is None else rake_of(direction, pi_plane),
         confidence_axis=direction,
-        # The one place that gives a verdict: its tests (cylindrical, conical, homoclinal, two
-        # axes, scattered) will read the same poles and semi-axes.
-        valid="conditional",
-        verdict="undetermined",
-        reasons=tuple(reasons),
+        valid=verdict.valid,
+        verdict=verdict.name,
+        reasons=(*verdict.reasons, *counted, *known, *said),
         registration_error_deg=registration,
         total=total,
     )
+
+
+def plane_figures(plane: Plane) -> PlaneFigures:
+    """As plain numbers."""
+    return PlaneFigures(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
+
+
+def _cone_figures(shape: Shape) -> ConeFigures | None:
+    cone = shape.cone
+    if cone is None:
+        return None
+    width = cone.half_width_deg if math.isfinite(cone.half_width_deg) else None
+    line = cone.axis
+    return ConeFigures(
+        line.trend_deg, line.plunge_deg, cone.half_angle_deg, width, cone.rms_deg, cone.p
+    )
+
+
+def _limbs(shape: Shape) -> LimbFigures | None:
+    """Of the limbs' upward normals: the fold opens downward, or upward, but lies on neither."""
+    if shape.limbs is None:
+        return None
+    first, second = (pole if pole[2] > 0 else -pole for pole in shape.limbs.poles)
+    apart = math.degrees(
+        math.atan2(float(np.linalg.norm(np.cross(first, second))), float(first @ second))
+    )
+    planes = tuple(plane_figures(Plane.from_normal(pole)) for pole in (first, second))
+    axial = Plane.from_normal(first - second)
+    return LimbFigures(
+        (planes[0], planes[1]), shape.limbs.counts, 180.0 - apart, plane_figures(axial)
+    )
+
+
+def _leave_one_out(poles: Array, beta: Array) -> LeaveOneOut | None:
+    """Which of the poles turns beta most."""
+    total = poles.T @ poles
+    without = total - poles[:, :, None] * poles[:, None, :]
+    others = np.linalg.eigh(without)[1][:, :, 0]
+    turn = np.degrees(np.arccos(np.minimum(np.abs(others @ beta), 1.0)))
+    worst = int(np.argmax(turn))
+    line = Line.from_vector(others[worst])
+    return LeaveOneOut(worst, None, float(turn[worst]), line.trend_deg, line.plunge_deg)
 
 
 def _bowed(bowed_deg: float | None, arc_deg: float) -> list[str]:
@@ -381,30 +399,19 @@ def _registered(registration: float, total: Region | None) -> str:
     return said
 
 
-def _fold_reasons(
-    poles: Array, axes: Array, n: int, semi_axes: tuple[float, float] | None
-) -> list[str]:
-    reasons = [
+def _counted(shape: Shape) -> list[str]:
+    said = [
         tr(
             "n = {n}, poles {rms_deg:.1f} degrees RMS from the great circle, along "
             "{arc_deg:.0f} degrees of it",
-            n=n,
-            rms_deg=_rms_deg(poles, axes),
-            arc_deg=_arc_deg(poles, axes),
+            n=shape.n,
+            rms_deg=shape.rms_deg,
+            arc_deg=shape.arc_deg,
         )
     ]
-    if semi_axes is None:
-        reasons.append(tr("two planes always meet in a line: its error is unknown"))
-    else:
-        reasons.extend(_weakness(semi_axes))
-    if 2 < n < FEW_PLANES:
-        reasons.append(tr("only {n} planes: the shape of the scatter cannot be told", n=n))
-    if _arc_deg(poles, axes) < SHORT_ARC_DEG:
-        reasons.append(
-            tr("the poles cover less than {limit:.0f} degrees: nearly one dip", limit=SHORT_ARC_DEG)
-        )
-    reasons.append(tr(JUDGING_LATER))
-    return reasons
+    if shape.n == 2:
+        said.append(tr("two planes always meet in a line: its error is unknown"))
+    return said
 
 
 def _weakness(semi_axes: tuple[float, float]) -> list[str]:
@@ -426,20 +433,3 @@ def _weakness(semi_axes: tuple[float, float]) -> list[str]:
             shift=shift,
         )
     ]
-
-
-def _rms_deg(poles: Array, axes: Array) -> float:
-    off = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
-    return math.degrees(math.sqrt(float(np.mean(off**2))))
-
-
-def _arc_deg(poles: Array, axes: Array) -> float:
-    """Half a turn less the widest gap between neighbours, axially."""
-    along = np.sort(np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0)
-    gaps = np.diff(np.append(along, along[0] + 180.0))
-    return float(180.0 - gaps.max())
-
-
-def _f95(bottom: int) -> float:
-    """The 95 % point of F with (2, bottom) degrees of freedom, which has a closed form."""
-    return bottom / 2.0 * math.expm1(2.0 / bottom * math.log(20.0))

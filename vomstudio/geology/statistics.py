@@ -9,16 +9,13 @@ resultant. Axial data are never averaged by summing vectors as they come.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.common_turns import Region, Turns, cone, moved, region, resultant
 from vomstudio.geology.orientation import Array, Line
-from vomstudio.reprs import Shown
 from vomstudio.words import tr
 
 ZERO_EIGENVALUE = 1e-20
@@ -43,14 +40,16 @@ def unit_vectors(vectors: npt.ArrayLike) -> Array:
     return np.asarray(v / length[:, None])
 
 
-def orientation_tensor(vectors: npt.ArrayLike) -> tuple[Array, Array]:
+def orientation_tensor(vectors: npt.ArrayLike, weights: Array | None = None) -> tuple[Array, Array]:
     """Eigenvalues (3,) S1 >= S2 >= S3 with sum 1, and axes (3, 3): row i is the unit eigenvector
-    of S(i+1), pointing down (toward the trend in [0, 180) where horizontal).
+    of S(i+1), pointing down (toward the trend in [0, 180) where horizontal). weights : (n,).
 
     Computed by singular values of the vectors, which keep the digits that squaring loses: S3 of a
     set that lies in a plane comes out as 1e-32 rather than 1e-17.
     """
     v = unit_vectors(vectors)
+    if weights is not None:
+        v = v * np.sqrt(weights)[:, None]
     rows = v if len(v) >= 3 else np.vstack([v, np.zeros((3 - len(v), 3))])
     _, singular, axes = np.linalg.svd(rows, full_matrices=False)
     values = singular**2
@@ -111,30 +110,39 @@ class Fisher:
     alpha95_deg: float | None
 
 
-def fisher(vectors: npt.ArrayLike, directed: bool) -> Fisher:
+def fisher(vectors: npt.ArrayLike, directed: bool, weights: Array | None = None) -> Fisher:
     """Fisher's statistics of unit vectors (n, 3); axial data are first flipped into the hemisphere
     of the tensor's first axis. Whether axial data are clustered enough for that is
-    `no_fisher_reason`'s question. Raises GeometryError where the resultant vanishes."""
+    `no_fisher_reason`'s question. weights : (n,) with mean 1; alpha95 is then that of their
+    effective number. Raises GeometryError where the resultant vanishes."""
     v = unit_vectors(vectors)
+    w = np.ones(len(v)) if weights is None else weights
     if not directed:
-        v = flip_to(v, orientation_tensor(v)[1][0])
+        v = flip_to(v, orientation_tensor(v, weights)[1][0])
     n = len(v)
-    total = v.sum(axis=0)
+    total = w @ v
     resultant = float(np.linalg.norm(total))
     if resultant < 1e-9 * n:
         raise GeometryError(tr("The directions cancel out: they have no mean."))
     mean = total / resultant
     # n - R without cancellation: each term is 1 - cos of the angle to the mean.
-    lack = 0.5 * float(np.sum((v - mean) ** 2))
+    lack = 0.5 * float(w @ np.sum((v - mean) ** 2, axis=1))
     same = lack < n * ZERO_EIGENVALUE
     kappa = None if n < 2 or same else (n - 1) / lack
     alpha: float | None = None
     if n >= 2:
-        versine = lack / resultant * math.expm1(math.log(20.0) / (n - 1))
+        free = max(effective_number(w) - 1.0, 0.01)
+        versine = lack / resultant * math.expm1(math.log(20.0) / free)
         if versine <= 2.0:
             # cos a = 1 - versine, in the form that keeps small angles exact
             alpha = math.degrees(2.0 * math.asin(math.sqrt(versine / 2.0)))
     return Fisher(Line.from_vector(mean, directed=directed), n, resultant, kappa, alpha)
+
+
+def effective_number(weights: npt.ArrayLike) -> float:
+    """Of how many equal ones weights (n,) are worth: (sum w)^2 / sum w^2 (Kish 1965)."""
+    w = np.asarray(weights, dtype=np.float64)
+    return float(w.sum() ** 2 / (w @ w))
 
 
 def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> str | None:
@@ -166,145 +174,3 @@ def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> str | None:
             "girdle, not a cluster ({numbers}); the tensor's axes describe the set", numbers=numbers
         )
     return tr("no preferred orientation, close to a uniform scatter ({numbers})", numbers=numbers)
-
-
-@dataclass(frozen=True)
-class LineFigures:
-    """An axis: trend in [0, 360), plunge downward, degrees."""
-
-    trend_deg: float
-    plunge_deg: float
-
-
-@dataclass(frozen=True)
-class FisherFigures:
-    """Fisher's mean direction and statistics, as in `Fisher`.
-
-    registration_error_deg : larger half-angle of the 95 % region by which the registrations of the
-    models can turn the mean, None where none is known; it does not shrink with n. total95_deg :
-    that of alpha95 and the registration together, as far as they are known
-    """
-
-    trend_deg: float
-    plunge_deg: float
-    kappa: float | None
-    alpha95_deg: float | None
-    R: float
-    registration_error_deg: float | None = None
-    total95_deg: float | None = None
-
-
-@dataclass(frozen=True)
-class TensorFigures:
-    """Eigenvalues S1 >= S2 >= S3 of the orientation tensor, sum 1, and their axes."""
-
-    eigenvalues: tuple[float, float, float]
-    axes: tuple[LineFigures, LineFigures, LineFigures]
-
-
-@dataclass(frozen=True)
-class WoodcockFigures:
-    """Shape K, None where S2 = S3, and strength C, None where infinite."""
-
-    K: float | None
-    C: float | None
-
-
-@dataclass(frozen=True)
-class VollmerFigures:
-    """Point, girdle and random index, sum 1."""
-
-    P: float
-    G: float
-    R: float
-
-
-@dataclass(frozen=True, repr=False)
-class SetStatistics(Shown):
-    """What is said of one set of orientations.
-
-    n : how many. of : "poles" of planes, or "lines". axial : a vector and its opposite are the same
-    fisher : None where a mean would mislead. fisher_reason : why, or what is missing in it
-    tensor, woodcock, vollmer : as in `orientation_tensor`, `woodcock`, `vollmer`
-    """
-
-    n: int
-    of: str
-    axial: bool
-    fisher: FisherFigures | None
-    fisher_reason: str | None
-    tensor: TensorFigures
-    woodcock: WoodcockFigures
-    vollmer: VollmerFigures
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON: None, never NaN."""
-        return asdict(self)
-
-
-def mean_regions(
-    vectors: npt.ArrayLike, found: Fisher, directed: bool, turns: Turns | None
-) -> tuple[Region | None, Region | None]:
-    """The 95 % region by which the registrations of the vectors (n, 3) can turn their Fisher mean,
-    and that of mean and registration together; None where they are not known. Without an error of
-    registration the second is the mean's own."""
-    mean = found.mean.vector()
-    own = None if found.alpha95_deg is None else cone(mean, found.alpha95_deg)
-    if turns is None or not turns.known:
-        return None, None if own is None else region(mean, None, own)
-    v = unit_vectors(vectors)
-    signs = np.ones(len(v))
-    if not directed:
-        # Turned round as `fisher` does.
-        signs = np.where(v @ orientation_tensor(v)[1][0] < 0.0, -1.0, 1.0)
-    covariance = resultant(moved(v, turns), signs).covariance()[0]
-    return region(mean, covariance), None if own is None else region(mean, covariance, own)
-
-
-def set_statistics(
-    vectors: npt.ArrayLike,
-    of: str = "poles",
-    directed: bool = False,
-    turns: Turns | None = None,
-) -> SetStatistics:
-    """The statistics of one set.
-
-    vectors: (n, 3), poles of planes (of="poles") or lines (of="lines"). turns: what is known of
-    their registrations. Raises GeometryError for an empty set.
-    """
-    if of not in ("poles", "lines"):
-        raise ValueError(of)
-    v = unit_vectors(vectors)
-    values, axes = orientation_tensor(v)
-    reason = no_fisher_reason(v, directed)
-    found: FisherFigures | None = None
-    if reason is None:
-        f = fisher(v, directed)
-        alone, total = mean_regions(v, f, directed, turns)
-        found = FisherFigures(
-            f.mean.trend_deg,
-            f.mean.plunge_deg,
-            f.kappa,
-            f.alpha95_deg,
-            f.R,
-            None if alone is None else alone.largest_deg,
-            None if total is None else total.largest_deg,
-        )
-        if f.kappa is None:
-            reason = tr("all orientations are the same: kappa is infinite")
-        elif f.alpha95_deg is None:
-            reason = tr("too scattered: no cone holds the mean with 95 %")
-    s1, s2, s3 = (float(s) for s in values)
-    first, second, third = (
-        LineFigures(line.trend_deg, line.plunge_deg) for line in map(Line.from_vector, axes)
-    )
-    return SetStatistics(
-        len(v),
-        of,
-        not directed,
-        found,
-        reason,
-        TensorFigures((s1, s2, s3), (first, second, third)),
-        WoodcockFigures(*woodcock(values)),
-        VollmerFigures(*vollmer(values)),
-    )

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.errors import GeometryError, UsageError, VomError
+from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_turns import Turns
-from vomstudio.geology.folds import AxisFigures, FoldAxis, common_axis, fold_axis
+from vomstudio.geology.domains import DomainFigures, OneAxisFigures, domain_axes
+from vomstudio.geology.folds import AxisFigures, FoldAxis, fold_axis
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
 
 DEFAULT_KIND = "bedding"
+UNNAMED = "unassigned"
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,12 @@ class _Counts:
 
 
 @dataclass(frozen=True)
+class _Domains:
+    domains: Mapping[str, DomainFigures] | None
+    one_axis: OneAxisFigures | None
+
+
+@dataclass(frozen=True)
 class _Reading:
     convention: str
     dropped_lines: tuple[int, ...]
@@ -45,9 +54,10 @@ class _Reading:
 
 # The last of the bases has the first of the fields.
 @dataclass(frozen=True, repr=False)
-class TableFold(Shown, _Reading, AxisFigures, _Counts):
+class TableFold(Shown, _Reading, _Domains, AxisFigures, _Counts):
     """n : rows; used : of them; left_out : the others, and why. The figures of the axis are those
-    of `FoldAxis`. convention, dropped_lines, warnings : of the table as it was read."""
+    of `FoldAxis`. domains : each with its own axis, one_axis : whether one serves all; None where
+    no domains were named. convention, dropped_lines, warnings : of the table as it was read."""
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
@@ -55,26 +65,77 @@ class TableFold(Shown, _Reading, AxisFigures, _Counts):
 
 
 def table_fold(
-    table: OrientationRows, kind: str | None = None, sets: Sequence[str] | None = None
+    table: OrientationRows,
+    kind: str | None = None,
+    sets: Sequence[str] | None = None,
+    domain: str | None = None,
+    waviness_deg: float | None = None,
 ) -> TableFold:
     """The axis of a table's planes.
 
     kind : use planes of this kind only; of a table with kinds bedding is taken without it
     sets : the axis common to these sets, by their means
-    Raises GeometryError where the planes have no axis, UsageError for a kind or set that is not
-    there.
+    domain : name or number of the column that names the domains, each of which gets its own axis
+    waviness_deg : how far a pole strays by nature and by error; None for the usual limits
+    Raises GeometryError where the planes have no axis, UsageError for a kind, set or column that is
+    not there.
     """
-    axis, choice = _axis_of(table, kind, sets)
+    if sets is not None and domain is not None:
+        raise UsageError(
+            tr("Sets share an axis, domains have one each: name --sets or --domain, not both."),
+            field="--domain",
+        )
+    if waviness_deg is not None and not 0.0 < waviness_deg < 45.0:
+        raise UsageError(tr("The waviness lies between 0 and 45 degrees."), field="--waviness")
+    axis, choice = _axis_of(table, kind, sets, waviness_deg)
     figures = {f.name: getattr(axis.figures, f.name) for f in fields(AxisFigures)}
+    rows = np.flatnonzero(choice.use)
+    worst = axis.leave_one_out
+    if worst is not None:
+        figures["leave_one_out"] = replace(worst, id=str(table.ids[rows[worst.index]]))
+    found, one_axis = None, None
+    if domain is not None:
+        found, one_axis = _domains(table, choice, axis, domain, waviness_deg)
+        if not one_axis.serves_all:
+            figures.update(
+                verdict="two axes", valid="no", reasons=(*one_axis.reasons, *figures["reasons"])
+            )
+        else:
+            figures["reasons"] = (*figures["reasons"], *one_axis.reasons)
     return TableFold(
         n=len(table),
         used=int(choice.use.sum()),
         left_out=tuple(choice.left_out),
         **figures,
+        domains=found,
+        one_axis=one_axis,
         convention=table.convention,
         dropped_lines=tuple(table.dropped),
         warnings=tuple(table.warnings),
     )
+
+
+def _domains(
+    table: OrientationRows,
+    choice: _Choice,
+    axis: FoldAxis,
+    column: str,
+    waviness_deg: float | None,
+) -> tuple[dict[str, DomainFigures], OneAxisFigures]:
+    names = table.column(column)
+    members: dict[str, list[int]] = {}
+    for i in np.flatnonzero(choice.use):
+        members.setdefault(names[i].strip() or UNNAMED, []).append(int(i))
+    if len(members) < 2:
+        raise UsageError(
+            tr("The column '{column}' names one domain only; two are needed.", column=column),
+            file=table.path,
+            field="--domain",
+        )
+    beds = {
+        name: (table.dip_direction_deg[rows], table.dip_deg[rows]) for name, rows in members.items()
+    }
+    return domain_axes(beds, axis, waviness_deg)
 
 
 def set_names(text: str) -> list[str]:
@@ -91,7 +152,10 @@ def checked_names(given: Sequence[str]) -> list[str]:
 
 
 def _axis_of(
-    table: OrientationRows, kind: str | None, sets: Sequence[str] | None
+    table: OrientationRows,
+    kind: str | None,
+    sets: Sequence[str] | None,
+    waviness_deg: float | None,
 ) -> tuple[FoldAxis, _Choice]:
     choice = _Choice(table)
     choice.planes_only()
@@ -100,7 +164,10 @@ def _axis_of(
     if kind is not None or (sets is None and has_kinds):
         choice.one_kind(kind)
     try:
-        axis = choice.axis() if sets is None else choice.common_axis(checked_names(sets))
+        if sets is None:
+            axis = choice.axis(waviness_deg)
+        else:
+            axis = choice.common_axis(checked_names(sets))
     except GeometryError as error:
         raise GeometryError(error.message, file=table.path, field=error.field) from error
     return axis, choice
@@ -146,13 +213,14 @@ class _Choice:
                 what = kind or "no kind"
                 self.left_out.append(LeftOut(what, n, tr("kind is not {kind}", kind=name)))
 
-    def axis(self) -> FoldAxis:
+    def axis(self, waviness_deg: float | None) -> FoldAxis:
         turns = None if self.table.turns is None else self.table.turns.of(self.use)
         return fold_axis(
             self.table.dip_direction_deg[self.use],
             self.table.dip_deg[self.use],
             turns,
             self.table.bowed_deg,
+            waviness_deg,
         )
 
     def common_axis(self, names: Sequence[str]) -> FoldAxis:

@@ -24,7 +24,8 @@ _RECENT = 10
 @dataclass
 class Settings:
     """notation: how planes are written in the window (see geology.notation).
-    contour: of the net, one of geology.density.DENSITY_METHODS, empty for none.
+    contour: of the net, one of geology.density.DENSITY_METHODS, empty for none. contour_sigma: of
+    Kamb's methods.
     unclosed: projects that are open, or were when the program last ended without closing them.
     planes_as: "discs", "symbols" or "neither" in 3-D. hidden_columns: of the table, by title.
     window: geometry and panels as the window system keeps them, base64. limits: those of the
@@ -38,6 +39,7 @@ class Settings:
     contour: str = ""
     contour_filled: bool = True
     contour_each_set: bool = False
+    contour_sigma: float = 3.0
     turntable: bool = True
     planes_as: str = "discs"
     hidden_columns: list[str] = field(default_factory=list)

@@ -21,7 +21,7 @@ class LayersOrder:
 def _write_layers(asked: LayersOrder, progress: Progress) -> Nothing:
     from vomstudio.io.project.export import export_project
 
-    export_project(asked.folder, "gpkg", asked.folder / "project.gpkg", force=True)
+    export_project(asked.folder, "gpkg", asked.folder / "project.gpkg", with_map=False, force=True)
     return Nothing()
 
 

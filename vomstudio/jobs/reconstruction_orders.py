@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from vomstudio.errors import InputError, UsageError
@@ -29,13 +30,17 @@ def order_reconstruction(
     threads: int | None = None,
     seed: int = 0,
     device: str = "auto",
+    region: Sequence[float] | None = None,
 ) -> tuple[ReconstructionOrder, list[str]]:
     """The order, and sentences on what was found beside the photos and is not used.
 
     control : table of control points, "none" to do without; None for `control.csv` in or beside the
     folder of the photos, where enough of its points are marked. marks : None for those beside it.
+    region : x0, y0, z0, x1, y1, z1 in the frame of the model, of which alone a model is made
     Raises InputError, UsageError.
     """
+    from vomstudio.photogrammetry.base.region import Region
+
     folder, out = Path(photos), Path(output)
     if not folder.is_dir():
         raise InputError(tr("This is not a folder of photos. Choose another."), file=folder)
@@ -55,11 +60,13 @@ def order_reconstruction(
             tr("This is the folder of the photos themselves. Choose another folder."),
             field="--output",
         )
+    box = None if region is None else tuple(float(v) for v in region)
+    Region.of(box)
     name = None if crs is None else _crs(crs)
     points, seen, said = _tables(folder, control, marks)
     order = ReconstructionOrder(
         folder.resolve(), out.resolve(), quality, name, points, seen, threads, seed, scheduler,
-        device=device,
+        device=device, region=box,
     )  # fmt: skip
     return order, said
 

@@ -21,6 +21,7 @@ class ReconstructionOrder:
     scheduler : address of a Dask cluster, None for this machine's processors
     masks : by photo, in place of those that lie beside the photos; None for those
     device : "auto", "cpu" or "cuda", for the depth maps
+    region : lowest and highest corner of the part of which a model is made, in its frame
     """
 
     photos: Path
@@ -34,6 +35,7 @@ class ReconstructionOrder:
     scheduler: str | None = None
     masks: Mapping[str, Path] | None = None
     device: str = "auto"
+    region: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -103,6 +105,7 @@ def _reconstruct(asked: ReconstructionOrder, progress: Progress) -> Reconstructi
         threads=asked.threads,
         seed=asked.seed,
         device=asked.device,
+        region=asked.region,
     )
     executor = make_executor(settings.threads, asked.scheduler)
     try:

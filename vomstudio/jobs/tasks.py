@@ -10,6 +10,7 @@ from vomstudio.jobs import (
     photo_tasks,
     product_tasks,
     reconstruction_tasks,
+    registration_tasks,
     survey_tasks,
 )
 from vomstudio.jobs.job import Job
@@ -21,6 +22,7 @@ TASKS: dict[str, Job[Any, Any]] = {
         product_tasks,
         photo_tasks,
         reconstruction_tasks,
+        registration_tasks,
         survey_tasks,
         inspection_tasks,
     )

@@ -155,7 +155,8 @@ def _judged(kinds: Sequence[Observed], out: Sequence[Single], found: Adjusted) -
     squares = float((misses**2).sum())
     left = _left(kinds, out)
     total = sum(len(kind.labels) for _, kind, _ in left)
-    judged = []
+    tested: list[tuple[Single, Observed, int, Array]] = []
+    statistics: list[tuple[float, int, bool]] = []
     for place, (at, kind, own) in enumerate(left):
         first, last = found.begins[place], found.begins[place + 1]
         width = (last - first) // len(kind.labels)
@@ -168,17 +169,22 @@ def _judged(kinds: Sequence[Observed], out: Sequence[Single], found: Adjusted) -
             deleted = np.linalg.solve(rest, misses[which])
             if np.linalg.norm(deleted * sigma[which]) < _ROUNDING * max(found.size, 1.0):
                 continue
+            tested.append(((at, row), kind, number, deleted * sigma[which]))
             statistic = float(misses[which] @ deleted)
-            if stated[which].all():
-                strength = statistic / width
-                chance = float(chi2.sf(statistic, width))
-            else:
-                others = max((squares - statistic) / (free - width), 1e-300)
-                strength = statistic / width / others
-                chance = float(f.sf(strength, width, free - width))
-            blunder = _described(kind, kind.labels[number], deleted * sigma[which])
-            judged.append(_Judged((at, row), chance, strength, total, blunder))
-    return judged
+            statistics.append((statistic, width, bool(stated[which].all())))
+    if not tested:
+        return []
+    squared, widths, known = (np.array(column) for column in zip(*statistics, strict=True))
+    others = np.where(known, 1.0, np.maximum((squares - squared) / (free - widths), 1e-300))
+    strength = squared / widths / others
+    # All at once: a call of scipy's costs as much as the rest of a point.
+    chance = np.where(
+        known, chi2.sf(squared, widths), f.sf(strength, widths, np.maximum(free - widths, 1))
+    )
+    return [
+        _Judged(single, float(p), float(s), total, _described(kind, kind.labels[number], miss))
+        for (single, kind, number, miss), p, s in zip(tested, chance, strength, strict=True)
+    ]
 
 
 def _described(kind: Observed, label: str, error: Array) -> Blunder:

@@ -109,6 +109,16 @@ class Evidence:
             self.lengths or self.azimuths
         )
 
+    @property
+    def too_few_alone(self) -> bool:
+        """Whether there are points and nothing else, and fewer than place a model."""
+        others = (self.positions, self.attitudes, self.level, self.compass)
+        if self.pairs is None or any(one is not None for one in others):
+            return False
+        if self.bars or self.lengths or self.azimuths:
+            return False
+        return int((~self.pairs.check).sum()) < 3
+
 
 def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     """The registration by all that is given.

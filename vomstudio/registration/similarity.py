@@ -140,17 +140,14 @@ def _next(fit: Similarity, a: Array, b: Array, used: npt.NDArray[np.bool_]) -> i
     cut = chi2.ppf(share, 3)
     variance = float(_squares(fit, a[used], b[used]).sum()) / freedom
     variance /= float(chi2.cdf(cut, 5) / share)
-    centre = fit(a[used]).mean(axis=0)
-    moves = [jacobian(p) for p in fit(a) - centre]
-    information = sum((m.T @ m for m, u in zip(moves, used, strict=True) if u), np.zeros((7, 7)))
-    inverse = np.linalg.pinv(information)
-    misses = b - fit(a)
-    statistic = np.array(
-        [
-            misses[i] @ np.linalg.solve(np.eye(3) + moves[i] @ inverse @ moves[i].T, misses[i])
-            for i in outside
-        ]
-    )
+    placed = fit(a)
+    moves = jacobians(placed - placed[used].mean(axis=0))
+    own = moves[used].reshape(-1, 7)
+    inverse = np.linalg.pinv(own.T @ own)
+    there = moves[outside]
+    misses = (b - placed)[outside]
+    spread = np.eye(3) + there @ inverse @ there.transpose(0, 2, 1)
+    statistic = (misses * np.linalg.solve(spread, misses[..., None])[..., 0]).sum(axis=1)
     at = int(statistic.argmin())
     limit = 3 * variance * float(f.ppf(_FITS, 3, freedom))
     return int(outside[at]) if statistic[at] <= limit else None

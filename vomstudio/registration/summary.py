@@ -19,6 +19,7 @@ _METHODS = {
     "gps": to_translate("GPS positions of the cameras"),
     "control": to_translate("control points marked in photos"),
     "points": to_translate("control points picked on the model"),
+    "reference": to_translate("another model, to which it was fitted"),
     "local": to_translate("nothing outside of the photos"),
 }
 
@@ -89,9 +90,12 @@ def _points(registration: Registration) -> list[tuple[str, str]]:
 def _warnings(registration: Registration) -> list[str]:
     said = []
     control = [p for p in registration.control if not p.check]
-    if 0 < len(control) < _FEW:
+    # Of a model that was fitted to another one the surfaces judge the points.
+    by_points = registration.method != "reference"
+    if by_points and 0 < len(control) < _FEW:
         said.append(tr("By fewer than four control points no mistake can be found."))
-    if registration.method != "gps" and 0 < len(control) == len(registration.control):
+    by_points = by_points and registration.method != "gps"
+    if by_points and 0 < len(control) == len(registration.control):
         said.append(tr("No check points judge the model independently of those that placed it."))
     if registration.scale_error is not None:
         said += filter(None, [scale_warning(registration.scale_error)])

@@ -130,13 +130,15 @@ def write_orientation_csv(
     notes: Sequence[str] = (),
     axes: Axes = WORLD,
     limits: Thresholds | None = None,
+    more: Sequence[str] = (),
     force: bool = False,
 ) -> None:
     """Write rows as UTF-8 CSV, whole or not at all.
 
     crs: of x, y, z ("EPSG:32615"), None where none was declared. north: what azimuths count from.
     notes: further lines for the `#` block. axes: what is known of x, y, z. limits: by
-    which the rows were judged, None where none has a verdict. Raises `TargetError`.
+    which the rows were judged, None where none has a verdict. more: names of columns that follow.
+    Raises `TargetError`.
     """
     if north is None:
         north = "y axis of the coordinates as given" if crs is None else f"grid north of {crs}"
@@ -150,10 +152,11 @@ def write_orientation_csv(
         *notes,
     ]
     lines = [f"# {' '.join(text.split())}" for text in head]
-    lines.append(",".join(COLUMNS))
+    names = (*COLUMNS, *more)
+    lines.append(",".join(names))
     rest = iter(rows)
     while portion := list(islice(rest, _PORTION)):
-        columns = [_csv_column([row.get(name) for row in portion]) for name in COLUMNS]
+        columns = [_csv_column([row.get(name) for row in portion]) for name in names]
         lines += map(",".join, zip(*columns, strict=True))
     write_bytes(path, ("\n".join(lines) + "\n").encode("utf-8", "replace"), force=force)
 
@@ -209,13 +212,13 @@ def _csv_cell(value: Any) -> str:
             return f"{value:.12g}" if math.isfinite(value) else ""
         case int() | np.integer():
             return str(value)
-    return _csv_text(str(value))
+    return csv_text(str(value))
 
 
 _QUOTED = re.compile(r'[,"\n\r]')
 
 
-def _csv_text(text: str) -> str:
+def csv_text(text: str) -> str:
     text = guarded(text)
     # A leading # would make the row a comment for whoever reads it.
     if text[:1] == "#" or _QUOTED.search(text) or text != text.strip():

@@ -103,6 +103,8 @@ class Preview:
 
     line : (k, 3) vertices joined in order; also the handles that can be grabbed
     rubber : (3,) the end of the rubber band from the last vertex, or None
+    path : (n, 3) drawn through the vertices of `line` in place of straight pieces, or None
+    ahead : (m, 3) from the last vertex to `rubber` in place of a straight band, or None
     patch : (c, 3) corners of the live plane's patch (a convex ring), or None
     marked : index of the vertex that Delete removes, or None
     color : RGB 0..1
@@ -121,3 +123,5 @@ class Preview:
     verdict: str | None = None
     brush: BrushRing | None = None
     area: Area | None = None
+    path: npt.NDArray[np.float64] | None = None
+    ahead: npt.NDArray[np.float64] | None = None

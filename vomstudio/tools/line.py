@@ -19,7 +19,7 @@ from vomstudio.geology.notation import format_line
 from vomstudio.geology.slip import SENSES, SlipSense
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.tools.fit_summary import WIDTH, first_reason
-from vomstudio.tools.polyline import PolylineTool, plane_of, points_text
+from vomstudio.tools.polyline import PolylineTool, plane_of, points_text, type_of_draft
 from vomstudio.tools.tool_entry import ToolEntry
 from vomstudio.words import to_translate, tr, tr_n
 
@@ -140,7 +140,7 @@ class LineTool(PolylineTool[Lineation]):
         read = Lineation(
             id=str(state["line_id"]),
             name="",
-            type_id=self._type_of(state, self.next.type_id),
+            type_id=type_of_draft(self._context, state, self.next.type_id),
             model_id=str(state["model_id"]),
             model_hash=str(state["model_hash"]),
             vertices=vertices,

@@ -27,6 +27,7 @@ from vomstudio.words import tr, tr_n
 
 F = TypeVar("F", bound=Picked)
 
+Floats = npt.NDArray[np.float64]
 BLANK_COLOR = "#e69f00"
 
 
@@ -79,8 +80,12 @@ class PolylineTool(Generic[F]):
         """Lines of text beside the cursor."""
         raise NotImplementedError
 
-    def _patch(self) -> npt.NDArray[np.float64] | None:
+    def _patch(self) -> Floats | None:
         return None
+
+    def _drawn(self) -> tuple[Floats | None, Floats | None]:
+        """World lines that are drawn for the straight pieces and for the rubber band."""
+        return None, None
 
     def _color(self) -> str:
         type_id = getattr(self._feature, "type_id", "")
@@ -139,8 +144,8 @@ class PolylineTool(Generic[F]):
     def pointer(self, event: PointerEvent) -> None:
         """Add, insert, mark or move vertices; a double click finishes."""
         if event.handle is not None and self.vertices:
-            shift = 1 if self._closed else 0
-            event = replace(event, handle=(event.handle - shift) % len(self.vertices))
+            handle = event.handle - (1 if self._closed else 0)
+            event = replace(event, handle=handle % len(self.vertices))
         if event.kind is Pointer.MOVE:
             self._move(event)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
@@ -387,12 +392,6 @@ class PolylineTool(Generic[F]):
         self._context.tool_changed()
         return True
 
-    def _type_of(self, state: Mapping[str, Any], instead: str) -> str:
-        """The type of a draft; the one for what is made next where it is gone."""
-        type_id = str(state["type_id"])
-        kind = self._context.session.records.get(type_id)
-        return type_id if isinstance(kind, FeatureType) else instead
-
     # --- what is seen ------------------------------------------------------------------------
     def _model(self) -> Model | None:
         assert self._feature is not None
@@ -411,10 +410,10 @@ class PolylineTool(Generic[F]):
             self._context.show(None)
             return
         model, at = self._model(), self._hovered()
-        rubber = None
-        if at is not None and model is not None:
-            rubber = transform.apply(model.to_world, [at])[0]
+        seen = None if at is None or model is None else (model.to_world, [at])
+        rubber = None if seen is None else transform.apply(*seen)[0]
         line, marked = world_points(self._feature, model), self.current_vertex
+        path, ahead = self._drawn()
         if self._closed:
             # From the last vertex round to it again: the rubber band hangs from there.
             line = np.vstack([line[-1:], line])
@@ -423,6 +422,8 @@ class PolylineTool(Generic[F]):
             Preview(
                 line=line,
                 rubber=rubber,
+                path=path,
+                ahead=ahead,
                 patch=self._patch(),
                 marked=marked,
                 color=rgb(self._color()),
@@ -430,6 +431,12 @@ class PolylineTool(Generic[F]):
                 verdict=m.verdict.quality if (m := self.measurement) and m.verdict else None,
             )
         )
+
+
+def type_of_draft(context: ToolContext, state: Mapping[str, Any], instead: str) -> str:
+    """The type of a draft; the one for what is made next where it is gone."""
+    type_id = str(state["type_id"])
+    return type_id if isinstance(context.session.records.get(type_id), FeatureType) else instead
 
 
 def _nearest_segment(line: npt.NDArray[np.float64], position: npt.NDArray[np.float64]) -> int:

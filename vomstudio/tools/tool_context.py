@@ -9,6 +9,7 @@ from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.records import Feature
 from vomstudio.document.session import Session
 from vomstudio.geometry.brush import PaintSurface
+from vomstudio.tools.followed_line import PathFinder
 from vomstudio.tools.interaction_types import PointerEvent, Preview
 from vomstudio.tools.open_steps import Discarded
 
@@ -86,6 +87,10 @@ class ToolContext(Protocol):
 
     def surface(self, model_id: str) -> PaintSurface | None:
         """The surface of an open model; None while it is not loaded."""
+
+    @property
+    def paths(self) -> PathFinder:
+        """Finds the ways that lines follow over models."""
 
     def measure(self, feature: Feature) -> Measurement:
         """The live figures of a feature that is not in the document."""

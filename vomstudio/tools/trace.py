@@ -13,19 +13,60 @@ from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import SURROUNDINGS_RULE, Model, Point
+from vomstudio.geometry import transform
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.tools.fit_summary import WIDTH, error_text, first_reason, indices_text
+from vomstudio.tools.followed_line import FollowedLine
 from vomstudio.tools.local_surface import around
-from vomstudio.tools.polyline import PolylineTool, points_text
+from vomstudio.tools.polyline import PolylineTool, points_text, type_of_draft
+from vomstudio.tools.tool_context import ToolContext
 from vomstudio.tools.tool_entry import ToolEntry
 from vomstudio.words import to_translate, tr, tr_n
 
 
 class TraceTool(PolylineTool[Trace]):
-    """Picks three points or more; a plane is fitted to them as they come."""
+    """Picks three points or more; a plane is fitted to them as they come.
+
+    Where it follows a contact its vertices are way-points, and the trace is the path through them.
+    """
 
     name = "trace"
     record = Trace
+
+    def __init__(self, context: ToolContext) -> None:
+        super().__init__(context)
+        self._line = FollowedLine(context.paths, self._leg_came, context.say)
+        self._finish_when_found = False
+
+    @property
+    def cost(self) -> str | None:
+        """What is followed between clicks; None for straight pieces."""
+        return self._line.cost
+
+    def follow(self, cost: str | None) -> None:
+        """Follow something else between clicks, or nothing. A continued trace is picked point by
+        point."""
+        if cost == self._line.cost:
+            return
+        self._line.cost = cost
+        if self._feature is not None:
+            self._keep(self._feature, self._steps, self.current_vertex)
+        else:
+            self._context.tool_changed()
+
+    @property
+    def followed(self) -> bool:
+        """The open trace is a path between its way-points."""
+        return self._line.cost is not None and not self._continued and self.open
+
+    @property
+    def searching(self) -> bool:
+        """A piece of the open trace is still being searched for."""
+        return (
+            self._feature is not None
+            and self.followed
+            and self._line.searching(self._feature.model_id, self.vertices)
+        )
 
     @property
     def trace(self) -> Trace | None:
@@ -37,6 +78,14 @@ class TraceTool(PolylineTool[Trace]):
         if self._feature is None:
             return tr("Trace: click along a bed, fault or fracture on the outcrop.")
         count = len(self.vertices)
+        if self.followed:
+            return tr_n(
+                "Trace: {count} way-point. Click the next one on the contact; drag one to move "
+                "it; Ctrl+click inserts one; Enter or double click finishes; Esc cancels.",
+                "Trace: {count} way-points. Click the next one on the contact; drag one to move "
+                "it; Ctrl+click inserts one; Enter or double click finishes; Esc cancels.",
+                count,
+            )
         if count < 3:
             return tr_n(
                 "Trace: {count} of at least 3 points. Go on clicking; Backspace removes the last "
@@ -57,7 +106,7 @@ class TraceTool(PolylineTool[Trace]):
         if self._feature is None:
             return tr("No trace is being picked.")
         missing = 3 - len(self.vertices)
-        if missing <= 0:
+        if missing <= 0 or (self.followed and len(self.vertices) > 1):
             return None
         return tr_n(
             "A plane needs at least 3 points: pick {count} more.",
@@ -77,9 +126,43 @@ class TraceTool(PolylineTool[Trace]):
             axis="auto",
         )
 
+    def finish(self) -> str | None:
+        """As of all; while a piece is searched for it is finished when that has come."""
+        self._finish_when_found = self.searching
+        return None if self._finish_when_found else super().finish()
+
+    def _reset(self) -> None:
+        self._line.forget()
+        self._finish_when_found = False
+        super()._reset()
+
+    def _leg_came(self) -> None:
+        if self._feature is None:
+            return
+        self._look()
+        self._show()
+        self._context.tool_changed()
+        if self._finish_when_found and not self.searching:
+            self.finish()
+
+    def _whole(self, feature: Trace) -> Trace:
+        """With all vertices of the path; itself where it is picked point by point."""
+        if not self.followed:
+            return feature
+        dragged = self._drag_from is not None
+        path = self._line.path(feature.model_id, feature.vertices, live=dragged)
+        return replace(feature, vertices=tuple(map(tuple, path.tolist())))
+
     def _edit(self, feature: Trace) -> Edit:
         records = self._context.session.records
         if not self._continued:
+            if self.followed:
+                said = tr(
+                    "Followed by {cost} through {count} way-points.",
+                    cost=self._line.cost,
+                    count=len(feature.vertices),
+                )
+                feature = replace(self._whole(feature), notes=said)
             return edits.add_trace(records, feature)
         return edits.set_vertices(
             records,
@@ -92,13 +175,14 @@ class TraceTool(PolylineTool[Trace]):
 
     # --- drafts ------------------------------------------------------------------------------
     def _more_state(self, feature: Trace) -> dict[str, Any]:
-        return {"type_id": feature.type_id, "set_name": feature.set_name}
+        state = {"type_id": feature.type_id, "set_name": feature.set_name}
+        return {**state, "cost": self._line.cost} if self.followed or self._line.cost else state
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Trace:
         return Trace(
             id=str(state["trace_id"]),
             name="",
-            type_id=self._type_of(state, self._context.next_type_id),
+            type_id=type_of_draft(self._context, state, self._context.next_type_id),
             model_id=str(state["model_id"]),
             model_hash=str(state["model_hash"]),
             vertices=vertices,
@@ -107,6 +191,8 @@ class TraceTool(PolylineTool[Trace]):
         )
 
     def restore(self, state: Mapping[str, Any]) -> bool:
+        cost = state.get("cost")
+        self._line.cost = cost if isinstance(cost, str) else None
         if not super().restore(state):
             return False
         if self._feature is not None:
@@ -126,12 +212,32 @@ class TraceTool(PolylineTool[Trace]):
         """Ask the surface, and fit."""
         assert self._feature is not None
         surface = self._context.surface(self._feature.model_id)
+        whole = self._whole(self._feature)
         if surface is not None and self.vertices:
-            resolution, normal = around(surface, self.vertices)
+            resolution, normal = around(surface, whole.vertices)
             self._feature = replace(
                 self._feature, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE
             )
-        super()._look()
+            whole = replace(
+                whole, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE
+            )
+        if not self.followed:
+            super()._look()
+            return
+        self.measurement = self._context.measure(whole) if whole.vertices else None
+
+    def _drawn(self) -> tuple[np.ndarray | None, np.ndarray | None]:
+        feature, model = self._feature, self._model()
+        if feature is None or model is None or not self.followed:
+            return None, None
+        path = np.asarray(self._whole(feature).vertices, np.float64)
+        at, ahead = self._hovered(), None
+        if at is not None and feature.vertices and self._drag_from is None:
+            ahead = self._line.leg(feature.model_id, feature.vertices[-1], at, live=True)
+        to_world = model.to_world
+        return transform.apply(to_world, path), (
+            None if ahead is None else transform.apply(to_world, ahead)
+        )
 
     def _patch(self) -> np.ndarray | None:
         fit = self.measurement.fit if self.measurement else None
@@ -145,6 +251,8 @@ class TraceTool(PolylineTool[Trace]):
 
     def _reading(self) -> tuple[str, ...]:
         count, measurement = len(self.vertices), self.measurement
+        if self.searching:
+            return (points_text(count), tr("Searching for the way"))
         if measurement is None or measurement.fit is None or measurement.verdict is None:
             if count < 3 or measurement is None or not measurement.problem:
                 return (points_text(count),)
@@ -153,7 +261,7 @@ class TraceTool(PolylineTool[Trace]):
         return (
             self._context.format_plane(measurement),
             error_text(fit),
-            indices_text(fit, f"n {count}"),
+            indices_text(fit, f"n {fit.n}"),
             *first_reason(measurement.verdict),
         )
 

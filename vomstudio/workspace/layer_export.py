@@ -30,7 +30,7 @@ def written_layers(folder: Path, has_features: bool) -> list[str]:
     from vomstudio.io.project.export import export_project
 
     try:
-        export_project(folder, "gpkg", folder / LAYERS, force=True)
+        export_project(folder, "gpkg", folder / LAYERS, with_map=False, force=True)
     except VomError as error:
         return [tr("The GIS layers are not up to date. {error}", error=error)]
     return []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -51,6 +51,18 @@ class OpenModel:
     def kind(self) -> Literal["mesh", "cloud"]:
         """Whether it is a mesh or a point cloud."""
         return "mesh" if isinstance(self.data, Mesh) else "cloud"
+
+    def give_fields(self, fields: Mapping[str, np.ndarray]) -> bool:
+        """Values that were worked out for its points, (n,) each, beside those of its file. Who
+        shows the model sees them too, since it holds the same data. False where they are of another
+        number of points, as those of a streamed cloud are."""
+        data = self.data
+        count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
+        own = data.fields
+        if not isinstance(own, dict) or any(len(values) != count for values in fields.values()):
+            return False
+        own.update(fields)
+        return True
 
 
 Then = Callable[[OpenModel], None]

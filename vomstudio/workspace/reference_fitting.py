@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,17 +10,20 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.geometry import transform
-from vomstudio.io.models.opening import resolution
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.photos.cameras_file import scale_known
 from vomstudio.progress import Progress
 from vomstudio.registration.by_model.reference import FittedToReference, fit_to_reference
 from vomstudio.registration.by_model.stable import POLYGONS, in_polygons, near_cloud
+from vomstudio.registration.by_model.starting import (
+    box_of,
+    points_and_spacing,
+    similarity_of,
+    with_scale,
+)
 from vomstudio.registration.overlap import crs_doubts, refuse_apart
 from vomstudio.registration.results import Placed
-from vomstudio.registration.similarity import Similarity
-from vomstudio.registration.surface_points import points_of, surface_points
+from vomstudio.registration.surface_points import points_of
 from vomstudio.words import tr
 from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 from vomstudio.workspace.world_models import WorldModel, read_in_world
@@ -94,18 +97,18 @@ def fit_model(
     if crs is not None:
         said += crs_doubts(crs, target.crs, ("--crs", names[1]))
     stands = stands or _as_its_file_says(loaded)
-    own = _similarity(stands.to_world)
+    own = similarity_of(stands.to_world)
     scale = not stands.metric
-    points, spacing = _points(loaded)
+    points, spacing = points_and_spacing(loaded.data, loaded.path)
     if near is None:
         said += crs_doubts(stands.crs, target.crs, names)
         start = own
-        refuse_apart(_box(own(points)), _box(points_of(target.data)), names)
+        refuse_apart(box_of(own(points)), box_of(points_of(target.data)), names)
     else:
-        start = _similarity(near.matrix)
+        start = similarity_of(near.matrix)
         if not scale:
-            start = _of_scale(start, own.scale, points.mean(axis=0))
-    there, its_spacing = _points(replace(target.loaded, data=target.data))
+            start = with_scale(start, own.scale, points.mean(axis=0))
+    there, its_spacing = points_and_spacing(target.data, target.loaded.path)
     flags, stable_m = None, None
     if stable is not None:
         flags, stable_m, more = _stable(there, target, Path(stable), progress)
@@ -120,31 +123,6 @@ def fit_model(
     )  # fmt: skip
 
 
-def _points(loaded: LoadedModel) -> tuple[Array, float]:
-    """Points of the surface, and their resolution."""
-    spacing = resolution(loaded.data)
-    if not (np.isfinite(spacing) and spacing > 0):
-        raise InputError(tr("The model is a single point, or none."), file=loaded.path)
-    return surface_points(loaded.data, spacing)[0], spacing
-
-
-def _box(points: Array) -> Array:
-    sound = points[np.isfinite(points).all(axis=1)]
-    return np.array([sound.min(axis=0), sound.max(axis=0)])
-
-
-def _similarity(rows: Any) -> Similarity:
-    matrix = transform.matrix(rows)
-    scale = float(transform.scale_of(matrix))
-    return Similarity(scale, matrix[:3, :3] / scale, matrix[:3, 3])
-
-
-def _of_scale(fit: Similarity, scale: float, middle: Array) -> Similarity:
-    """The same place and attitude of the model's middle with another scale."""
-    there = fit(middle[None])[0]
-    return Similarity(scale, fit.rotation, there - scale * fit.rotation @ middle)
-
-
 def _stable(
     points: Array, target: WorldModel, path: Path, progress: Progress
 ) -> tuple[npt.NDArray[np.bool_], float | None, list[str]]:
@@ -156,7 +134,7 @@ def _stable(
     else:
         mask = read_in_world(path, progress)
         said = crs_doubts(mask.crs, target.crs, names)
-        places, spacing = _points(replace(mask.loaded, data=mask.data))
+        places, spacing = points_and_spacing(mask.data, mask.loaded.path)
         flags, reach = near_cloud(points, places, spacing)
     if not flags.any():
         raise InputError(

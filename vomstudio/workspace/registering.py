@@ -32,9 +32,11 @@ from vomstudio.registration.coordinate_checks import require_on_model, said_of_a
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import with_warnings
 from vomstudio.registration.results import Placed, PointResidual
+from vomstudio.registration.similarity import jacobian
 from vomstudio.words import tr, tr_n
 
 _SETS_TOLD = 5
+_Z95 = 1.959963984540054
 
 
 def take_in(
@@ -168,6 +170,42 @@ def registration_of(
         covariance=placed.covariance,
         centre=placed.centre,
     )
+
+
+def with_error_of(record: Registration, other: Registration | None) -> Registration:
+    """The registration of a model that was fitted to one which `other` placed: it errs as that one
+    does, and by the fit besides, which know nothing of each other. The same where the error of
+    either is not known."""
+    if other is None or record.covariance is None or record.centre is None:
+        return record
+    shape = other.shape_covariance()
+    if shape is None:
+        return record
+    theirs, away = np.zeros((7, 7)), np.zeros(3)
+    theirs[:4, :4] = shape
+    if other.covariance is not None and other.centre is not None:
+        theirs = np.array(other.covariance, np.float64)
+        away = np.subtract(record.centre, other.centre)
+    # What turns and grows about its centre also shifts what lies elsewhere.
+    moves = np.eye(7)
+    moves[4:] = jacobian(away)
+    total = np.array(record.covariance, np.float64) + moves @ theirs @ moves.T
+    east, north, up, scale = np.sqrt(np.diag(total)[:4]).tolist()
+    turns = np.degrees([up, east, north]).tolist()
+    return replace(
+        record,
+        covariance=tuple(tuple(row) for row in total.tolist()),
+        rotation_error_deg=(turns[0], turns[1], turns[2]),
+        scale_error=scale,
+    )
+
+
+def worst_turn_deg(record: Registration) -> float | None:
+    """95 %, about the axis that a registration holds worst; None where its error is not known."""
+    rotation = record.rotation_covariance()
+    if rotation is None:
+        return None
+    return float(_Z95 * np.degrees(np.sqrt(max(np.linalg.eigvalsh(rotation)[-1], 0.0))))
 
 
 def turned_deg(before: Model, after: Model) -> float:

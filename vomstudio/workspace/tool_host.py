@@ -19,6 +19,7 @@ from vomstudio.words import tr, tr_n
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.path_finding import PathFinding
 from vomstudio.workspace.plane_summary import plane_text
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
@@ -45,6 +46,7 @@ class ToolHost:
         selection: Selection,
         preferences: Preferences,
         notices: Notices,
+        paths: PathFinding,
     ) -> None:
         self.changed: Signal[()] = Signal()
         self.undo_changed: Signal[()] = Signal()
@@ -54,6 +56,7 @@ class ToolHost:
         self.let_go: Signal[Discarded] = Signal()
         self._projects, self._models, self._derived = projects, models, derived
         self._selection, self._preferences, self._notices = selection, preferences, notices
+        self.paths = paths
         self.active_name = NAVIGATE
         self.next_type_id = "bedding"
         self.next_set = ""
@@ -146,6 +149,7 @@ class ToolHost:
         """The project is being closed; an unfinished feature is kept as a draft."""
         for tool in self.tools.values():
             tool.forget()
+        self.paths.forget()
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Restore an unfinished feature from its draft."""

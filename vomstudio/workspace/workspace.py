@@ -21,6 +21,7 @@ from vomstudio.workspace.model_loading import ModelLoader
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.owner_thread import Aside, Call, Later, Post, in_the_way
+from vomstudio.workspace.path_finding import PathFinding
 from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
@@ -72,6 +73,7 @@ class Workspace:
             self.selection,
             self.preferences,
             self.notices,
+            PathFinding(self.models, hand_over),
         )
         self.surroundings = Surroundings(
             self.projects, self.models, self.editing, self.notices, hand_over

@@ -11,6 +11,7 @@ from vomstudio.geometry.moving import moved
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.reader import LoadedModel
+from vomstudio.io.photos.cameras_file import scale_known
 from vomstudio.progress import Progress
 from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 
@@ -27,13 +28,22 @@ class WorldModel:
     warnings: tuple[str, ...]
     loaded: LoadedModel
 
+    @property
+    def placed(self) -> bool:
+        """Whether north and Up are those of the Earth: not of a model that was made of photos
+        without control points or GPS."""
+        return self.crs is not None or scale_known(self.loaded.path) is not False
 
-def read_in_world(path: str | Path, progress: Progress | None = None) -> WorldModel:
-    """The model in a file, as its file says that it stands; one that says nothing as local, in
-    metres, z up. Raises InputError, Cancelled."""
+
+def read_in_world(
+    path: str | Path, progress: Progress | None = None, declared: DeclaredFrame | None = None
+) -> WorldModel:
+    """The model in a file, as its file says that it stands; one that says nothing as declared, else
+    as local, in metres, z up. Raises InputError, UsageError, Cancelled."""
+    declared = declared or DeclaredFrame()
     loaded = read_model(path, progress)
     turned = loaded.turned_about is not None
-    frame = declared_frame(loaded.path, loaded.crs, turned, DeclaredFrame()).frame
+    frame = declared_frame(loaded.path, loaded.crs, turned, declared).frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
-    metric = loaded.unit_m is not None or frame.crs is not None
+    metric = loaded.unit_m is not None or frame.crs is not None or declared.unit is not None
     return WorldModel(moved(loaded.data, frame.to_world()), crs, metric, loaded.warnings, loaded)

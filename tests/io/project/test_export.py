@@ -101,7 +101,7 @@ def test_nothing_is_replaced_without_force_and_nothing_half_written_stays(projec
     assert out.read_text() == "precious"
     export_project(project.folder, "gpkg", out, force=True)
     assert out.read_bytes()[:6] == b"SQLite"
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.vom", "o.gpkg"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.vom", "o.gpkg", "o.qgs"]
 
 
 def test_a_format_that_is_not_known_is_named(project, tmp_path):

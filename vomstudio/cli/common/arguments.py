@@ -29,6 +29,8 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kwargs.setdefault("allow_abbrev", False)
         super().__init__(*args, **kwargs)
+        # What begins so is no option: -5,3,2 is a place.
+        self._negative_number_matcher = re.compile(r"^-\.?\d[-+\d.,eE]*$")
 
     def error(self, message: str) -> NoReturn:
         found = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)

@@ -58,3 +58,11 @@ def line(direction: Mapping[str, Any], decimals: int = 1) -> str:
         f"{azimuth(direction['trend_deg'], decimals)}/"
         f"{inclination(direction['plunge_deg'], decimals)}"
     )
+
+
+def plane(attitude: Mapping[str, Any], decimals: int = 1) -> str:
+    """`132.0/41.5` from dip_direction_deg and dip_deg."""
+    return (
+        f"{azimuth(attitude['dip_direction_deg'], decimals)}/"
+        f"{inclination(attitude['dip_deg'], decimals)}"
+    )

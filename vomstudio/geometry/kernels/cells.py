@@ -65,7 +65,7 @@ def _swung(k, s, x, y):  # type: ignore[no-untyped-def]
 
 
 @part
-def _turned(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
+def eigen_of(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
     """(unit eigenvector of the least eigenvalue, the eigenvalues from the least on) of the
     symmetric matrix with the rows (a, d, e), (d, b, f), (e, f, c): cyclic Jacobi rotations
     (Golub & Van Loan, Matrix Computations, 8.5)."""
@@ -145,7 +145,7 @@ def planes_near(  # type: ignore[no-untyped-def]
         means[row, 0], means[row, 1], means[row, 2] = x + sx, y + sy, z + sz
         if n < 3:
             continue
-        found = _turned(
+        found = eigen_of(
             xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz,
             xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz,
         )  # fmt: skip

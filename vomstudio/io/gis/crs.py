@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import lru_cache
 from math import isfinite
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.regular import read_small
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.text.encodings import text_of
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
 _LONGEST = 100_000
 
@@ -149,6 +155,25 @@ def from_degrees(
         return (float(x), float(y)) if isfinite(x) and isfinite(y) else None
 
     return to_grid
+
+
+def to_degrees(
+    code: str, x: npt.ArrayLike, y: npt.ArrayLike
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None:
+    """Longitudes and latitudes (n,), WGS 84, of x and y (n,) of a CRS; None where a place is
+    outside what the CRS covers."""
+    import numpy as np
+
+    longitude, latitude = _to_wgs84(code).transform(np.asarray(x), np.asarray(y))
+    found = np.asarray(longitude, np.float64), np.asarray(latitude, np.float64)
+    return found if all(np.isfinite(part).all() for part in found) else None
+
+
+@lru_cache(maxsize=4)
+def _to_wgs84(code: str) -> Any:
+    from pyproj import Transformer
+
+    return Transformer.from_crs(code, "EPSG:4326", always_xy=True)
 
 
 def sidecar_crs(model: Path) -> tuple[str | None, str | None]:

@@ -12,6 +12,7 @@ GDAL in the tests, every double the same.
 from __future__ import annotations
 
 import functools
+import itertools
 import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
@@ -115,6 +116,18 @@ class Drawing:
         for point in points:
             self._say((0, "VERTEX"), (8, name), *_place(point), (70, VERTEX_3D))
         self._say((0, "SEQEND"), (8, name))
+
+    def line(self, points: Array, layer: str) -> None:
+        """Straight lines from point to point (n, 3); they have no figures."""
+        for start, end in itertools.pairwise(points):
+            self._say((0, "LINE"), (8, plain_text(layer)), *_place(start))
+            self._say(*zip((11, 21, 31), end.tolist(), strict=True))
+
+    def text(self, point: Array, words: str, height: float, layer: str) -> None:
+        """Words centred at a point (3,), upright on the map."""
+        self._say((0, "TEXT"), (8, plain_text(layer)), *_place(point), (40, height))
+        self._say((1, plain_text(words)), (72, 1), (73, 2))
+        self._say(*zip((11, 21, 31), point.tolist(), strict=True))
 
     def faces(self, corners: Array, layer: str) -> None:
         """(n, 3 or 4, 3) corners of triangles or flat quadrilaterals."""

@@ -23,8 +23,6 @@ from vomstudio.words import tr
 BLOCK = 512
 """Side of the blocks inside the files, pixels."""
 
-_VIEW_PLANE = 'LOCAL_CS["VOM Studio view plane",UNIT["metre",1]]'
-_UNSCALED_PLANE = 'LOCAL_CS["VOM Studio view plane, model units",UNIT["unknown",1]]'
 
 _BANDS = {"f": "F", "i": "I", "u": "I"}
 
@@ -33,25 +31,28 @@ Affine = tuple[float, float, float, float, float, float]
 top left pixel is (c, f)."""
 
 
-def view_plane_crs(metric: bool) -> str:
+def view_plane_crs(metric: bool, picture: str = "") -> str:
     """A picture's own plane: x right, y up, in metres or in units of the model. Engineering, so
-    that no GIS puts it on a map."""
-    return _VIEW_PLANE if metric else _UNSCALED_PLANE
+    that no GIS puts it on a map. picture : by which drawings on it are known to be drawn on it"""
+    name = " ".join(["VOM Studio view plane", *([picture] if picture else [])])
+    if metric:
+        return f'LOCAL_CS["{name}",UNIT["metre",1]]'
+    return f'LOCAL_CS["{name}, model units",UNIT["unknown",1]]'
 
 
 @dataclass(frozen=True)
 class Raster:
     """What a GeoTIFF shall be.
 
-    kind : "rgba", four bands of uint8, the last one opacity; or "float", one float32 band, NaN
-        where there is nothing
+    kind : "rgba", four bands of uint8, the last one opacity; "float", one float32 band, NaN where
+        there is nothing; or "grey", one of uint8, 0 where there is nothing
     crs : "EPSG:n", WKT, or None where it is not known
     tags : texts that go into the file
     """
 
     width: int
     height: int
-    kind: Literal["rgba", "float"]
+    kind: Literal["rgba", "float", "grey"]
     transform: Affine
     crs: str | None = None
     tags: Mapping[str, str] = field(default_factory=dict)
@@ -85,6 +86,8 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
     if raster.kind == "rgba":
         profile |= {"count": 4, "dtype": "uint8", "photometric": "RGB", "alpha": "YES"}
         profile |= {"interleave": "pixel", "predictor": 2}
+    elif raster.kind == "grey":
+        profile |= {"count": 1, "dtype": "uint8", "nodata": 0, "predictor": 2}
     else:
         profile |= {"count": 1, "dtype": "float32", "nodata": math.nan, "predictor": 3}
     try:

@@ -19,11 +19,17 @@ from vomstudio.tables.project_table import ProjectTable, project_table
 from vomstudio.tables.registration_lines import registration_lines
 from vomstudio.words import tr
 
-FORMATS = ("csv", "gpkg", "shp", "dxf")
+FORMATS = (
+    "csv", "gpkg", "shp", "geojson", "dxf", "kml", "stereonet", "orient", "faultkin", "wintensor",
+    "gempy", "loopstructural", "gems",
+)  # fmt: skip
 
 
-def export_project(folder: Path, format_: str, out: Path, *, force: bool = False) -> ProjectTable:
+def export_project(
+    folder: Path, format_: str, out: Path, *, with_map: bool = True, force: bool = False
+) -> ProjectTable:
     """Export the project in `folder`, which may be open in a window; returns what was written.
+    with_map : beside a GeoPackage its map of QGIS
 
     Raises InputError where the project cannot be read or holds no features, UsageError for a format
     that is not known, TargetError where `out` cannot be written.
@@ -37,7 +43,12 @@ def export_project(folder: Path, format_: str, out: Path, *, force: bool = False
         records = kept.records
         refuse_empty(records, folder)
         return export_records(
-            records, format_, out, force=force, thresholds=thresholds_of(kept.settings)
+            records,
+            format_,
+            out,
+            with_map=with_map,
+            force=force,
+            thresholds=thresholds_of(kept.settings),
         )
 
 
@@ -58,6 +69,7 @@ def export_records(
     format_: str,
     out: Path,
     *,
+    with_map: bool = True,
     force: bool = False,
     thresholds: Thresholds | None = None,
 ) -> ProjectTable:
@@ -78,17 +90,23 @@ def export_records(
     if format_ == "gpkg":
         from vomstudio.io.project.geopackage import write_layers
 
-        write_layers(out, records, table, measurements, force=force)
-        return replace(table, files=(out,))
-    from vomstudio.io.project.gis_files import write_dxf, write_shapefiles
+        files = write_layers(out, records, table, measurements, with_map=with_map, force=force)
+        return replace(table, files=tuple(files))
     from vomstudio.tables.project_layers import project_layers
 
     layers = project_layers(records, table, measurements)
     if format_ == "shp":
+        from vomstudio.io.project.gis_files import write_shapefiles
+
         return replace(table, files=tuple(write_shapefiles(out, layers, crs, force=force)))
-    return replace(
-        table, files=tuple(write_dxf(out, layers, records, crs, axes=table.axes, force=force))
-    )
+    if format_ == "dxf":
+        from vomstudio.io.project.gis_files import write_dxf
+
+        drawn = write_dxf(out, layers, records, crs, axes=table.axes, force=force)
+        return replace(table, files=tuple(drawn))
+    from vomstudio.io.project.program_exports import write_for_program
+
+    return write_for_program(format_, out, records, table, layers, crs, force=force)
 
 
 def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:

@@ -13,6 +13,7 @@ from vomstudio.document import catalogue
 from vomstudio.document.records import FeatureType, Record
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_group
+from vomstudio.geology.map_symbols import strike_and_dip, symbol_size, trend_arrow
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.io.gis import dxf, shapefile
@@ -24,6 +25,7 @@ SHORT_NAMES = {figure.name: figure.short for figure in catalogue.ORIENTATION if 
 """Of the orientation table's columns, which a shapefile has only ten letters for; degrees."""
 
 DISC_CORNERS = 24
+_WITH_SYMBOLS = ("planes", "lines")
 _KINDS = {"line": shapefile.LINE_Z, "ring": shapefile.RING_Z}
 
 
@@ -82,8 +84,9 @@ def write_dxf(
     force: bool = False,
 ) -> list[Path]:
     """Polylines of what was traced and measured on a DXF layer for each feature type; each plane
-    and line also as a point, and a plane of known extent as a disc of faces, on layers of their
-    own. Figures are extended data of the entity. Raises TargetError."""
+    and line also as a point and as the symbol of a map with its dip or plunge, and a plane of known
+    extent as a disc of faces, on layers of their own. Figures are extended data of the entity.
+    Raises TargetError."""
     colors = {
         r.name.casefold(): dxf.color_number(r.color)
         for r in records.values()
@@ -93,15 +96,21 @@ def write_dxf(
         (layer.name, kind): _home(layer, kind) for layer in layers for kind in _kinds_of(layer)
     }
     discs = {home: f"{home}_discs" for (name, _), home in homes.items() if name == "planes"}
-    names = dxf.layer_names([*homes.values(), *discs.values()])
+    symbols = {
+        home: f"{kind or name}_symbols"
+        for (name, kind), home in homes.items()
+        if name in _WITH_SYMBOLS
+    }
+    names = dxf.layer_names([*homes.values(), *discs.values(), *symbols.values()])
     shades: dict[str, int] = {}
     for (_, kind), home in homes.items():
-        for label in (home, discs.get(home)):
+        for label in (home, discs.get(home), symbols.get(home)):
             if label is not None:
                 shades.setdefault(names[label], colors.get(kind.casefold(), dxf.WHITE))
     shapes = [shape for layer in layers for shape in layer.shapes]
     everything = np.concatenate(shapes) if shapes else np.zeros((1, 3))
     bounds = np.stack([everything.min(axis=0), everything.max(axis=0)])
+    size = symbol_size(everything)
     beside: list[Path] = []
     text = None if crs is None else prj_text(crs)
     if crs is not None and text is not None:
@@ -124,6 +133,13 @@ def write_dxf(
                     drawing.point(shape[0], names[home], values)
                     if home in discs:
                         drawing.faces(_disc(shape[0], values), names[discs[home]])
+            for layer in layers:
+                kinds = _row_kinds(layer)
+                for row, shape in enumerate(layer.shapes):
+                    home = homes[layer.name, kinds[row]]
+                    if home in symbols:
+                        values = {name: column[row] for name, column in layer.columns.items()}
+                        _symbol(drawing, shape[0], values, size, names[symbols[home]])
             drawing.close()
     return [out]
 
@@ -142,6 +158,29 @@ def _home(layer: Layer, kind: str) -> str:
     if layer.main:
         return kind or layer.name
     return f"{kind}_{layer.name}" if kind else layer.name
+
+
+def _symbol(
+    drawing: dxf.Drawing,
+    centre: npt.NDArray[np.float64],
+    values: Mapping[str, Any],
+    size: float,
+    layer: str,
+) -> None:
+    """Strike and dip with the dip beside the tick, or an arrow with the plunge beyond its tip;
+    nothing where an angle is not known."""
+    plane = np.isfinite(values.get("dip_deg", np.nan))
+    names = ("dip_direction_deg", "dip_deg") if plane else ("trend_deg", "plunge_deg")
+    azimuth, angle = (float(values.get(name, np.nan)) for name in names)
+    if not np.isfinite([azimuth, angle]).all():
+        return
+    draw, away = (strike_and_dip, 0.5 * size) if plane else (trend_arrow, 1.3 * size)
+    parts = draw(centre, azimuth, angle, size)
+    for part in parts:
+        drawing.line(part, layer)
+    turned = np.radians(azimuth)
+    beside = away * np.array([np.sin(turned), np.cos(turned), 0.0])
+    drawing.text(centre + beside, str(round(angle)), 0.3 * size, layer)
 
 
 def _disc(centre: npt.NDArray[np.float64], values: Mapping[str, Any]) -> npt.NDArray[np.float64]:

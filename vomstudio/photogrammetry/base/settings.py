@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.errors import UsageError
+from vomstudio.photogrammetry.base.region import Region
 from vomstudio.words import tr
 
 
@@ -45,6 +46,8 @@ class Settings:
     threads : None for as many as there are processors; with 1, the same seed gives the same model
     device : one of DEVICES, on which depth maps are computed; "auto" takes the GPU where the
         installed COLMAP can use one
+    region : lowest and highest corner of the part of which a model is made, in its frame; None for
+        all
     """
 
     quality: str = "medium"
@@ -54,9 +57,11 @@ class Settings:
     threads: int | None = None
     seed: int = 0
     device: str = "auto"
+    region: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Raises UsageError for a quality or a device that there is not."""
+        """Raises UsageError for a quality or a device that there is not, and a region that is no
+        box."""
         if self.quality not in QUALITIES:
             raise UsageError(
                 tr("The quality must be one of {qualities}.", qualities=", ".join(QUALITIES)),
@@ -69,6 +74,7 @@ class Settings:
             )
         if self.threads is not None and self.threads < 1:
             raise UsageError(tr("The number of threads must be 1 or more."), field="threads")
+        Region.of(self.region)
 
     @property
     def steps(self) -> Quality:

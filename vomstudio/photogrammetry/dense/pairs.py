@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -78,6 +79,19 @@ class Pairs:
 
     plans: tuple[Plan, ...]
     left_out: tuple[str, ...]
+
+    def of_views(self, views: Collection[int]) -> Pairs:
+        """The plans of some views alone. Raises GeometryError where none of them has one."""
+        plans = tuple(plan for plan in self.plans if plan.view in views)
+        if not plans:
+            raise GeometryError(
+                tr(
+                    "None of the photos that see the region can have a depth map. Choose a larger "
+                    "region, or take more photos of it."
+                ),
+                field="--region",
+            )
+        return replace(self, plans=plans)
 
 
 def choose_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None = None) -> Pairs:

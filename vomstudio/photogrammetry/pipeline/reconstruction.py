@@ -13,6 +13,7 @@ from vomstudio.errors import GeometryError, InputError, TargetError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.photogrammetry.base.checkpoints import Checkpoints, Stage, write_whole
+from vomstudio.photogrammetry.base.region import Region
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.photogrammetry.base.stage_folders import WORK
@@ -112,6 +113,9 @@ class _Run:
         self.photos, self.folder, self.outputs = photos, photos.folder, outputs
         self.settings, self.executor, self.log = settings, executor, log
         self.device = device_of(settings)
+        self.region = Region.of(settings.region)
+        # Without a region the names of what depends on it are as ever.
+        self.only = [tuple(settings.region)] if settings.region else []
         self.checkpoints = Checkpoints(outputs.folder / WORK)
         self.checkpoints.tidy()
 
@@ -207,13 +211,9 @@ class _Run:
             threads = settings.threads or -1
             try:
                 if settings.control is not None:
+                    files = settings.control, settings.marks
                     scene, fitted = control.place_by_control_files(
-                        part,
-                        settings.control,
-                        settings.marks,
-                        settings.crs,
-                        self.log,
-                        threads=threads,
+                        part, *files, settings.crs, self.log, threads=threads
                     )
                     facts = report_data.control_registration(fitted)
                 else:
@@ -262,8 +262,8 @@ class _Run:
             stage.folder, [view.name for view in views], save_undistorted, load_undistorted
         )
         lenses = [view.intrinsics for view in views]
-        needed = max(undistortion.memory_needed(n.width, n.height, size) for n in lenses)
-        self._each(tr("Undistorting photos"), stage, kept, undistortion.undistort, task, needed)
+        need = max(undistortion.memory_needed(n.width, n.height, size) for n in lenses)
+        self._each(tr("Undistorting photos"), stage, kept, undistortion.undistort, task, need)
         return kept.at(stage.folder), stage
 
     def _dense_size(self, placed: _Registered) -> int:
@@ -294,13 +294,14 @@ class _Run:
         from vomstudio.photogrammetry.dense.pairs import choose_pairs
 
         pairs = choose_pairs(scene)
+        if self.region is not None:
+            pairs = pairs.of_views(self.region.views_of(scene))
         for text in pairs.left_out:
             self.log.note(text)
         names = [scene.views[plan.view].name for plan in pairs.plans]
         if self.device == "cuda":
-            stage = self.checkpoints.stage(
-                "depths", flat.key, report_data.versions("pycolmap"), "cuda"
-            )
+            versions = report_data.versions("pycolmap")
+            stage = self.checkpoints.stage("depths", flat.key, versions, "cuda", *self.only)
             kept = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
             if stage.done:
                 return pairs, kept.at(stage.folder), stage
@@ -308,7 +309,8 @@ class _Run:
                 stage.finish()
                 return pairs, kept.at(stage.folder), stage
             self.device = "cpu"
-        stage = self.checkpoints.stage("depths", flat.key, report_data.versions("cv2", "numba"))
+        versions = report_data.versions("cv2", "numba")
+        stage = self.checkpoints.stage("depths", flat.key, versions, *self.only)
 
         def task(number: int) -> depthmaps.DepthTask:
             return depthmaps.make_task(pairs.plans[number], straight.__getitem__)
@@ -355,8 +357,10 @@ class _Run:
         stage = self.checkpoints.stage("cloud", deep.key)
         if not stage.done:
             photos = straight.chosen([plan.view for plan in pairs.plans])
-            neighbours = neighbours_by_name(scene, pairs)
-            cloud = fuse(maps.names, maps, photos, neighbours, progress=self.log)
+            near = neighbours_by_name(scene, pairs)
+            cloud = fuse(maps.names, maps, photos, near, progress=self.log)
+            if self.region is not None:
+                cloud = cloud.of_rows(self.region.inside(cloud.points, scene.origin))
             write_whole(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))
             stage.finish(points=len(cloud.points))
         return load_result(load_cloud, stage.folder / _CLOUD), stage

@@ -126,6 +126,28 @@ class NetLineEllipse:
         )
 
 
+@dataclass(frozen=True)
+class NetCircle:
+    """A circle about an axis: half_angle_deg 90 is a great circle. label: for the legend."""
+
+    axis: Line
+    half_angle_deg: float
+    label: str
+
+    @property
+    def dash(self) -> str:
+        """Of its line: great and small circles are told apart."""
+        return "--" if self.half_angle_deg == 90.0 else ":"
+
+    def outline(self, projection: str) -> list[Array]:
+        """Polylines (k, 2) on the net."""
+        axis = self.axis.vector()
+        first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+        first /= np.linalg.norm(first)
+        half = self.half_angle_deg
+        return nets.cone_curve(axis, first, np.cross(axis, first), half, half, projection, 361)
+
+
 AnyEllipse = NetEllipse | NetLineEllipse
 
 
@@ -157,6 +179,7 @@ class NetContents:
     registered: those of the same features with the errors of their registrations, where known.
     contour: one of `density.DENSITY_METHODS`, of all poles and lines; contouring: how.
     notation, decimals: how orientations are written on the net.
+    circles_typed: great and small circles that were asked for.
     title, notes: over the net, and above its caption (frame, north, what was left out).
     compact: a net on the screen. Its legend is terse, and does not explain the selected pole's
     ellipse: it would move the net at every click.
@@ -173,6 +196,7 @@ class NetContents:
     registered: tuple[AnyEllipse, ...] = ()
     contour: str | None = None
     contouring: Contouring = Contouring()
+    circles_typed: tuple[NetCircle, ...] = ()
     notation: str = "dipdir/dip"
     decimals: int = 0
     title: str = ""

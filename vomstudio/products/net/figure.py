@@ -24,7 +24,7 @@ from vomstudio.products.net.contents import AnyEllipse, NetContents
 from vomstudio.products.net.contour_drawing import draw_contours
 from vomstudio.products.net.page import Page
 from vomstudio.products.net.selection_highlight import draw_emphasis
-from vomstudio.products.net.style import PRINT, NetStyle
+from vomstudio.products.net.style import PRINT, NetStyle, layer
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -35,6 +35,18 @@ if TYPE_CHECKING:
 
 FORMATS = ("svg", "pdf", "png")
 PRINT_SIZE_MM = (170.0, 115.0)
+
+
+def picture_format(path: str | Path, field: str) -> str:
+    """svg, pdf or png by the ending of a path. field : the option. Raises UsageError."""
+    ending = Path(path).suffix.lower().removeprefix(".")
+    if ending not in FORMATS:
+        raise UsageError(
+            tr("The ending of the name decides the format: .svg, .pdf or .png."),
+            file=path,
+            field=field,
+        )
+    return ending
 
 
 @dataclass(eq=False)
@@ -146,6 +158,10 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
         draw_contours(page, page.contours)
     positions = [nets.project(s.vectors(), net.projection) for s in net.sets]
     arcs, rows = page.draw_circles()
+    for circle in net.circles_typed:
+        for part in circle.outline(net.projection):
+            ax.plot(*part.T, color=style.ink, linewidth=style.line_pt, linestyle=circle.dash,
+                    zorder=layer("circles"))  # fmt: skip
     poles = page.draw_poles(positions)
     if net.fold is not None:
         page.draw_fold(net.fold)

@@ -52,6 +52,8 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
         plane = format_plane(fold.pi_plane, net.notation, net.decimals)
         text = f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
         entries.append(Entry(text, style.ink, None, "--"))
+    for circle in net.circles_typed:
+        entries.append(Entry(circle.label, style.ink, None, circle.dash))
     if net.means:
         entries.append(Entry(tr("Open symbol: mean"), style.net, "o", None, outlined=True))
     if net.ellipses and not net.compact:

@@ -10,6 +10,7 @@ from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.roses import Rose, azimuths_of, rose_of, weights_of
@@ -79,6 +80,18 @@ def roses_of_table(
     return RoseContents(of, roses, weight, by_area, tuple(empty))
 
 
+def check_roses(contents: RoseContents, path: Path | None) -> None:
+    """Raises GeometryError where there is nothing to draw."""
+    if not contents.roses:
+        raise GeometryError(
+            tr("The table has no lines with a trend.")
+            if contents.of == "trend"
+            else tr("The table has no planes with a strike; of lines draw --of trend."),
+            file=path,
+            field="--of",
+        )
+
+
 def rings_of(top: float) -> list[float]:
     """Two or three round shares, the last one not below the largest petal."""
     for step in (0.01, 0.02, 0.05, 0.1, 0.2, 0.25):
@@ -101,15 +114,19 @@ def write_roses(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    columns, side = _grid(len(contents.roses))
-    rows = math.ceil(len(contents.roses) / columns)
-    tall = rows * (_tall(side) + _HEAD_MM) + _FOOT_MM
-    figure = Figure(figsize=(WIDTH_MM / 25.4, tall / 25.4), dpi=dpi)
+    figure = Figure(figsize=figure_size(contents), dpi=dpi)
     FigureCanvasAgg(figure)
     draw_roses(figure, contents, style)
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
     with rc_context({"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}):
         figure.savefig(target, format=format, dpi=dpi, facecolor=style.paper, metadata=metadata)
+
+
+def figure_size(contents: RoseContents) -> tuple[float, float]:
+    """Width and height in inches of a figure with all roses."""
+    columns, side = _grid(len(contents.roses))
+    rows = math.ceil(len(contents.roses) / columns)
+    return WIDTH_MM / 25.4, (rows * (_tall(side) + _HEAD_MM) + _FOOT_MM) / 25.4
 
 
 def _grid(count: int) -> tuple[int, float]:
@@ -140,7 +157,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
         ax.set_ylim(-_DOWN, _UP)
         ax.set_axis_off()
         color = style.color(OKABE_ITO[i % len(OKABE_ITO)])
-        _draw_rose(ax, rose, rings, contents.by_area, color, style)
+        draw_rose(ax, rose, rings, contents.by_area, color, style)
         for above, text, weight in (
             (5.5, tr("{set} (n = {count:,})", set=name, count=rose.n), "bold"),
             (1.5, mean_words(rose), "normal"),
@@ -177,9 +194,10 @@ def petal_radius(share: Array, outermost: float, by_area: bool) -> Array:
     return np.sqrt(share / outermost) if by_area else np.asarray(share / outermost)
 
 
-def _draw_rose(
+def draw_rose(
     ax: Axes, rose: Rose, rings: list[float], by_area: bool, color: str, style: NetStyle
 ) -> None:
+    """One rose, of radius 1 at its outermost ring, into axes that show a little more than that."""
     from matplotlib.patches import Circle, Polygon
 
     radii = petal_radius(np.array(rings), rings[-1], by_area)

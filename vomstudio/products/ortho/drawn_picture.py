@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.products.ortho.orthophoto import drawn_tiles, picture_facts, source_of
+from vomstudio.products.ortho.drawn_tiles import drawn_tiles
+from vomstudio.products.ortho.orthophoto import picture_facts, source_of
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.requests import OrthophotoFigures, figures_of
 from vomstudio.products.ortho.tiles import Tile, TilePicture

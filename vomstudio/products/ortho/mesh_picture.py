@@ -47,6 +47,10 @@ class MeshSource:
         if len(self._members):
             bin_faces(*where, grid.columns, grid.rows, starts[:-1].copy(), self._members)
         self._starts = starts
+        # Materials count from 1; 0 is what comes before the first.
+        every = np.arange(len(self._faces))
+        found = np.searchsorted(mesh.material_offsets, every, side="right")
+        self._wears = found.astype(np.int32)
         self._store = TextureStore(self._coarser())
         self._uv = np.zeros((0, 2), np.float32)
         self._mapped = np.zeros(len(self._faces), bool)
@@ -128,7 +132,7 @@ class MeshSource:
                     sample(
                         pyramid.texels, pyramid.offsets, pyramid.sizes, *pyramid.size,
                         rows[mapped], face, weights, self._view, self._faces, self._uv,
-                        self._grid.gsd * footprint, rgb, np.empty(3),
+                        self._grid.gsd * footprint, rgb,
                     )  # fmt: skip
                     rows = rows[~mapped]
             if not len(rows):
@@ -150,8 +154,7 @@ class MeshSource:
         """Rows of `face` that met something, by the material that is worn there."""
         pixels = np.flatnonzero(face >= 0)
         count = len(self._mesh.materials)
-        # Counted from 1; 0 is what comes before the first.
-        wears = np.searchsorted(self._mesh.material_offsets, face[pixels], side="right")
+        wears = self._wears[face[pixels]]
         for number in np.flatnonzero(np.bincount(wears)).tolist():
             yield number - 1 if 1 <= number <= count else None, pixels[wears == number]
 

@@ -1,9 +1,10 @@
 """Scale-true pictures of a model along any direction, with what each pixel means.
 
 The geometry is that of `geometry.view_frame`. What is written: a GeoTIFF (RGBA), a depth raster
-(float32, NaN = nothing), a JSON sidecar with the matrix from (column, row, depth) to World, and,
-for a view straight down or up only, a world file. A picture on a slanting plane is no map: its
-GeoTIFF has an engineering CRS in metres of its own plane, from the reference point right and up.
+(float32, NaN = nothing), a JSON sidecar with the matrix from (column, row, depth) to World, the CRS
+of World and which north, and a world file. A picture on a slanting plane is no map: its GeoTIFF and
+its world file are in metres of its own plane, from the reference point right and up, the GeoTIFF
+with an engineering CRS.
 """
 
 from __future__ import annotations
@@ -11,9 +12,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import os
-from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -35,16 +34,23 @@ from vomstudio.io.gis.raster import (
     world_file,
     write_tile,
 )
+from vomstudio.products.ortho.drawn_features import (
+    draw_features,
+    drawing_targets,
+    picture_id,
+    write_drawings,
+)
+from vomstudio.products.ortho.drawn_tiles import drawn_tiles
+from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.sheet import draw_sheet
 from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
 from vomstudio.progress import Progress, Silent
 from vomstudio.version import __version__
-from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
-MAX_THREADS = 8
 _NO_CRS = to_translate(
     "The model has no coordinate reference system (CRS). The orthophoto is written in the model's "
     "coordinates, without a CRS."
@@ -58,8 +64,9 @@ class Made:
     image: Path
     sidecar: Path
     depth: Path
-    world_file: Path | None
+    world_file: Path
     sheet: Path | None
+    drawing: dict[str, Path]
     coverage: float
     warnings: tuple[str, ...]
     facts: dict[str, Any]
@@ -95,31 +102,32 @@ def write_orthophoto(
     progress: Progress | None = None,
     threads: int | None = None,
     drawn: Source | None = None,
+    features: tuple[Item, ...] | None = None,
 ) -> Made:
     """Draw and write all files, whole or none of them.
 
     crs : of World ("EPSG:n" or WKT). model, content_hash : for the sidecar. sheet : a picture for
     people (PNG, JPG or PDF) with scale bar and orientation. drawn : the picture, where it has been
-    drawn by this plan already. Raises TargetError, Cancelled.
+    drawn by this plan already. features : of World, to be drawn over it as vector
+    data. Raises TargetError, Cancelled.
     """
     progress = progress or Silent()
     image = Path(image)
     depth, sidecar, world = outputs_of(image)
     is_map = plan.frame.is_vertical
-    targets = [image, depth, sidecar]
-    targets += [world] if is_map else []
+    drawings = {} if features is None else drawing_targets(image)
+    targets = [image, depth, sidecar, world, *drawings.values()]
     targets += [Path(sheet)] if sheet is not None else []
-    # A world file of an earlier picture would place another one in the landscape.
-    _check_targets([*targets, world], (depth, sidecar, world), force)
+    _check_targets(targets, (depth, sidecar, world), force)
     grid = plan.grid
     warnings = [*plan.notes, *([tr(_NO_CRS)] if is_map and crs is None else [])]
     transform = _transform(plan)
     facts = picture_facts(plan, crs if is_map else None)
-    shown_crs = crs if is_map else view_plane_crs(plan.view.metric)
+    shown_crs = crs if is_map else view_plane_crs(plan.view.metric, picture_id(facts))
     raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
     progress.stage(tr("Preparing the model"))
     source = drawn or source_of(data, plan)
-    small = _Reduced(grid) if sheet is not None else None
+    small = _Reduced(grid) if sheet is not None or drawings else None
     with contextlib.ExitStack() as files:
         paths = {target: files.enter_context(atomic_write(target, force)) for target in targets}
         with (
@@ -129,38 +137,64 @@ def write_orthophoto(
             covered, filled = _draw(
                 drawn_tiles(source, grid, progress, threads), picture_file, depth_file, small
             )
-        coverage = covered / (grid.width * grid.height)
         warnings += source.warnings()
         facts |= {
             "image": image.name,
             "depth": depth.name,
-            "world_file": world.name if is_map else None,
-            "coverage": coverage,
+            "world_file": world.name,
+            "coverage": covered / (grid.width * grid.height),
             "holes_filled_px": filled,
             "holes_filled_up_to_m": getattr(source, "hole_m", None),
             "model": model,
             "content_hash": content_hash,
-            "warnings": warnings,
+            **_place_facts(plan, crs, facts),
+            "drawing": {form: target.name for form, target in drawings.items()} or None,
             "software": f"VOM Studio {__version__}",
         }
+        if features is not None and small is not None:
+            parts = {form: paths[target] for form, target in drawings.items()}
+            warnings += _draw_features(features, plan, small, parts, shown_crs, facts)
+        facts["warnings"] = warnings
         paths[sidecar].write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", "utf-8")
-        if is_map:
-            paths[world].write_text(world_file(transform), "ascii")
+        paths[world].write_text(world_file(transform), "ascii")
         if sheet is not None and small is not None:
             draw_sheet(paths[Path(sheet)], small.picture(), small.factor * grid.gsd, plan.view)
-    if not is_map:
-        # One of an earlier picture of this name would put this one on the map.
-        world.unlink(missing_ok=True)
-    return Made(
-        image,
-        sidecar,
-        depth,
-        world if is_map else None,
-        None if sheet is None else Path(sheet),
-        coverage,
-        tuple(warnings),
-        facts,
-    )
+    shown = None if sheet is None else Path(sheet)
+    said = tuple(warnings)
+    return Made(image, sidecar, depth, world, shown, drawings, facts["coverage"], said, facts)
+
+
+def _draw_features(
+    features: tuple[Item, ...],
+    plan: Plan,
+    small: _Reduced,
+    parts: dict[str, Path],
+    crs: str | None,
+    facts: dict[str, Any],
+) -> list[str]:
+    """Write the drawings and note in `facts` how many features they hold; what must be said."""
+    drawing, beside = draw_features(features, plan, small.within())
+    write_drawings(parts, drawing, crs, facts["picture_id"])
+    facts["drawn"] = len(drawing.shapes)
+    if not beside:
+        return []
+    return [
+        tr_n(
+            "{count} feature lies beside the picture and is not drawn.",
+            "{count} features lie beside the picture and are not drawn.",
+            beside,
+        )
+    ]
+
+
+def _place_facts(plan: Plan, crs: str | None, facts: dict[str, Any]) -> dict[str, Any]:
+    """Where the picture stands in the World. crs : of World, whatever the picture's own"""
+    north = "y of World"
+    if not plan.view.north_known:
+        north = "not known: angles are of the model's own frame"
+    elif crs is not None:
+        north = "grid north of the CRS"
+    return {"world_crs": crs, "north": north, "picture_id": picture_id(facts)}
 
 
 def _check_targets(targets: Iterable[Path], ours: Iterable[Path], force: bool) -> None:
@@ -211,34 +245,6 @@ def _draw(
     return covered, filled
 
 
-def drawn_tiles(
-    source: Source, grid: Grid, progress: Progress, threads: int | None
-) -> Iterator[tuple[Tile, TilePicture]]:
-    """Yield (tile, picture) as they are done; a few at a time, so that memory stays bounded."""
-    tiles = grid.tiles()
-    progress.stage(tr("Casting rays"), len(tiles))
-    workers = max(1, min(threads or os.cpu_count() or 1, MAX_THREADS, len(tiles)))
-    waiting = iter(tiles)
-    running: dict[Future[TilePicture], Tile] = {}
-    done = 0
-    with ThreadPoolExecutor(workers) as pool:
-        try:
-            while True:
-                for tile in waiting:
-                    running[pool.submit(source.draw, tile)] = tile
-                    if len(running) > workers:
-                        break
-                if not running:
-                    return
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    yield running.pop(future), future.result()
-                    done += 1
-                    progress.step(done)
-        finally:
-            for future in running:
-                future.cancel()
-
-
 class _Reduced:
     """The picture for the sheet, box-averaged while tiles come in."""
 
@@ -249,6 +255,7 @@ class _Reduced:
         while max(grid.width, grid.height) / factor > self.LONGEST and factor < TILE:
             factor *= 2
         self.factor = factor
+        self._size = (grid.width, grid.height)
         self._out = np.zeros((-(-grid.height // factor), -(-grid.width // factor), 4), np.uint8)
 
     def add(self, column: int, row: int, rgba: npt.NDArray[np.uint8]) -> None:
@@ -265,6 +272,14 @@ class _Reduced:
 
     def picture(self) -> npt.NDArray[np.uint8]:
         return self._out
+
+    def within(self) -> npt.NDArray[np.uint8]:
+        """Stretched to exactly what the pixels cover: the last of the reduced ones reach beyond."""
+        from PIL import Image
+
+        h, w = self._out.shape[:2]
+        box = (0.0, 0.0, self._size[0] / self.factor, self._size[1] / self.factor)
+        return np.asarray(Image.fromarray(self._out).resize((w, h), box=box))
 
 
 def source_of(data: Mesh | PointCloud, plan: Plan) -> Source:

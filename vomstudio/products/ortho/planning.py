@@ -67,6 +67,33 @@ def plan(
     of the model is drawn. Raises UsageError where the picture would be too large, with the gsd that
     would do, and InputError for an empty model or where the region shows nothing of it.
     """
+    frame = view.frame
+    laid = lay_grid(data, frame, to_world=to_world, gsd=gsd, region=region)
+    return Plan(view, frame, laid.grid, laid.reference, laid.points, laid.notes)
+
+
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """A grid over a model. reference : (3,) World, the centre of its bounds; points : (n, 3) its
+    vertices in the axes of the frame; notes : sentences"""
+
+    grid: Grid
+    reference: Array
+    points: Array
+    notes: tuple[str, ...]
+
+
+def lay_grid(
+    data: Mesh | PointCloud,
+    frame: ViewFrame,
+    *,
+    to_world: npt.ArrayLike,
+    gsd: float | None = None,
+    region: Region | None = None,
+    textured: bool = True,
+) -> Laid:
+    """The grid of `plan`. textured : without a gsd that of the texture is taken where there is one.
+    Raises UsageError, InputError."""
     vertices = data.vertices if isinstance(data, Mesh) else data.points
     if not len(vertices) or (isinstance(data, Mesh) and not len(data.faces)):
         raise InputError(tr("This model has no surface to draw."))
@@ -78,7 +105,6 @@ def plan(
     else:
         seen = world
     reference = seen.min(axis=0) + (seen.max(axis=0) - seen.min(axis=0)) / 2
-    frame = view.frame
     points = frame.to_view(world, reference)
     low, high = (f(points if seen is world else points[used], axis=0) for f in (np.min, np.max))
     notes: list[str] = []
@@ -93,7 +119,7 @@ def plan(
             raise InputError(tr("The chosen part of the view shows nothing of this model."))
     extent = np.maximum(high - low, 0.0)[:2]
     if gsd is None:
-        gsd, why = default_gsd(data, to_world, float(extent.max()))
+        gsd, why = default_gsd(data, to_world, float(extent.max()), textured)
         least = _least_gsd(extent)
         if least > gsd:
             gsd = least
@@ -122,11 +148,11 @@ def plan(
             ),
             field="--gsd",
         )
-    return Plan(view, frame, Grid.over(low, high, gsd), reference, points, tuple(notes))
+    return Laid(Grid.over(low, high, gsd), reference, points, tuple(notes))
 
 
 def default_gsd(
-    data: Mesh | PointCloud, to_world: npt.ArrayLike, extent: float
+    data: Mesh | PointCloud, to_world: npt.ArrayLike, extent: float, textured: bool = True
 ) -> tuple[float, str]:
     """Two significant digits of what the model can show, and where that comes from."""
     from vomstudio.geometry.transform import matrix, scale_of
@@ -134,7 +160,7 @@ def default_gsd(
 
     scale = scale_of(matrix(np.asarray(to_world, np.float64)))
     found, why = math.nan, ""
-    if isinstance(data, Mesh):
+    if textured and isinstance(data, Mesh):
         from vomstudio.products.ortho.mesh_picture import texel_sizes
 
         sizes = sorted((size, area) for _, size, area in texel_sizes(data, data.vertices).values())

@@ -196,14 +196,15 @@ class OrthophotoFigures:
 
 @dataclass(frozen=True)
 class WrittenOrthophoto:
-    """image, sidecar, depth, world_file, sheet : files that were written; figures : of the picture;
-    fold : the axis that it looks along; warnings : sentences"""
+    """image, sidecar, depth, world_file, sheet, drawing (by format) : files that were written;
+    figures : of the picture; fold : the axis that it looks along; warnings : sentences"""
 
     image: str
     sidecar: str
     depth: str
-    world_file: str | None
+    world_file: str
     sheet: str | None
+    drawing: dict[str, str] | None
     figures: OrthophotoFigures
     fold: FoldView | None
     warnings: tuple[str, ...]
@@ -224,8 +225,9 @@ def written(
         image,
         str(made.sidecar),
         str(made.depth),
-        None if made.world_file is None else str(made.world_file),
+        str(made.world_file),
         sheet,
+        {form: str(path) for form, path in made.drawing.items()} or None,
         figures_of(made.facts),
         asked.fold,
         (*warnings, *asked.warnings, *made.warnings),

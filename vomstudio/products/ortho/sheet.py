@@ -54,7 +54,7 @@ def end_labels(view: View) -> tuple[str, str, str]:
             tr("{azimuth:03d}, local", azimuth=round(a) % 360) for a in (azimuth + 180.0, azimuth)
         )
         return left, right, "y" if steep else tr("up")
-    return _wind(azimuth + 180.0), _wind(azimuth), "N" if steep else tr("up")
+    return wind(azimuth + 180.0), wind(azimuth), "N" if steep else tr("up")
 
 
 def direction_in_words(view: View) -> str:
@@ -150,7 +150,7 @@ def _bar(draw: Any, x: int, y: int, length: str, pixels: float, size: int, font:
     draw.text((x + end, below), length, _INK, font, anchor="ma")
 
 
-def _wind(azimuth_deg: float) -> str:
+def wind(azimuth_deg: float) -> str:
     whole = round(azimuth_deg) % 360
     return f"{_WINDS[round(azimuth_deg / 22.5) % 16]} ({whole:03d})"
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 TILE = 1024
+
+Drawn_co = TypeVar("Drawn_co", covariant=True)
 
 
 @dataclass(frozen=True)
@@ -81,10 +83,14 @@ def empty(tile: Tile) -> TilePicture:
     return TilePicture(np.zeros((*shape, 4), np.uint8), np.full(shape, np.nan, np.float32))
 
 
-class Source(Protocol):
+class Drawer(Protocol[Drawn_co]):
     """What can draw a tile; called from several threads."""
 
-    def draw(self, tile: Tile) -> TilePicture: ...
+    def draw(self, tile: Tile) -> Drawn_co: ...
+
+
+class Source(Drawer[TilePicture], Protocol):
+    """What can draw a tile of a picture."""
 
     def warnings(self) -> list[str]:
         """What was noticed while drawing."""

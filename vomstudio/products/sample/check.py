@@ -17,7 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.folds import FoldAxis, common_axis, fold_axis
+from vomstudio.geology.common_axes import common_axis
+from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.planes import PlaneFit, PlaneFits, fit_planes
 from vomstudio.io.project.sample import SamplePicks, SampleTruth

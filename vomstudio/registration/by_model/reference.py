@@ -94,7 +94,7 @@ def fit_to_reference(
         raise GeometryError(
             tr(
                 "Only {share:.1f} % of the model lies on the reference. Check that both are in one "
-                "frame, or give three points of both with --pairs.",
+                "frame, or give three points that are seen in both.",
                 share=100.0 * share,
             )
         )
@@ -130,7 +130,7 @@ def _require_near(placed: Array, reference: Array, farthest: float) -> None:
     raise GeometryError(
         tr(
             "As the two frames stand, the model does not lie on the reference: their middles are "
-            "{apart:.6g} m apart. Give three points or more that are seen in both, with --pairs.",
+            "{apart:.6g} m apart. Give three points or more that are seen in both.",
             apart=apart,
         )
     )
@@ -161,7 +161,8 @@ def _said(found: Refined, spread: Spread, share: float, free: tuple[str, ...]) -
         said.append(
             tr(
                 "The overlap has too little relief to hold the model: {what} is left free by it. "
-                "Add points (--pairs), or a reference that shows faces of other attitudes.",
+                "Add points that are seen in both, or a reference that shows faces of other "
+                "attitudes.",
                 what=", ".join(free),
             )
         )
@@ -178,7 +179,7 @@ def _said(found: Refined, spread: Spread, share: float, free: tuple[str, ...]) -
         said.append(
             tr(
                 "What the model misses the reference by is alike over more than {side:.3g} m: it "
-                "is bent, or parts of it have changed. Name the stable part with --stable; the "
+                "is bent, or parts of it have changed. Name the part that is stable; the "
                 "stated error knows only a part of that.",
                 side=spread.side_m,
             )

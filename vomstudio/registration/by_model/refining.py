@@ -121,7 +121,7 @@ def _look(
         raise GeometryError(
             tr(
                 "Only {count} places of the model lie on the reference, too few to fit it. Check "
-                "that both are in one frame, or give three points of both with --pairs.",
+                "that both are in one frame, or give three points that are seen in both.",
                 count=len(met.miss),
             )
         )

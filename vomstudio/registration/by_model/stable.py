@@ -22,14 +22,19 @@ REACH = 3.0
 def near_cloud(points: Array, mask: Array, spacing: float) -> tuple[Flags, float]:
     """(n,) which of the points (n, 3) lie within REACH spacings of those of a mask (m, 3), and that
     distance."""
+    reach = REACH * spacing
+    return near_places(points, mask, reach), reach
+
+
+def near_places(points: Array, places: Array, reach: float) -> Flags:
+    """(n,) which of the points (n, 3) lie within `reach` of one of the places (m, 3)."""
     from scipy.spatial import cKDTree
 
-    reach = REACH * spacing
     origin = points.mean(axis=0)
-    distance, _ = cKDTree(mask - origin).query(
+    distance, _ = cKDTree(places - origin).query(
         points - origin, distance_upper_bound=reach, workers=-1
     )  # fmt: skip
-    return np.asarray(np.isfinite(distance), np.bool_), reach
+    return np.asarray(np.isfinite(distance), np.bool_)
 
 
 def in_polygons(points: Array, path: Path) -> tuple[Flags, str | None]:

@@ -58,10 +58,13 @@ class PreviewPainter:
             ring, _ = self._camera.project(np.asarray(preview.patch, float), (width, height))
             tint = painting.VERDICT_COLORS.get(preview.verdict or "")
             painting.draw_ring(painter, ring, QColor(tint) if tint else color)
-        if len(line) >= 2:
-            self._paint_line(line, color, 2.4)
+        drawn = line if preview.path is None else np.asarray(preview.path, float)
+        if len(drawn) >= 2:
+            self._paint_line(drawn, color, 2.4)
         if preview.rubber is not None and len(line):
             band = np.stack([line[-1], np.asarray(preview.rubber, float)])
+            if preview.ahead is not None:
+                band = np.asarray(preview.ahead, float)
             pixels, _ = self._camera.project(band, (width, height))
             if np.isfinite(pixels).all():
                 painting.draw_rubber(painter, pixels, color)

@@ -90,6 +90,8 @@ OTHER_COLORS = (
 
 _AZIMUTHS = ("azimuth", "dip_direction", "dipdir", "dip_dir", "strike", "trend", "aspect")
 _CODES = ("return", "class", "segment", "label", "source_id", "user_data", "flag", "channel")
+_SIGNED = ("distance_m",)
+"""Whose zero means something also where all values lie on one side of it."""
 _UNITS = (
     (("azimuth", "dip", "strike", "trend", "plunge", "aspect", "slope", "angle"), "°"),
     (("gps_time",), "s"),
@@ -186,7 +188,7 @@ def title_of(name: str) -> str:
     """A field's name as it is shown: without unit and CloudCompare's prefix."""
     bare = re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name)
     bare = re.sub(r"^scalar_", "", bare, flags=re.IGNORECASE)
-    bare = bare.removesuffix("_px")
+    bare = bare.removesuffix("_px").removesuffix("_m")
     return bare.replace("_", " ").strip() or name
 
 
@@ -198,8 +200,9 @@ def unit_of(name: str) -> str:
     found = re.search(r"[\[(]([^\])]+)[\])]\s*$", name)
     if found:
         return found.group(1)
-    if name.endswith("_px"):
-        return "px"
+    for unit in ("px", "m"):
+        if name.endswith(f"_{unit}"):
+            return unit
     plain = _plain(name)
     return next((unit for words, unit in _UNITS if any(w in plain for w in words)), "")
 
@@ -281,7 +284,8 @@ def _kind(name: str, lowest: float, highest: float) -> Kind:
         return "cyclic"
     if name == ELEVATION or plain in ("x", "y", "z"):
         return "sequential"
-    return "diverging" if lowest < 0.0 < highest else "sequential"
+    signed = lowest < 0.0 < highest or name in _SIGNED
+    return "diverging" if signed else "sequential"
 
 
 def _range(kind: Kind, style: FieldStyle, sample: Float) -> tuple[float, float]:

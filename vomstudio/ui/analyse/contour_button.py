@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QMenu, QToolButton
 
-from vomstudio.geology.density import DENSITY_METHODS
+from vomstudio.geology.density import DENSITY_METHODS, SIGMA
 from vomstudio.products.net.contents import Contouring
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
@@ -18,6 +18,10 @@ _METHODS = {
     "kamb": to_translate("Kamb, plain count"),
     "schmidt": to_translate("Schmidt, 1 % of the area"),
 }
+
+
+_SIGMAS = (1.0, 2.0, 3.0, 4.0, 6.0)
+"""Offered in the menu: the larger, the smoother."""
 
 
 class ContourButton(QToolButton):
@@ -48,6 +52,17 @@ class ContourButton(QToolButton):
         for action in (self.filled, self.each_set):
             action.setCheckable(True)
             action.triggered.connect(lambda _=False: self._choose(self.method or None))
+        self.smoothness = menu.addMenu(tr("Smoothness of Kamb's methods"))
+        sigmas = QActionGroup(self)
+        self.sigmas = {}
+        for sigma in _SIGMAS:
+            number = f"{sigma:g}"
+            usual = tr("{sigma} σ (usual)", sigma=number)
+            action = self.smoothness.addAction(usual if sigma == SIGMA else f"{number} σ")
+            action.setCheckable(True)
+            sigmas.addAction(action)
+            action.triggered.connect(lambda _=False, s=sigma: self._smooth(s))
+            self.sigmas[sigma] = action
         self.setMenu(menu)
         self._show()
         studio.settings_changed.connect(self._show)
@@ -61,7 +76,11 @@ class ContourButton(QToolButton):
     @property
     def contouring(self) -> Contouring:
         settings = self._studio.settings
-        return Contouring(filled=settings.contour_filled, each_set=settings.contour_each_set)
+        return Contouring(
+            filled=settings.contour_filled,
+            each_set=settings.contour_each_set,
+            sigma=settings.contour_sigma if settings.contour_sigma in _SIGMAS else SIGMA,
+        )
 
     def nextCheckState(self) -> None:  # noqa: N802
         """Qt's name. The space bar opens the menu as a click does: what is chosen there decides."""
@@ -74,6 +93,10 @@ class ContourButton(QToolButton):
         settings.contour_each_set = self.each_set.isChecked()
         self._studio.keep_settings()
 
+    def _smooth(self, sigma: float) -> None:
+        self._studio.settings.contour_sigma = sigma
+        self._studio.keep_settings()
+
     def _show(self) -> None:
         settings = self._studio.settings
         self.methods[self.method or ""].setChecked(True)
@@ -81,5 +104,7 @@ class ContourButton(QToolButton):
         self.each_set.setChecked(settings.contour_each_set)
         for action in (self.filled, self.each_set):
             action.setEnabled(self.method is not None)
+        self.sigmas[self.contouring.sigma].setChecked(True)
+        self.smoothness.setEnabled(self.method not in (None, "schmidt"))
         # It looks pressed while there are contours.
         self.setChecked(self.method is not None)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QMimeData, Qt
+from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.document import edits, reading_comparison
@@ -22,6 +24,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
+    from vomstudio.products.net.contents import NetContents
     from vomstudio.ui.analyse.readings_dialog import Place
     from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
@@ -40,6 +43,10 @@ def commands(
         if (panel := net()) is not None:
             choose_picture(parent, studio, panel)
 
+    def copy() -> None:
+        if (panel := net()) is not None:
+            copy_net(studio, panel)
+
     return [
         Command("import_readings", tr("Import &field measurements…"),
                 lambda: choose_readings(parent, studio),
@@ -47,6 +54,9 @@ def commands(
                                           "with the planes picked on the model.")),
         Command("export_net", tr("Export stereo&net…"), export, "export-variant", (),
                 tr("The stereonet as a figure: SVG, PDF or PNG."), no_net),
+        Command("copy_net", tr("&Copy stereonet as a figure"), copy, "content-copy", (),
+                tr("The stereonet as a figure on the clipboard: drawing programs take it as SVG, "
+                   "others as a picture."), no_net),
     ]  # fmt: skip
 
 
@@ -135,18 +145,41 @@ def choose_picture(parent: QWidget, studio: Studio, panel: StereonetPanel) -> No
         export_net(studio, panel, path)
 
 
+def copy_net(studio: Studio, panel: StereonetPanel) -> None:
+    """What the stereonet shows, as `export_net` writes it, to the clipboard: SVG and a picture."""
+    from vomstudio.products.net.figure import write_stereonet
+
+    net = panel.for_print()
+    made = {}
+    for format_ in ("svg", "png"):
+        data = io.BytesIO()
+        write_stereonet(data, net, format=format_, size_mm=_size_mm(net))
+        made[format_] = data.getvalue()
+    mime = QMimeData()
+    mime.setImageData(QImage.fromData(made["png"]))
+    mime.setData("image/svg+xml", made["svg"])
+    QGuiApplication.clipboard().setMimeData(mime)
+    studio.info(tr("The stereonet is on the clipboard."))
+
+
+def _size_mm(net: NetContents) -> tuple[float, float]:
+    """Of a printed figure that shows the whole legend."""
+    from vomstudio.products.net.figure import PRINT_SIZE_MM
+
+    wide, high = PRINT_SIZE_MM
+    return wide, max(high, _LEGEND_ROW_MM * (len(net.sets) + 8))
+
+
 def export_net(studio: Studio, panel: StereonetPanel, path: Path) -> None:
     """Write what the stereonet shows, on white, at the size of a printed figure."""
     from vomstudio.files.atomic import atomic_write
-    from vomstudio.products.net.figure import PRINT_SIZE_MM, write_stereonet
+    from vomstudio.products.net.figure import write_stereonet
 
     try:
         net = panel.for_print()
-        wide, high = PRINT_SIZE_MM
-        high = max(high, _LEGEND_ROW_MM * (len(net.sets) + 8))  # a figure shows the whole legend
         format_ = path.suffix.lower().removeprefix(".")
         with atomic_write(path, True) as temporary:
-            write_stereonet(temporary, net, format=format_, size_mm=(wide, high))
+            write_stereonet(temporary, net, format=format_, size_mm=_size_mm(net))
     except VomError as error:
         studio.fail(error)
     else:

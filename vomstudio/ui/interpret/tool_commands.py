@@ -8,6 +8,7 @@ from vomstudio.errors import VomError
 from vomstudio.tools.polyline import PolylineTool
 from vomstudio.tools.registry import TOOLS
 from vomstudio.tools.tool_entry import ToolEntry
+from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import why_no_model, why_none_chosen
 from vomstudio.ui.common.studio import Studio
@@ -97,6 +98,29 @@ class _OpenFeature:
             unfinished.undo()
 
 
+class _Following:
+    """Whether traces follow contacts, and what of them."""
+
+    def __init__(self, studio: Studio) -> None:
+        self._studio = studio
+        self._last = "colour"
+
+    @property
+    def tool(self) -> TraceTool:
+        return self._studio.tool_of(TraceTool)
+
+    def why_not(self) -> str | None:
+        if self.tool.continued:
+            return tr("A continued trace is picked point by point.")
+        return why_no_model(self._studio)
+
+    def toggle(self) -> None:
+        """What was followed last is followed again."""
+        cost = self.tool.cost
+        self._last = cost or self._last
+        self.tool.follow(None if cost else self._last)
+
+
 def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
     name = entry.name
     return Command(
@@ -107,13 +131,17 @@ def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
 
 def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Command]:
     """directions : looks along fold axes and planes; docks : where the stereonet is shown"""
-    picking = _OpenFeature(studio)
+    picking, following = _OpenFeature(studio), _Following(studio)
 
     return [
         Command("navigate", tr("&Navigate"), lambda: studio.activate("navigate"), "cursor-move",
                 "N", tr("Orbit, pan and zoom; click a feature to select it."), in_viewport=True,
                 checked=lambda: studio.tool_name == "navigate"),
         *(_choose_tool(studio, entry) for entry in TOOLS),
+        Command("follow", tr("&Follow contacts"), following.toggle, "vector-curve", "Shift+T",
+                tr("A trace follows the contact from click to click, or goes straight."),
+                following.why_not, in_viewport=True,
+                checked=lambda: following.tool.cost is not None),
         Command("finish", tr("Finish"), studio.finish_tool, "check", ("Return", "Enter"),
                 tr("Finish the open feature and keep it."), picking.why_not_finish,
                 in_viewport=True),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
@@ -79,6 +81,24 @@ class OutcropView(QObject):
         if self.viewport is not None:
             self.viewport.moves.set_orthographic(True)
             self.viewport.moves.look_along(trend_deg, plunge_deg)
+
+    def now(self) -> tuple[dict[str, Any], dict[str, Any] | None] | None:
+        """Camera and clipping box as `restore` takes them; None before anything is shown."""
+        if self.viewport is None or not self._studio.models:
+            return None
+        box = self._studio.display.clip_shown
+        return self.viewport.moves.camera_state(), None if box is None else box.as_dict()
+
+    def restore(self, camera: dict[str, Any], box: dict[str, Any] | None) -> None:
+        """Look as before. Raises ValueError where these are no camera or no box."""
+        if self.viewport is None:
+            return
+        shown = None if box is None else ClipBox.from_dict(box)
+        try:
+            self.viewport.moves.set_camera_state(camera)
+        except (KeyError, TypeError) as error:
+            raise ValueError(str(error)) from error
+        self._studio.display.set_clip(shown or self._studio.display.box, shown is not None)
 
     def standard_view(self, name: str) -> None:
         """Look in one of the standard directions, such as "north"."""

@@ -3,8 +3,6 @@ plane."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import Qt
@@ -22,22 +20,26 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.catalogue import TOTAL
 from vomstudio.document.edit import Edit
-from vomstudio.document.kinds import is_picked_plane
-from vomstudio.document.records import Matrix, Model, Record, Typed, get_feature
-from vomstudio.document.registration_errors import bowed_deg, model_of, turns_of
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import Matrix, Model, get_feature
 from vomstudio.errors import VomError
-from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_line, parse_line
-from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
+from vomstudio.geology.orientation import Line, Plane, angle_between_lines
 from vomstudio.geometry import transform
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
+from vomstudio.products.ortho.view_directions import cost_of_direction
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.signals import once_told
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.scene.bedding_axis import BeddingAxis
+from vomstudio.ui.scene.outcrop_view import OutcropView
+from vomstudio.ui.scene.saved_views_box import SavedViewsBox
 from vomstudio.words import tr, tr_n
+from vomstudio.workspace.looking import Direction, across_slip, depth_along, meeting_line
 
 SAME_DEG = 0.5
 """Directions that differ by less are treated as the same."""
@@ -47,17 +49,15 @@ _EDGE_ON = 0.05
 
 
 class ViewPanel(QWidget):
-    """`look` turns the view: look(trend_deg, plunge_deg), orthographic."""
+    """Directions for a view of the outcrop, and views that have a name."""
 
-    def __init__(self, studio: Studio, look: Callable[[float, float], None]) -> None:
+    def __init__(self, studio: Studio, view: OutcropView) -> None:
         super().__init__()
         explain(self, "numbers.md#the-view-direction")
         self._studio = studio
-        self._look = look
+        self._look = view.look
         self._direction = Line(0.0, 0.0)
-        self._axis_kept: FoldAxis | str | None = None
-        self._beds: tuple[str, ...] = ()
-        self._poor = 0
+        self._bedding = BeddingAxis(studio, lambda: self.only_selected.isChecked())
         self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
         self.now = QLabel("–")
         font = self.now.font()
@@ -84,10 +84,13 @@ class ViewPanel(QWidget):
         for i, (name, text, call) in enumerate(
             (
                 ("beta", tr("Along fold axis"), self.along_beta),
+                ("meeting", tr("Along intersection"), self.along_meeting),
                 ("facing", tr("Face the plane"), self.face),
                 ("strike", tr("Along strike"), self._along_strike),
-                ("dip", tr("Down dip"), self._down_dip),
                 ("line", tr("Along the line"), self.along_line),
+                ("dip", tr("Down dip"), self._down_dip),
+                ("slip", tr("Across the slip"), self.along_slip_normal),
+                ("rock", tr("Face the outcrop"), self._face_outcrop),
                 ("flip", tr("Opposite side"), self._flip),
             )
         ):
@@ -95,8 +98,12 @@ class ViewPanel(QWidget):
             button.clicked.connect(call)
             self._buttons[name] = button
             grid.addWidget(button, i // 2, i % 2)
+        self._cost = QLabel()
+        self._cost.setObjectName("view_cost")
+        self._cost.setWordWrap(True)
+        self._cost.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.only_selected = QCheckBox(tr("Fold axis of selected bedding only"))
-        self.only_selected.toggled.connect(self._forget_axis)
+        self.only_selected.toggled.connect(self._bedding.forget)
         self.only_selected.toggled.connect(self.refresh)
         self._verdict = QLabel()
         self._verdict.setWordWrap(True)
@@ -105,13 +112,16 @@ class ViewPanel(QWidget):
         layout.setContentsMargins(6, 6, 6, 6)
         layout.addLayout(form)
         layout.addLayout(grid)
+        layout.addWidget(self._cost)
+        layout.addWidget(SavedViewsBox(studio, view))
         layout.addWidget(self.only_selected)
         layout.addWidget(self._verdict)
         layout.addStretch()
-        studio.project_opened.connect(self._forget_axis)
+        studio.project_opened.connect(self._bedding.forget)
         studio.project_opened.connect(self.refresh)
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(self._selected)
+        studio.model_loaded.connect(self.refresh)
 
     def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
         """Show the direction of the view, in degrees."""
@@ -122,6 +132,8 @@ class ViewPanel(QWidget):
             if orthographic
             else tr("{line} (perspective)", line=line)
         )
+        # A drag tells many directions: the cost is shown for the last of them.
+        once_told(self._show_cost)
 
     # --- directions --------------------------------------------------------------------------
     def _typed(self) -> None:
@@ -134,7 +146,7 @@ class ViewPanel(QWidget):
 
     def along_beta(self) -> None:
         """Look along the fold axis of the bedding, where there is one."""
-        axis = self._axis()
+        axis = self._bedding.found()
         if isinstance(axis, FoldAxis):
             self._turn_axis(axis.beta)
 
@@ -151,6 +163,24 @@ class ViewPanel(QWidget):
         line = self._line()
         if line is not None:
             self._turn_axis(line)
+
+    def along_meeting(self) -> None:
+        """Look along the line in which the two selected planes meet: both are seen edge on."""
+        found = self._meeting()
+        if isinstance(found, Direction):
+            self._turn_axis(found.line)
+
+    def along_slip_normal(self) -> None:
+        """Look along the line in the fault at right angles to the selected slip, which shows the
+        whole displacement."""
+        found = self._across_slip()
+        if isinstance(found, Direction):
+            self._turn_axis(found.line)
+
+    def _face_outcrop(self) -> None:
+        side = self._exposed_view()
+        if side is not None:
+            self._turn(Line.from_vector(side, directed=True))
 
     def _along_strike(self) -> None:
         plane = self._plane()
@@ -190,7 +220,7 @@ class ViewPanel(QWidget):
 
     def why_no_beta(self) -> str | None:
         """Why there is no fold axis; None where there is one."""
-        axis = self._axis()
+        axis = self._bedding.found()
         return axis if isinstance(axis, str) else None
 
     def why_no_plane(self) -> str | None:
@@ -200,14 +230,14 @@ class ViewPanel(QWidget):
     def origin_of(self, direction: Line) -> tuple[str, float | None]:
         """From which measurement a direction follows, as a sentence, and its 95 % error in degrees
         where it is known."""
-        axis = self._axis()
+        axis = self._bedding.found()
         if isinstance(axis, FoldAxis) and angle_between_lines(axis.beta, direction) < SAME_DEG:
             text = tr_n(
                 "Along the fold axis (beta) {line} of {count} bedding plane, 95 %: {error}; "
                 "verdict: {verdict}, valid: {valid}.",
                 "Along the fold axis (beta) {line} of {count} bedding planes, 95 %: {error}; "
                 "verdict: {verdict}, valid: {valid}.",
-                len(self._beds),
+                len(self._bedding.beds),
                 line=format_line(axis.beta, 0),
                 error=degrees(axis.error95_deg),
                 verdict=axis.verdict,
@@ -221,9 +251,7 @@ class ViewPanel(QWidget):
             measured = self._studio.measured([id_])[id_]
             line = measured.line or (measured.plane.pole() if measured.plane else None)
             if line is not None and angle_between_lines(line, direction) < SAME_DEG:
-                error = measured.max_confidence95_deg
-                if measured.registration_error_deg is not None:
-                    error = TOTAL.value(self._studio.subject(feature, measured))
+                error = self._error_of(id_)
                 values = {"feature": feature.name, "error": degrees(error)}
                 if measured.line is not None:
                     return tr("Along {feature}, 95 %: {error}.", **values), error
@@ -241,6 +269,37 @@ class ViewPanel(QWidget):
         return tr("Select a lineation or an intersection first.")
 
     # --- what they are taken from ------------------------------------------------------------
+    def _chosen(self) -> list[Measurement]:
+        """Of all features that are selected."""
+        measured = self._studio.measured(self._studio.selection.ids)
+        return [measured[id_] for id_ in self._studio.selection.ids if id_ in measured]
+
+    def _error_of(self, id_: str) -> float | None:
+        """95 %, together with the registration where that is known."""
+        feature, measured = get_feature(self._studio.records, id_), self._studio.measured([id_])
+        if feature is None or id_ not in measured:
+            return None
+        if measured[id_].registration_error_deg is None:
+            return measured[id_].max_confidence95_deg
+        total: float | None = TOTAL.value(self._studio.subject(feature, measured[id_]))
+        return total
+
+    def _error_of_current(self) -> float | None:
+        current = self._studio.selection.current
+        return None if current is None else self._error_of(current)
+
+    def _meeting(self) -> Direction | str:
+        if len(self._studio.selection.ids) != 2:
+            return tr("Select two planes first.")
+        return meeting_line(self._chosen())
+
+    def _across_slip(self) -> Direction | str:
+        current = self._studio.selection.current
+        measured = {} if current is None else self._studio.measured([current])
+        if current is None or current not in measured:
+            return tr("Select a slip lineation that lies on a fault first.")
+        return across_slip(measured[current])
+
     def _plane(self) -> Plane | None:
         current = self._studio.selection.current
         if current is None or get_feature(self._studio.records, current) is None:
@@ -253,112 +312,82 @@ class ViewPanel(QWidget):
             return None
         return self._studio.measured([current])[current].line
 
-    def bedding(self) -> list[str]:
-        """Ids of the bedding planes for the fold axis: feature types are never pooled silently."""
-        beds = [t.id for t in self._studio.session.of(Typed) if _is_bed(t)]
-        if not self.only_selected.isChecked():
-            return beds
-        chosen = set(self._studio.selection.ids)
-        return [id_ for id_ in beds if id_ in chosen]
-
-    def _axis(self) -> FoldAxis | str:
-        """The fold axis of the bedding, or why there is none."""
-        if self._axis_kept is None:
-            self._beds = tuple(self.bedding())
-            self._axis_kept = self._find_axis()
-        return self._axis_kept
-
-    def _find_axis(self) -> FoldAxis | str:
-        measured = self._studio.measured(self._beds)
-        self._poor = sum(
-            m.verdict is not None and m.verdict.quality == "poor" for m in measured.values()
-        )
-        fitted = {id_: m.fit for id_, m in measured.items() if m.fit is not None}
-        fits = list(fitted.values())
-        if len(fits) < 2:
-            if self.only_selected.isChecked():
-                return tr(
-                    "A fold axis needs at least 2 selected bedding planes; there are {count}.",
-                    count=len(fits),
-                )
-            return tr(
-                "A fold axis needs at least 2 bedding planes; there are {count}.", count=len(fits)
-            )
-        try:
-            azimuths, dips, _ = normals_to_planes(np.array([fit.normal for fit in fits]))
-            records = self._studio.records
-            models = [model_of(records, get_feature(records, id_)) for id_ in fitted]
-            return fold_axis(azimuths, dips, turns_of(models), bowed_deg(models))
-        except VomError as error:
-            return str(error)
-
-    def _forget_axis(self, *_: object) -> None:
-        """Every refresh of the commands asks for the axis: it is kept until something changes."""
-        self._axis_kept = None
-
     def _edited(self, edit: Edit) -> None:
-        # Thousands of planes are asked for it: most edits are of other features.
-        touched = set(self._studio.affected(edit))
-        if not touched.isdisjoint(self._beds) or any(
-            _is_bed(self._studio.records.get(id_)) for id_ in touched
-        ):
-            self._forget_axis()
+        self._bedding.edited(self._studio.affected(edit))
         self.refresh()
 
     def _selected(self, *_: object) -> None:
         if self.only_selected.isChecked():
-            self._forget_axis()
+            self._bedding.forget()
         self.refresh()
-
-    def _poor_planes(self) -> tuple[str, ...]:
-        """A warning where planes are poor: the scatter of planes ignores the error of each."""
-        if not self._poor:
-            return ()
-        return (
-            tr_n(
-                "{count} of these planes is poor: the error of the fold axis is computed from "
-                "scatter alone and is too small.",
-                "{count} of these planes are poor: the error of the fold axis is computed from "
-                "scatter alone and is too small.",
-                self._poor,
-            ),
-        )
 
     def refresh(self, *_: object) -> None:
         """Show the fold axis with its verdict, and which directions there are now."""
         once_told(self._show)
 
     def _show(self) -> None:
-        axis, plane = self._axis(), self._plane()
-        _enable(self._buttons["beta"], None if isinstance(axis, FoldAxis) else axis)
-        why = None if plane is not None else tr("Select a plane first.")
-        for name in ("facing", "strike", "dip"):
-            _enable(self._buttons[name], why)
-        _enable(self._buttons["line"], self.why_no_line())
+        axis, plane = self._bedding.found(), self._plane()
+        no_plane = None if plane is not None else tr("Select a plane first.")
+        meeting, slip = self._meeting(), self._across_slip()
+        beta = Direction(axis.beta, axis.error95_deg) if isinstance(axis, FoldAxis) else axis
+        self._offer("beta", beta)
+        self._offer("meeting", meeting)
+        self._offer("slip", slip)
+        error = self._error_of_current()
+        self._offer("facing", no_plane if plane is None else Direction(plane.pole(), error))
+        for name in ("strike", "dip"):
+            _enable(self._buttons[name], no_plane)
+        line = self._line()
+        self._offer("line", self.why_no_line() if line is None else Direction(line, error))
+        _enable(
+            self._buttons["rock"],
+            None if self._exposed_view() is not None else tr("Open a model with a surface first."),
+        )
+        self._show_cost()
         if isinstance(axis, FoldAxis):
             text = tr_n(
                 "<b>Fold axis (beta) {line}</b> of {count} bedding plane, 95 %: {largest} × "
                 "{smallest}<br>Verdict: {verdict} (valid: {valid})",
                 "<b>Fold axis (beta) {line}</b> of {count} bedding planes, 95 %: {largest} × "
                 "{smallest}<br>Verdict: {verdict} (valid: {valid})",
-                len(self._beds),
+                len(self._bedding.beds),
                 line=format_line(axis.beta, 0),
                 largest=degrees(axis.max_confidence95_deg),
                 smallest=degrees(axis.min_confidence95_deg),
                 verdict=axis.verdict,
                 valid=axis.valid,
             )
-            reasons = (f"• {reason}" for reason in (*axis.reasons, *self._poor_planes()))
+            reasons = (f"• {reason}" for reason in (*axis.reasons, *self._bedding.doubts()))
             self._verdict.setText("<br>".join([text, *reasons]))
         else:
             self._verdict.setText(axis)
+
+    def _offer(self, name: str, found: Direction | str | None) -> None:
+        """A button that says, before it is pressed, where it looks and what that costs."""
+        button = self._buttons[name]
+        if not isinstance(found, Direction):
+            _enable(button, found or tr("There is no such direction."))
+            return
+        _enable(button, None)
+        said = tr(
+            "Along {line}, 95 %: {error}.",
+            line=format_line(found.line, 0),
+            error=degrees(found.error95_deg),
+        )
+        button.setToolTip(f"{said} {self._cost_of(found.line, found.error95_deg)}".strip())
+
+    def _cost_of(self, line: Line, error95_deg: float | None) -> str:
+        """Nothing without a model."""
+        studio = self._studio
+        deep, metric = depth_along(line.vector(), studio.models, studio.records)
+        return cost_of_direction(error95_deg, deep, metric=metric) if deep else ""
+
+    def _show_cost(self) -> None:
+        """From which measurement the present direction follows, and what its error costs."""
+        said, error = self.origin_of(self._direction)
+        self._cost.setText(f"{said} {self._cost_of(self._direction, error)}".strip())
 
 
 def _enable(button: QPushButton, why_not: str | None) -> None:
     button.setEnabled(why_not is None)
     button.setToolTip("" if why_not is None else tr("Not now: {reason}", reason=why_not))
-
-
-def _is_bed(record: Record | None) -> bool:
-    """A picked plane of the type bedding."""
-    return isinstance(record, Typed) and record.type_id == "bedding" and is_picked_plane(record)

@@ -47,5 +47,8 @@ def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[
                 tr("All features as shapefiles, one for each layer."), no_features),
         Command("export_dxf", tr("Export &DXF…"), lambda: files.export("dxf"), None, (),
                 tr("All features for CAD, one layer for each feature type."), no_features),
+        Command("export_program", tr("Export for &another program…"), files.export_for_program,
+                None, (), tr("Stereonet, Orient, FaultKin, Win-Tensor, GemPy, LoopStructural, "
+                             "GeMS, KML, GeoJSON."), no_features),
         Command("quit", tr("&Quit"), leave, None, "Ctrl+Q"),
     ]  # fmt: skip

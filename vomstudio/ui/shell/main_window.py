@@ -116,7 +116,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.sight.feature_photo import FeaturePhoto
         from vomstudio.ui.sight.sighting_list import SightingList
 
-        self.view_panel = ViewPanel(self.studio, self.view.look)
+        self.view_panel = ViewPanel(self.studio, self.view)
         self._photo_shown = FeaturePhoto(self.studio)
         self._sightings = SightingList(self._photo_shown.images)
         self.actions_table = Actions(self)
@@ -130,8 +130,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.shell import edit_commands, file_commands, model_commands
         from vomstudio.ui.workspaces import strip
 
-        studio, table = self.studio, self.actions_table
-        find = partial(edit_commands.find_command, self, table)
+        studio, find = self.studio, partial(edit_commands.find_command, self, self.actions_table)
         return [
             *file_commands.commands(studio, self.files, self.close),
             *edit_commands.commands(studio, find, self),
@@ -147,13 +146,10 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.survey import result_commands, survey_commands
 
         studio, survey, dialogs = self.studio, self.survey, self._dialogs
-        asked = survey_commands.SurveyDialogs(
-            self, studio, survey, dialogs, self.actions_table.all, self._open_photos
-        )
+        actions, opened = self.actions_table.all, self._open_photos
+        asked = survey_commands.SurveyDialogs(self, studio, survey, dialogs, actions, opened)
         return [
-            *survey_commands.commands(
-                studio, survey, asked, self._open_photos, self.files.place_for
-            ),
+            *survey_commands.commands(studio, survey, asked, opened, self.files.place_for),
             *result_commands.commands(studio, survey, self.cameras, dialogs, self),
             *photo_commands.commands(self.photo_opening, lambda: self.photos_panel.chosen_photo()),
             *self.photo_tab.commands(),
@@ -163,17 +159,18 @@ class MainWindow(QMainWindow):
         ]
 
     def _rest_commands(self) -> list[Command]:
-        from vomstudio.ui.analyse import net_commands, ortho_commands, profile_dialog
+        from vomstudio.ui.analyse import net_commands, ortho_commands
         from vomstudio.ui.interpret import feature_commands, line_commands, tool_panels
         from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell import compact_commands, help_commands, tour
+        from vomstudio.ui.shell.work_panels import work_commands
 
         studio, view = self.studio, self.view
         self._of_tools = tool_panels.commands(studio)
         self._open_types = partial(feature_commands.open_types, self, studio, self._dialogs)
         return [
             *ortho_commands.commands(studio, view, self.view_panel, self),
-            profile_dialog.command(studio, self._dialogs, self),
+            *work_commands(studio, self._dialogs, self.workspaces, self.docks, self),
             *line_commands.commands(studio, self.view_panel, self),
             *(command for some in self._of_tools for command in some),
             *net_commands.commands(studio, lambda: getattr(self, "net", None), self),
@@ -243,6 +240,7 @@ class MainWindow(QMainWindow):
 
     def _fill_docks(self) -> None:
         from vomstudio.ui.shell.jobs_panel import JobsPanel
+        from vomstudio.ui.shell.work_panels import work_panels
 
         # The net needs matplotlib: its place is kept until the window is on the screen.
         self._net_place = QWidget()
@@ -258,6 +256,8 @@ class MainWindow(QMainWindow):
         add("in_photos", tr("In the photos"), self.in_photos)
         add("jobs", tr("Jobs"), JobsPanel(self.studio.jobs))
         add("messages", tr("Messages"), self.messages)
+        for name, title, make in work_panels():
+            add(name, tr(title), make(self.studio), scrolls=True)
         self.tool_panel.tell_title(self.docks["tool"].setWindowTitle)
 
     def _make_bars(self) -> None:

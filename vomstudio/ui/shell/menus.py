@@ -23,7 +23,8 @@ MENUS = (
     (to_translate("&File"), (
         "new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|", "save",
         "save_as", "compact_project", "take_back_compaction", "|", "import_readings", "|",
-        "export_csv", "export_gpkg", "export_shp", "export_dxf", "export_net", "|", "quit")),
+        "export_csv", "export_gpkg", "export_shp", "export_dxf", "export_program",
+        "export_net", "|", "quit")),
     (to_translate("&Edit"), (
         "undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     (to_translate("&View"), (
@@ -38,14 +39,15 @@ MENUS = (
         "take_in_photos", "|", "make_settings", "make_model", "pause_model", "|",
         "show_alignment", "show_tie_points", "open_report")),
     (to_translate("&Model"), (
-        "declare_frame", "register_model", "locate", "open_cameras", "find_photos", "|",
-        "copy_model", "export_model", "remove_model")),
+        "declare_frame", "register_model", "fit_model", "compare_models", "|", "locate",
+        "open_cameras", "find_photos", "|", "copy_model", "export_model", "remove_model")),
     (to_translate("&Interpret"), (
-        "navigate", "+tools", "|", "finish", "cancel", "continue_trace", "delete_vertex", "|",
-        "+of_tools", "feature_types", "update_surroundings")),
+        "navigate", "+tools", "|", "follow", "finish", "cancel", "continue_trace",
+        "delete_vertex", "|", "+of_tools", "feature_types", "update_surroundings")),
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
-        "intersection_of_sets", "|", "orthophoto", "|", "verdict_profile", "|", "show_stereonet")),
+        "intersection_of_sets", "|", "orthophoto", "|", "verdict_profile", "|", "copy_net",
+        "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip

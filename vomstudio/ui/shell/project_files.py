@@ -34,6 +34,19 @@ _EXPORTS = {
     "dxf": to_translate("DXF (*.dxf)"),
 }
 
+_PROGRAMS = {
+    "geojson": to_translate("GeoJSON (*.geojson)"),
+    "kml": to_translate("KML for Google Earth (*.kml)"),
+    "stereonet": to_translate("Stereonet: planes and lines (*.txt)"),
+    "orient": to_translate("Orient (*.tsv)"),
+    "faultkin": to_translate("FaultKin: fault slips (*.txt)"),
+    "wintensor": to_translate("Win-Tensor: fault slips (*.txt)"),
+    "gempy": to_translate("GemPy: orientations and surface points (*.csv)"),
+    "loopstructural": to_translate("LoopStructural (*.csv)"),
+    "gems": to_translate("GeMS OrientationPoints (*.csv)"),
+}
+"""Formats of other programs, each with the words of the dialog."""
+
 
 class Files(QObject):
     """Dialogs belong to `parent`; the studio does what they decide."""
@@ -132,6 +145,21 @@ class Files(QObject):
         if name:
             path = Path(name if name.endswith(f".{format_}") else f"{name}.{format_}")
             self.export_to(format_, path)
+
+    def export_for_program(self) -> None:
+        """Ask for a program and a file, and export what the program can take."""
+        formats = {tr(pattern): format_ for format_, pattern in _PROGRAMS.items()}
+        stem = "orientations" if self._studio.project.untitled else self._studio.project.name
+        name, chosen = QFileDialog.getSaveFileName(
+            self._parent,
+            tr("Export for another program"),
+            str(Path(start_folder(self._studio)) / stem),
+            ";;".join(formats),
+        )
+        if name and chosen in formats:
+            ending = chosen.rpartition("*")[2].rstrip(")")
+            path = Path(name if name.endswith(ending) else f"{name}{ending}")
+            self.export_to(formats[chosen], path)
 
     def export_to(self, format_: str, path: Path) -> None:
         """Export the features to `path`, replacing what is there."""

@@ -15,7 +15,14 @@ def record_actions(table: Actions, record: Record) -> list[QAction]:
     table.refresh()
     names: tuple[str, ...] = ()
     if isinstance(record, Model):
-        names = ("declare_frame", "register_model", "locate", "copy_model", "remove_model")
+        names = (
+            "declare_frame",
+            "register_model",
+            "fit_model",
+            "locate",
+            "copy_model",
+            "remove_model",
+        )
     elif isinstance(record, Picked):
         names = ("frame_selection", "continue_trace", "face_plane", *_COMMON)
     elif isinstance(record, Painted):

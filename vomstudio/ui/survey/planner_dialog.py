@@ -32,6 +32,7 @@ from vomstudio.products.report.field_sheet import figures, write_field_sheet
 from vomstudio.survey.foretold_plan import foretold
 from vomstudio.survey.plan_camera import camera_of
 from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, SurveyPlan, plan_survey
+from vomstudio.survey.registration_forecast import CONTROL_M, RECEIVER_M
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import start_folder
@@ -64,7 +65,8 @@ _TARGETS = (
     (to_translate("Smallest plane to measure"), "plane_m", "m", 1.0, "5"),
 )
 _DEFAULTS = {"camera": "", "focal": "", "aperture": "8", "width": "80", "height": "25",
-             "wish": "distance_m", "value": "30", "overlap": 70, "manner": "handheld"}  # fmt: skip
+             "wish": "distance_m", "value": "30", "overlap": 70, "manner": "handheld",
+             "receiver": "", "control": ""}  # fmt: skip
 _PRINT_DPI = 300
 _FIELDS = {
     "--width": to_translate("Width of the outcrop"),
@@ -76,8 +78,11 @@ _FIELDS = {
     "--focal": to_translate("Focal length"),
     "--camera": to_translate("Camera"),
     "--overlap": to_translate("Overlap"),
+    "--receiver": to_translate("Accuracy of the receiver"),
+    "--control": to_translate("Accuracy of the control points"),
 }
 """The fields of the dialog by the options that the errors of the planning name."""
+_OPTIONAL = ("focal", "receiver", "control")
 
 
 class PlannerDialog(QDialog):
@@ -162,6 +167,17 @@ class PlannerDialog(QDialog):
         for key, title in _MANNERS.items():
             self.manner.addItem(tr(title), key)
         self.manner.currentIndexChanged.connect(self._changed)
+        self.receiver = self._number("plan_receiver")
+        self.receiver.setPlaceholderText(f"{RECEIVER_M:g}")
+        self.receiver.setToolTip(
+            tr(
+                "Error of a horizontal coordinate of the camera's positions, one sigma: 3 m of a "
+                "phone or a common drone, 0.02 m with RTK. Heights are taken as twice as bad."
+            )
+        )
+        self.control = self._number("plan_control")
+        self.control.setPlaceholderText(f"{CONTROL_M:g}")
+        self.control.setToolTip(tr("Error of a coordinate of the control points, one sigma."))
         form = QFormLayout()
         form.setVerticalSpacing(6)
         form.addRow(tr("Camera"), _row((self.camera, 1), (photo, 0)))
@@ -177,6 +193,11 @@ class PlannerDialog(QDialog):
         form.addRow(tr("Method"), self.manner)
         form.addRow(tr("Target"), _row((self.target, 0), (self.value, 0), (self._unit, 0)))
         form.addRow(tr("Overlap"), _row((self.overlap, 0)))
+        form.addRow(
+            tr("Accuracy"),
+            _row((self.receiver, 0), (QLabel(tr("m receiver")), 0), (self.control, 0),
+                 (QLabel(tr("m control")), 0)),
+        )  # fmt: skip
         return form
 
     def _number(self, name: str) -> QLineEdit:
@@ -226,7 +247,8 @@ class PlannerDialog(QDialog):
     def _fill(self, values: dict[str, Any]) -> None:
         self.camera.setEditText(str(values["camera"]))
         for field, name in ((self.focal, "focal"), (self.aperture, "aperture"),
-                            (self.width_, "width"), (self.height_, "height")):  # fmt: skip
+                            (self.width_, "width"), (self.height_, "height"),
+                            (self.receiver, "receiver"), (self.control, "control")):  # fmt: skip
             field.setText(str(values[name]))
         self.target.setCurrentIndex(max(0, self.target.findData(values["wish"])))
         self._show_unit()
@@ -245,6 +267,8 @@ class PlannerDialog(QDialog):
             "value": self.value.text().strip(),
             "overlap": self.overlap.value(),
             "manner": self.manner.currentData(),
+            "receiver": self.receiver.text().strip(),
+            "control": self.control.text().strip(),
         }
 
     def _target_chosen(self) -> None:
@@ -424,9 +448,9 @@ def _plan(values: dict[str, Any]) -> SurveyPlan | str:
         return tr("Choose a camera, or a photo that was taken with it.")
     target = next(row for row in _TARGETS if row[1] == values["wish"])
     numbers: dict[str, float | None] = {}
-    for name in ("focal", "aperture", "width", "height", "value"):
+    for name in ("focal", "aperture", "width", "height", "value", "receiver", "control"):
         numbers[name] = parse_number(values[name]) if values[name] else None
-        if numbers[name] is None and (values[name] or name != "focal"):
+        if numbers[name] is None and (values[name] or name not in _OPTIONAL):
             field = tr(target[0] if name == "value" else _FIELDS[f"--{name}"])
             return tr("{field}: “{text}” is not a number.", field=field, text=values[name])
     given = {target[1]: (numbers["value"] or 0.0) / target[3]}
@@ -442,7 +466,7 @@ def _plan(values: dict[str, Any]) -> SurveyPlan | str:
             f_number=(numbers["aperture"] or 0.0) if camera.f_number is None else None,
             **given,
         )
-        return foretold(made)
+        return foretold(made, numbers["receiver"], numbers["control"])
     except VomError as error:
         text = as_sentence(error.message.replace("--focal MM", tr("the field Lens")))
         name = _FIELDS.get(error.field or "", "")

@@ -21,10 +21,11 @@ from PySide6.QtWidgets import (
 from vomstudio.document import edits
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.records import Model
-from vomstudio.errors import VomError
+from vomstudio.errors import GeometryError, VomError
 from vomstudio.registration.results import Placed
 from vomstudio.tools.control import ControlTool
 from vomstudio.ui.common import file_filters, theme
+from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
@@ -33,6 +34,9 @@ from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.interpret.tool_panels.control_map import ControlMap, MapPoint
 from vomstudio.ui.interpret.tool_panels.control_table import LABEL, TICK, ControlTable
 from vomstudio.words import tr
+
+_FEW = 20
+"""So many points are placed in less time than a thread takes to hand over."""
 
 _RING = 0.04
 """Radius of the ring where a point should be, as a share of the extent of the points."""
@@ -48,6 +52,8 @@ class ControlPanel(QWidget):
         self._studio = studio
         self._tool = studio.tool_of(ControlTool)
         self._points: list[ControlPoint] = []
+        self._found, self._reach = 0, 0.0
+        self._solving = NewestResult(self, self._solved, self._say_solving)
         self.model: Model | None = None
         self.placed: Placed | None = None
         self.crs: str | None = None
@@ -110,30 +116,62 @@ class ControlPanel(QWidget):
             self.refresh()
 
     def _solve(self) -> None:
-        """Place the model anew by what is ticked, and say what that is worth."""
-        from vomstudio.workspace.registering import expected, pairs_of, placed_by_points
+        """Place the model anew by what is ticked, and say what that is worth: at once where that is
+        a matter of milliseconds, else beside the window."""
+        from vomstudio.workspace.registering import pairs_of, placed_by_points
 
-        self.placed = None
-        pairs = pairs_of(self._points)
         model = self.model
         opened = None if model is None else self._studio.models.get(model.id)
         bounds = None if opened is None else opened.data.bounds
+        pairs = pairs_of(self._points)
+        self._reach = float(np.ptp(pairs.model, axis=0).max()) if len(pairs.labels) > 1 else 0.0
+        self._found = len(pairs.labels)
+
+        def work() -> Placed | VomError:
+            try:
+                if model is None:
+                    return GeometryError(tr("Open an outcrop model first."))
+                return placed_by_points(pairs, bounds, model, self.crs)
+            except VomError as error:
+                return error
+
         try:
             self.crs = self._typed_crs()
-            if model is not None:
-                self.placed = placed_by_points(pairs, bounds, model, self.crs)
-                self.said.setText(_in_words(self.placed))
-            else:
-                self.said.setText(tr("Open an outcrop model first."))
         except VomError as error:
-            self.said.setText(self._in_short(len(pairs.labels), error))
+            self._solving.drop()
+            self._solved(error)
+            return
+        if self._found <= _FEW:
+            self._solving.at_once(work)
+        else:
+            # It was the placement by other points.
+            self.placed = None
+            self._explain_button(tr("The placement by these points is being worked out."))
+            self._solving.ask(work)
+
+    def _say_solving(self) -> None:
+        self.said.setText(
+            tr("Placing the model by {count} points…", count=f"{self._found:,}"),
+        )
+
+    def _solved(self, made: object) -> None:
+        from vomstudio.workspace.registering import expected
+
+        self.placed = made if isinstance(made, Placed) else None
+        if isinstance(made, VomError):
+            said = made.message if self.model is None else self._in_short(self._found, made)
+            self.said.setText(said)
+        elif self.placed is not None:
+            self.said.setText(_in_words(self.placed))
         self.table.show_residuals(self._points, self.placed)
         self._show_map()
         places = {} if self.model is None else expected(self._points, self.placed, self.model)
-        reach = float(np.ptp(pairs.model, axis=0).max()) if len(pairs.labels) > 1 else 0.0
-        self._tool.expect(places, _RING * reach * self._metres())
-        self.register.setEnabled(self.placed is not None)
-        self.register.setToolTip("" if self.placed is not None else self.said.text())
+        self._tool.expect(places, _RING * self._reach * self._metres())
+        self._explain_button("" if self.placed is not None else self.said.text())
+
+    def _explain_button(self, why_not: str) -> None:
+        self.register.setEnabled(not why_not)
+        self.register.setToolTip(why_not)
 
     def _metres(self) -> float:
         from vomstudio.geometry import transform

@@ -120,6 +120,8 @@ class ControlMap(QWidget):
         times = _LONGEST_ARROW / (scale * longest) if longest * scale > 0.0 else 0.0
         text = self.palette().color(QPalette.ColorRole.WindowText)
         dim = self.palette().color(QPalette.ColorRole.PlaceholderText)
+        high = painter.fontMetrics().height()
+        taken: set[tuple[int, int]] = set()
         for point in self._points:
             here = at(point.x, point.y)
             if point.off is not None and times:
@@ -132,7 +134,13 @@ class ControlMap(QWidget):
             wide = painter.fontMetrics().horizontalAdvance(point.label)
             right = here.x() + _DOT + 3.0 + wide < self.width() - 2.0
             aside = _DOT + 3.0 if right else -_DOT - 3.0 - wide
-            painter.drawText(here + QPointF(aside, -_DOT), point.label)
+            # Labels on top of each other cannot be read.
+            line = int(here.y() // high)
+            first, last = int((here.x() + aside) // high), int((here.x() + aside + wide) // high)
+            cells = {(column, line) for column in range(first, last + 1)}
+            if not cells & taken:
+                taken |= cells
+                painter.drawText(here + QPointF(aside, -_DOT), point.label)
         return [tr("residuals {times} times", times=_round(times))] if times else []
 
     def _paint_north(self, painter: QPainter) -> None:

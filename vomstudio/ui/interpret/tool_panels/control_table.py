@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRectF, QSignalBlocker, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter
 from PySide6.QtWidgets import (
@@ -41,6 +44,8 @@ class ControlTable(QTableWidget):
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(_LEFT, QHeaderView.ResizeMode.Stretch)
+        # By the rows that are seen.
+        header.setResizeContentsPrecision(0)
         header.setMinimumSectionSize(34)
         self.verticalHeader().setDefaultSectionSize(23)
         self.setMinimumHeight(170)
@@ -61,7 +66,8 @@ class ControlTable(QTableWidget):
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         with QSignalBlocker(self):
             self.setRowCount(len(points))
-            self._cells = []
+        self._cells = []
+        with self._unmeasured():
             for row, point in enumerate(points):
                 tick = QTableWidgetItem()
                 tick.setFlags(_READ_ONLY | Qt.ItemFlag.ItemIsUserCheckable)
@@ -85,7 +91,8 @@ class ControlTable(QTableWidget):
             known = {p.label: p for p in (*placed.control, *placed.check)}
             wrong = {blunder.label for blunder in placed.blunders}
         largest = max((p.error_m for p in known.values()), default=0.0)
-        with QSignalBlocker(self):
+        alert = theme.icon("alert-outline")
+        with self._unmeasured():
             for cells, point in zip(self._cells, points, strict=True):
                 item, left = cells[_LEFT], known.get(point.name)
                 if left is not None:
@@ -96,9 +103,16 @@ class ControlTable(QTableWidget):
                     item.setToolTip("")
                 share = left.error_m / largest if left is not None and largest > 0.0 else 0.0
                 item.setData(_SHARE, -share if point.name in wrong else share)
-                cells[LABEL].setIcon(
-                    theme.icon("alert-outline") if point.name in wrong else QIcon()
-                )
+                cells[LABEL].setIcon(alert if point.name in wrong else QIcon())
+
+    @contextmanager
+    def _unmeasured(self) -> Iterator[None]:
+        """The columns would be measured anew at each cell, minutes with a thousand points: once
+        afterwards is enough."""
+        with QSignalBlocker(self), QSignalBlocker(self.model()):
+            yield
+        for column in range(_LEFT):
+            self.resizeColumnToContents(column)
         self.viewport().update()
 
 

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
+from vomstudio.ui.common.follow_box import FollowBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
@@ -35,6 +36,8 @@ class TracePanel(QWidget):
         form = narrow_form()
         form.addRow(tr("Type"), self.type_box)
         form.addRow(tr("Set"), self.set_edit)
+        self.follow_box = FollowBox(studio, self._tool)
+        form.addRow(tr("Follow"), self.follow_box)
 
         self.fit_view = FitView(reasons_shown=2)
 
@@ -56,7 +59,8 @@ class TracePanel(QWidget):
     def refresh(self, *_: object) -> None:
         """Show the tool as it is now."""
         tool = self._tool
-        measured = tool.measurement if len(tool.vertices) > 2 else None
+        enough = tool.followed or len(tool.vertices) > 2
+        measured = tool.measurement if enough and not tool.searching else None
         self.fit_view.show_measurement(
             measured, self._studio.settings.notation, local=not self._studio.north_known()
         )
@@ -72,6 +76,7 @@ class TracePanel(QWidget):
         self._hint.setVisible(not tool.open)
         self._show_kind()
         self.table.refresh()
+        self.follow_box.refresh()
 
     def _show_kind(self) -> None:
         """Type and set of the open trace, else of the next one. Those of a continued trace are

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.geology.orientation_rows import OrientationRows
-from vomstudio.geology.statistics import SetStatistics, set_statistics
+from vomstudio.geology.populations.error_weights import WEIGHTINGS, Errors, errors_of
+from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
 
@@ -34,17 +35,25 @@ class TableStatistics(Shown):
 
 
 def table_statistics(
-    table: OrientationRows, by: str | None = None, directed: bool = False
+    table: OrientationRows,
+    by: str | None = None,
+    directed: bool = False,
+    weights: str | None = None,
 ) -> TableStatistics:
     """by : name or number of the column that names the sets, None for one set `all`. directed :
-    lines have a head and a tail. Raises UsageError for a column that is not there."""
+    lines have a head and a tail. weights : "error" for each by its own error. Raises UsageError for
+    a column that is not there, and for errors that are not."""
+    if weights is not None and weights not in WEIGHTINGS:
+        raise ValueError(weights)
     warnings = list(table.warnings)
     vectors = table.vectors()
+    errors = None if weights is None else errors_of(table)
     found: dict[str, SetStatistics] = {}
     for name, members in _sets(table, by, warnings).items():
         of = "poles" if table.is_plane[members[0]] else "lines"
         turns = None if table.turns is None else table.turns.of(members)
-        found[name] = set_statistics(vectors[members], of=of, directed=directed, turns=turns)
+        own = None if errors is None else Errors(errors.error95_deg[members], errors.column)
+        found[name] = set_statistics(vectors[members], of, directed, turns, own)
     return TableStatistics(
         len(table), found, table.convention, tuple(table.dropped), tuple(warnings)
     )

@@ -1,0 +1,52 @@
+"""Fractures by the interface: as the command, and from coordinates."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+import vomstudio as vs
+
+JOINTS = [[(0, y), (6, y)] for y in (1, 2, 3)] + [[(2, 1), (2, 3)]]
+CORNERS = [(1, 0), (5, 0), (5, 4), (1, 4)]
+
+
+def test_lines_areas_and_sets_may_be_anything_with_coordinates() -> None:
+    shapes = shapely.linestrings(np.array(JOINTS, float))
+    one = vs.fractures(JOINTS, area=CORNERS)
+    two = vs.fractures(shapes, area=shapely.Polygon(CORNERS), by=["a", "a", "a", "b"])
+    assert one.P21_1_per_m == two.P21_1_per_m == 14 / 16
+    assert [(s.name, s.n) for s in two.sets] == [("a", 3), ("b", 1)]
+    # A line of two corners along a joint set sees its spacing.
+    across = vs.fractures(JOINTS, scanline=[(3, 0), (3, 4)])
+    assert across.P10_1_per_m == pytest.approx(3 / 4)
+    assert across.sets[0].spacing.mean_m == pytest.approx(1.0)
+    assert "P21_1_per_m" in repr(one)
+
+
+def test_it_says_what_the_command_says(data_dir: Path, tmp_path: Path) -> None:
+    folder = data_dir / "fracture_traces"
+    found = vs.fractures(
+        folder / "KB11_traces.geojson", area=folder / "KB11_area.geojson", snap_m=0.001,
+        plot=tmp_path / "kb11.pdf",
+    )  # fmt: skip
+    assert (found.pieces, found.nodes.I, found.nodes.Y, found.nodes.X) == (709, 476, 826, 268)
+    assert (tmp_path / "kb11.pdf").stat().st_size > 10_000
+
+
+def test_what_is_no_map_is_refused() -> None:
+    with pytest.raises(vs.errors.InputError, match="corners"):
+        vs.fractures([[(0, 0, 0), (1, 1, 1)]])
+    with pytest.raises(vs.errors.InputError, match="no lines"):
+        vs.fractures([])
+    with pytest.raises(vs.errors.UsageError, match="one of them"):
+        vs.fractures(JOINTS, area=CORNERS, circle=(0, 0, 1))
+    with pytest.raises(vs.errors.InputError, match="circle"):
+        vs.fractures(JOINTS, circle=(0, 0))
+    with pytest.raises(vs.errors.UsageError, match="set"):
+        vs.fractures(JOINTS, by=["a"])
+    with pytest.raises(vs.errors.GeometryError, match="outside"):
+        vs.fractures(JOINTS, circle=(100, 100, 1))

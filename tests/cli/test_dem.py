@@ -1,0 +1,112 @@
+"""`vomstudio dem`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pyogrio
+import pytest
+import rasterio
+
+PROMISED = ("raster", "width", "height", "gsd_m", "coverage", "reference_point")
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Path:
+    """z = 100 + 0.5 x - 0.25 y over 20 x 10 m, with a row without a height."""
+    x, y = (v.ravel() for v in np.meshgrid(np.arange(0, 20.5, 0.5), np.arange(0, 10.5, 0.5)))
+    rows = [f"{a},{b},{100 + 0.5 * a - 0.25 * b}" for a, b in zip(x, y, strict=True)]
+    path = tmp_path / "points.csv"
+    path.write_text("x,y,z\n" + "\n".join([*rows, "1,1,nan"]) + "\n")
+    return path
+
+
+def test_everything_promised_is_said_and_written(run, table: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    out = tmp_path / "d.tif"
+    ran = run(
+        "dem", table, "-o", out, "--gsd", 0.5, "--crs", "EPSG:32633", "--hillshade", "--slope",
+        "--aspect", "--contours", 1, "--json",
+    )  # fmt: skip
+    assert ran.code == 0, ran.err
+    found = ran.json
+    assert list(found)[:6] == list(PROMISED)
+    assert (found["width"], found["height"], found["gsd_m"]) == (40, 20, 0.5)
+    assert found["reference_point"] == [10.0, 5.0, 103.75]
+    assert found["coverage"] == 1.0
+    with rasterio.open(out) as file:
+        assert file.crs.to_epsg() == 32633
+        assert file.dtypes == ("float32",)
+        assert file.nodata is not None
+        z = file.read(1)
+        for row, column in ((0, 0), (7, 21), (19, 39)):
+            x, y = file.xy(row, column)
+            assert z[row, column] == pytest.approx(100 + 0.5 * x - 0.25 * y, abs=1e-5)
+    with rasterio.open(found["slope"]) as file:
+        slope = file.read(1, masked=True)
+        assert slope.max() == pytest.approx(np.degrees(np.arctan(np.hypot(0.5, 0.25))), abs=1e-3)
+    with rasterio.open(found["aspect"]) as file:
+        # It falls toward West and, half as steeply, North.
+        assert file.read(1, masked=True).mean() == pytest.approx(296.565, abs=1e-2)
+    with rasterio.open(found["hillshade"]) as file:
+        assert (file.dtypes, file.nodata) == (("uint8",), 0)
+    meta, _, _, (heights,) = pyogrio.raw.read(found["contours"])
+    assert meta["crs"] == "EPSG:32633"
+    assert sorted(set(heights)) == list(range(98, 110))
+    facts = json.loads(Path(found["sidecar"]).read_text("utf-8"))
+    assert facts["cell_to_world"] == found["cell_to_world"]
+    assert (facts["world_crs"], facts["north"]) == ("EPSG:32633", "grid north of the CRS")
+    assert run("dem", table, "-o", out, "--json").code == 2
+    assert run("dem", table, "-o", out, "--json", "--force").code == 0
+
+
+def test_an_oblique_one_is_true_to_scale_in_its_own_metres(run, table, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    out = tmp_path / "o.tif"
+    found = run("dem", table, "-o", out, "--gsd", 0.5, "--plane", "270/26", "--json").json
+    with rasterio.open(out) as file:
+        assert not file.crs.is_geographic
+        assert not file.crs.is_projected
+        assert 'UNIT["metre",1' in file.crs.to_wkt()
+        assert file.res == (0.5, 0.5)
+        z = file.read(1)
+        rows, columns = np.nonzero(np.isfinite(z))
+        x, y = file.xy(rows, columns)
+    cells = np.stack([columns + 0.5, rows + 0.5, z[rows, columns], np.ones(len(rows))])
+    world = (np.array(found["cell_to_world"]) @ cells)[:3]
+    assert np.abs(100 + 0.5 * world[0] - 0.25 * world[1] - world[2]).max() < 1e-5
+    # Metres right and up of the reference point.
+    across = world - np.array(found["reference_point"])[:, None]
+    assert np.asarray(x) == pytest.approx(np.array(found["right"]) @ across)
+    assert np.asarray(y) == pytest.approx(-np.array(found["down"]) @ across)
+    assert found["coverage"] == pytest.approx(np.isfinite(z).mean())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--gsd", "0"], "length"),
+        (["--plane", "95"], "plane"),
+        (["--plane", "10/95"], "dip"),
+        (["--limit", "-1"], "length"),
+        (["--contours", "nan"], "length"),
+        (["--gsd", "1e-6"], "million pixels"),
+        (["--limit", "0.01"], "No cell has a height"),
+    ],
+)
+def test_what_cannot_be_done_is_said(run, table, tmp_path, words, said) -> None:  # type: ignore[no-untyped-def]
+    ran = run("dem", table, "-o", tmp_path / "d.tif", *words)
+    assert ran.code == 2
+    assert said in ran.err
+    assert not list(tmp_path.glob("d*"))
+
+
+def test_a_wall_cannot_be_seen_from_above(run, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    wall = tmp_path / "wall.obj"
+    wall.write_text("v 0 0 0\nv 0 5 0\nv 0 5 5\nv 0 0 5\nf 1 2 3\nf 1 3 4\n")
+    ran = run("dem", wall, "-o", tmp_path / "d.tif", "--gsd", 0.5)
+    assert ran.code == 2
+    assert "edge-on" in ran.err
+    assert run("dem", wall, "-o", tmp_path / "d.tif", "--gsd", 0.5, "--plane", "90/90").code == 0
+    assert run("dem", wall, "-o", tmp_path / "x.txt").code == 2
+    assert run("dem", wall, "-o", tmp_path / "e.tif", "--limit", 3).code == 2

@@ -1,0 +1,250 @@
+"""`vomstudio fractures`: files of every kind, bad ones, scanlines, the figure."""
+
+from __future__ import annotations
+
+import json
+import math
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pyogrio
+import pytest
+import shapely
+
+CRS = "EPSG:32633"
+AT = np.array([500_000.0, 5_200_000.0])
+
+
+def save(
+    path: Path, shapes: list, crs: str | None = CRS, layer: str | None = None, **columns
+) -> Path:
+    kind = "Polygon" if shapes[0].geom_type == "Polygon" else "Unknown"
+    pyogrio.raw.write(
+        path, shapely.to_wkb(np.array(shapes, object)), [np.array(v) for v in columns.values()],
+        list(columns), geometry_type=kind if path.suffix == ".shp" else "Unknown", crs=crs,
+        layer=layer, append=layer is not None and path.exists(),
+    )  # fmt: skip
+    return path
+
+
+def line(*points: tuple[float, float]) -> shapely.LineString:
+    return shapely.LineString(np.array(points, float) + AT)
+
+
+def ladder() -> list[shapely.LineString]:
+    """Nine rungs a metre apart from 1 to 9, 4 long, on a stile that they cross."""
+    return [line((-2, y), (2, y)) for y in range(1, 10)] + [line((0, 0), (0, 10))]
+
+
+def geojson(path: Path, shapes: list, crs: str | None) -> Path:
+    features = [
+        {"type": "Feature", "properties": {}, "geometry": shapely.geometry.mapping(s)}
+        for s in shapes
+    ]
+    told = {"crs": {"type": "name", "properties": {"name": crs}}} if crs else {}
+    path.write_text(json.dumps({"type": "FeatureCollection", **told, "features": features}))
+    return path
+
+
+@pytest.mark.parametrize("ending", ["gpkg", "geojson", "shp"])
+def test_the_formats_of_gis_programs(run, tmp_path: Path, ending: str) -> None:
+    area = save(tmp_path / "area.gpkg", [shapely.box(*(AT - [5, 0]), *(AT + [5, 10]))])
+    path = tmp_path / f"traces.{ending}"
+    if ending == "shp":
+        pyogrio.raw.write(path, shapely.to_wkb(np.array(ladder(), object)), [], [],
+                          geometry_type="LineString", crs=CRS)  # fmt: skip
+    elif ending == "geojson":
+        geojson(path, ladder(), "urn:ogc:def:crs:EPSG::32633")
+    else:
+        save(path, ladder())
+    ran = run("fractures", path, "--area", area, "--json")
+    assert ran.code == 0, ran.err
+    assert ran.json["traces"] == ran.json["pieces"] == 10
+    assert ran.json["area_m2"] == pytest.approx(100.0)
+    assert ran.json["P21_1_per_m"] == pytest.approx(46 / 100)
+    # Both ends of the stile are on the edge.
+    assert ran.json["nodes"] == {"I": 18, "Y": 0, "X": 9, "E": 2, "L": 0, "other": 0}
+    assert ran.json["P10_1_per_m"] is None
+    assert ran.json["warnings"] == []
+
+
+def test_a_drawing_in_millimetres(run, tmp_path: Path) -> None:
+    import ezdxf
+
+    drawing = ezdxf.new(units=4)
+    for y in (1000, 2000):
+        drawing.modelspace().add_line((0, y), (4000, y))
+    drawing.modelspace().add_lwpolyline([(1000, 0), (1000, 2500), (1500, 3000)])
+    drawing.saveas(tmp_path / "traces.dxf")
+    ran = run("fractures", tmp_path / "traces.dxf", "--circle", "1,1.5,10", "--json")
+    assert ran.code == 0, ran.err
+    assert ran.json["nodes"]["X"] == 2
+    total = 8 + 2.5 + math.hypot(0.5, 0.5)
+    assert ran.json["P21_1_per_m"] == pytest.approx(total / (math.pi * 100))
+    assert "0.001 m" in ran.json["warnings"][0]
+
+
+def test_along_a_scanline(run, tmp_path: Path) -> None:
+    traces = save(tmp_path / "t.gpkg", ladder())
+    across = save(tmp_path / "s.gpkg", [line((1, 0), (1, 12))])
+    found = run("fractures", traces, "--scanline", across, "--json").json
+    assert found["P10_1_per_m"] == pytest.approx(9 / 12)
+    assert found["area_m2"] is found["P20_1_per_m2"] is found["P21_1_per_m"] is None
+    spacing = found["sets"][0]["spacing"]
+    assert (spacing["n"], spacing["gaps"], spacing["capped"]) == (9, 8, 0)
+    assert spacing["mean_m"] == spacing["true_mean_m"] == pytest.approx(1.0)
+    assert spacing["cv"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_terzaghi_weights_are_whole_unless_a_cap_is_asked_for(run, tmp_path: Path) -> None:
+    """A line at 30 degrees to the rungs meets them every 2 m; weighed they are one a metre."""
+    rungs = [line((-40, y), (40, y)) for y in range(1, 10)]
+    traces = save(tmp_path / "t.gpkg", rungs)
+    c, s = 20 * math.cos(math.radians(30)), 20 * math.sin(math.radians(30))
+    slanting = save(tmp_path / "s.gpkg", [line((0, 0), (c, s))])
+    found = run("fractures", traces, "--scanline", slanting, "--json").json
+    assert found["P10_1_per_m"] == pytest.approx(9 / 20)
+    assert found["scanline"]["P21_1_per_m"] == pytest.approx(0.9)
+    assert found["scanline"]["mean_m"] == pytest.approx(2.0)
+    assert found["scanline"]["true_mean_m"] == pytest.approx(1.0)
+    assert found["terzaghi_cap"] is None
+    ran = run("fractures", traces, "--scanline", slanting, "--terzaghi-cap", "1.5")
+    assert "9 Terzaghi weights were lowered to the cap of 1.5" in ran.err
+    assert "cap: 1.5" in ran.out
+
+
+def test_sets_by_attribute_and_by_strike(run, tmp_path: Path) -> None:
+    names = ["rung"] * 9 + [""]
+    traces = save(tmp_path / "t.gpkg", ladder(), set=names, type=["a"] * 5 + ["b"] * 5)
+    by_default = run("fractures", traces, "--json").json["sets"]
+    assert [(s["name"], s["n"]) for s in by_default] == [("rung", 9), ("unassigned", 1)]
+    assert by_default[0]["strike_deg"] == pytest.approx(90.0)
+    by_name = run("fractures", traces, "--set", "TYPE", "--json").json["sets"]
+    assert [(s["name"], s["n"]) for s in by_name] == [("a", 5), ("b", 5)]
+    by_strike = run("fractures", traces, "--strikes", "350-10,80-100", "--json").json["sets"]
+    assert [(s["name"], s["n"]) for s in by_strike] == [("080-100", 9), ("350-010", 1)]
+    wrong = run("fractures", traces, "--set", "colour")
+    assert (wrong.code, "set, type" in wrong.said) == (2, True)
+
+
+def test_the_circle_may_lie_west_and_south_of_zero(run, tmp_path: Path) -> None:
+    traces = save(tmp_path / "t.gpkg", [shapely.LineString([(-7, -3), (-5, -3)])])
+    ran = run("fractures", traces, "--circle", "-6,-3,2", "--json")
+    assert ran.code == 0, ran.err
+    assert ran.json["P20_1_per_m2"] == pytest.approx(1 / (4 * math.pi))
+
+
+def test_degrees_are_refused(run, tmp_path: Path) -> None:
+    here = [shapely.LineString([(12.0, 47.0), (12.1, 47.1)])]
+    named = save(tmp_path / "t.gpkg", here, "EPSG:4326")
+    assert "degrees" in run("fractures", named).said
+    bare = geojson(tmp_path / "t.geojson", here, None)
+    ran = run("fractures", bare)
+    assert (ran.code, "degrees" in ran.said) == (2, True)
+    metres = geojson(tmp_path / "m.geojson", ladder(), None)
+    ran = run("fractures", metres)
+    assert (ran.code, "'crs' member" in ran.said) == (2, True)
+
+
+def test_another_reference_system_of_the_area_is_refused(run, tmp_path: Path) -> None:
+    traces = save(tmp_path / "t.gpkg", ladder())
+    area = save(tmp_path / "a.gpkg", [shapely.box(*(AT - 5), *(AT + 5))], "EPSG:32632")
+    ran = run("fractures", traces, "--area", area)
+    assert ran.code == 2
+    assert str(area) in ran.said
+    assert "Reproject" in ran.said
+
+
+def test_feet_become_metres(run, tmp_path: Path) -> None:
+    traces = save(tmp_path / "t.gpkg", [shapely.LineString([(0, 0), (0, 10)])], "EPSG:2225")
+    found = run("fractures", traces, "--json").json
+    assert found["length"]["naive_mean_m"] == pytest.approx(10 * 1200 / 3937)
+    assert "US survey feet" in found["warnings"][0]
+
+
+def test_what_cannot_be_counted_is_left_out_and_said(run, tmp_path: Path) -> None:
+    with np.errstate(invalid="ignore"):
+        lost = shapely.LineString([(0, 0), (math.nan, 1), (2, 2)])
+    shapes = [
+        line((0, 0), (4, 0)),
+        line((1, 1), (1, 1)),  # without length
+        lost,
+        shapely.MultiLineString([line((0, 2), (1, 2)), line((1, 2), (2, 2))]),  # joins
+        shapely.MultiLineString([line((0, 3), (1, 3)), line((3, 3), (4, 3))]),
+        line((4, 0), (0, 0)),  # the first again
+        shapely.Point(AT),
+    ]
+    ran = run("fractures", save(tmp_path / "t.gpkg", shapes), "--json")
+    assert ran.code == 0, ran.err
+    assert ran.json["traces"] == 4
+    assert ran.json["length"]["naive_mean_m"] == pytest.approx((4 + 2 + 1 + 1) / 4)
+    said = " ".join(ran.json["warnings"])
+    for word in ("finite", "feature 2", "another kind", "do not join", "drawn twice"):
+        assert word in said
+
+
+@pytest.mark.parametrize("content", [b"", b"nothing of the kind", b'{"type": "FeatureCollection"'])
+def test_files_that_are_no_drawings(run, write, content: bytes) -> None:
+    ran = run("fractures", write(content, "t.geojson"))
+    assert ran.code == 2
+    assert "t.geojson" in ran.said
+
+
+def test_empty_layers_wrong_kinds_and_missing_files(run, tmp_path: Path) -> None:
+    traces = save(tmp_path / "t.gpkg", ladder())
+    areas = save(tmp_path / "a.gpkg", [shapely.box(*(AT - 5), *(AT + 5))])
+    assert "no line" in run("fractures", areas).said
+    assert "no polygon" in run("fractures", traces, "--area", traces).said
+    assert "no such file" in run("fractures", tmp_path / "gone.gpkg").said
+    assert "no such file" in run("fractures", traces, "--area", tmp_path / "gone.gpkg").said
+    assert "no such file" in run("fractures", tmp_path).said
+    empty = geojson(tmp_path / "e.geojson", [], "urn:ogc:def:crs:EPSG::32633")
+    assert run("fractures", empty).code == 2
+
+
+def test_one_of_several_layers_is_named(run, tmp_path: Path) -> None:
+    path = save(tmp_path / "t.gpkg", ladder(), layer="east")
+    save(path, ladder()[:3], layer="west")
+    assert "east, west" in run("fractures", path).said
+    assert run("fractures", path, "--layer", "west", "--json").json["traces"] == 3
+    assert run("fractures", path, "--layer", "north").code == 2
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--snap", "-1"],
+        ["--snap", "nan"],
+        ["--circle", "1,2"],
+        ["--circle", "1,2,0"],
+        ["--circle", "1,2,inf"],
+        ["--strikes", "north"],
+        ["--terzaghi-cap", "0.5"],
+        ["--circle", "0,0,3", "--area", "a.gpkg"],
+        ["--circle", "0,0,3"],  # outside the map
+        ["--plot", "p.doc"],
+    ],
+)
+def test_wrong_wishes_are_refused(run, tmp_path: Path, words: list[str]) -> None:
+    ran = run("fractures", save(tmp_path / "t.gpkg", ladder()), *words)
+    assert ran.code == 2
+    assert ran.said
+
+
+def test_the_figure_has_all_of_it(run, tmp_path: Path) -> None:
+    traces = save(tmp_path / "t.gpkg", ladder(), set=["rung"] * 9 + ["stile"])
+    area = save(tmp_path / "a.gpkg", [shapely.box(*(AT - [1, 0]), *(AT + [5, 10]))])
+    picture = tmp_path / "p.svg"
+    ran = run("fractures", traces, "--area", area, "--plot", picture)
+    assert ran.code == 0, ran.err
+    words = " ".join(ElementTree.parse(picture).getroot().itertext())
+    for wanted in ("10 traces", "nodes: I 9, Y 0, X 9", "strike, %", "mean length", "rung (9)",
+                   "whole area"):  # fmt: skip
+        assert wanted in words
+    again = run("fractures", traces, "--area", area, "--plot", picture)
+    assert again.code == 2
+    for words_ in ([], ["--scanline", save(tmp_path / "s.gpkg", [line((1, 0), (1, 12))])]):
+        plot = tmp_path / f"{len(words_)}.png"
+        assert run("fractures", traces, *words_, "--plot", plot).code == 0
+        assert plot.stat().st_size > 10_000

@@ -1,0 +1,101 @@
+"""`vomstudio section`."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import ezdxf
+import numpy as np
+import pandas as pd
+import pytest
+
+WEDGE = "v 0 0 0\nv 20 0 0\nv 20 10 0\nv 0 10 0\nv 0 0 5\nv 0 10 5\nf 5 2 3\nf 5 3 6\n"
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    """A slope from 5 m down to 0 m over 20 m toward East, 10 m along North."""
+    path = tmp_path / "slope.obj"
+    path.write_text(WEDGE)
+    return path
+
+
+def test_a_table_of_the_intersection(run, model: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    out = tmp_path / "s.csv"
+    ran = run("section", model, "--plane", "180/90", "--through", "0,4,0", "-o", out, "--json")
+    assert ran.code == 0, ran.err
+    found = ran.json
+    assert list(found)[:3] == ["file", "length_m", "polylines"]
+    assert found["length_m"] == pytest.approx(np.hypot(20, 5))
+    assert found["polylines"] == 1
+    assert (found["left_deg"], found["right_deg"]) == (270, 90)
+    table = pd.read_csv(out, comment="#")
+    assert list(table) == ["polyline", "distance_m", "height_m", "x", "y", "z"]
+    assert (table["y"] == 4).all()
+    assert table["z"].to_numpy() == pytest.approx(5 - table["x"] / 4)
+    assert table["distance_m"].to_numpy() == pytest.approx(table["x"])
+    assert run("section", model, "--plane", "180/90", "--through", "0,4,0", "-o", out).code == 2
+
+
+def test_a_drawing_for_cad_and_a_figure(run, model: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    line = tmp_path / "line.csv"
+    line.write_text("x,y\n2,1\n10,7\n18,1\n")
+    planes = tmp_path / "planes.csv"
+    planes.write_text("id,dip_direction,dip,x,y,z\nB1,90,45,4,2,6\n")
+    out = [tmp_path / "s.dxf", tmp_path / "s.svg"]
+    for path in out:
+        ran = run("section", model, "--profile", line, "-o", path, "--features", planes, "--json")
+        assert ran.code == 0, ran.err
+        assert ran.json["features"] == 1
+    lines = [e for e in ezdxf.readfile(out[0]).modelspace() if e.dxftype() == "POLYLINE"]
+    points = np.array([v.dxf.location for v in lines[0].vertices])
+    assert {e.dxf.layer for e in lines} == {"section"}
+    assert points[:, 0].max() == pytest.approx(20)
+    assert points[0, 1] == pytest.approx(4.5)
+    text = out[1].read_text("utf-8")
+    assert "1 : 100" in text
+    scale = float(re.search(r'id="plane" transform="matrix\((\S+) 0 0', text)[1])
+    assert scale == pytest.approx(10)
+    # Millimetres of paper for each metre: the frame is as long as the section and its margins.
+    assert re.search(r'width="220\.000" height=', text)
+    assert ">SW (233)<" in text
+    assert ">SE (127)<" in text
+
+
+def test_features_in_a_table(run, model: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    planes = tmp_path / "planes.csv"
+    planes.write_text(
+        "id,dip_direction,dip,x,y,z\nB1,60,45,4,2,6\nB2,300,20,4,40,6\n=1,0,30,3,5,1\n"
+    )
+    out = tmp_path / "s.csv"
+    ran = run("section", model, "--plane", "180/90", "--through", "0,4,0", "-o", out,
+              "--within", 10, "--features", planes, "--json")  # fmt: skip
+    found = ran.json
+    assert (found["features"], found["left_out"]) == (2, 1)
+    table = pd.read_csv(found["features_file"], comment="#")
+    assert list(table["id"]) == ["B1", "'=1"]
+    expected = np.degrees(np.arctan(np.sin(np.radians(60))))
+    assert table["apparent_dip_deg"][0] == pytest.approx(expected, abs=1e-4)
+    assert table["away_m"][0] == pytest.approx(2)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--plane", "180/90"], "--through"),
+        (["--through", "0,0,0"], "--plane"),
+        ([], "--profile"),
+        (["--plane", "180/90", "--through", "0,0"], "three numbers"),
+        (["--plane", "180/90", "--through", "0,400,0"], "does not meet"),
+        (["--plane", "180/90", "--through", "0,4,0", "--slab", "1"], "clouds"),
+        (["--plane", "180/90", "--through", "0,4,0", "--along", "0/0"], "--features"),
+        (["--plane", "x", "--through", "0,4,0"], "--plane"),
+    ],
+)
+def test_what_cannot_be_done_is_said(run, model, tmp_path, words, said) -> None:  # type: ignore[no-untyped-def]
+    ran = run("section", model, "-o", tmp_path / "s.csv", *words)
+    assert ran.code == 2
+    assert said in ran.err
+    assert not (tmp_path / "s.csv").exists()
+    assert run("section", model, "--plane", "1/90", "--through", "0,4,0", "-o", "s.txt").code == 2

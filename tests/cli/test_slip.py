@@ -1,0 +1,142 @@
+"""`vomstudio slip` and `vs.slip`, with what exports of a project write."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+
+import vomstudio as vs
+from vomstudio.geology.orientation import Plane, slip_from_rake
+from vomstudio.io.project.export import export_project
+from vomstudio.io.text.slip_reading import read_slips
+
+SPECIMEN = Path(__file__).parents[1] / "specimens" / "schema5.vom"
+TABLE = "strike,dip,trend,plunge,sense\n0,45,90,45,N\n180,45,270,45,N\n"
+
+
+@pytest.fixture(scope="module")
+def specimen(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("slips") / "a.vom"
+    shutil.copytree(SPECIMEN, folder)
+    return folder
+
+
+@pytest.mark.parametrize("format_", ["faultkin", "csv", "wintensor"])
+def test_slips_of_a_project_come_back_with_every_sense(specimen, tmp_path, format_) -> None:
+    made = export_project(specimen, "faultkin", tmp_path / "f.txt")
+    export_project(specimen, format_, tmp_path / "x.txt", force=True)
+    back = read_slips(tmp_path / "x.txt")
+    assert len(back) == len(made.rows)
+    assert {r["slip_sense"] for r in made.rows} == {"normal", "reverse", "sinistral", "dextral"}
+    for i, row in enumerate(made.rows):
+        plane = Plane(back.dip_direction_deg[i], back.dip_deg[i])
+        true = Plane(row["on_plane_dip_direction_deg"], row["on_plane_dip_deg"])
+        assert slip_from_rake(plane, back.slip_rake_deg[i]).vector() == pytest.approx(
+            slip_from_rake(true, row["slip_rake_deg"]).vector(), abs=1e-6
+        )
+
+
+def test_conjugate_normal_faults_shorten_upright(run, write) -> None:
+    ran = run("slip", write(TABLE), "--json")
+    assert ran.code == 0
+    axes = ran.json["kinematic_axes"]
+    assert axes["shortening"]["plunge_deg"] == pytest.approx(90.0)
+    assert axes["extension"]["trend_deg"] % 180 == pytest.approx(90.0)
+    assert axes["extension"]["confidence95_deg"] is None
+    assert [f["slip"]["plunge_deg"] for f in ran.json["faults"]] == pytest.approx([45.0, 45.0])
+    assert ran.json["right_dihedra"]["compression"]["share"] == 1.0
+
+
+def test_words_and_letters_mean_the_same(write) -> None:
+    head = "strike,dip,rake,sense\n"
+    for row in ("N", "normal", "NL", "NS"):
+        found = read_slips(write(head + f"20,50,60,{row}\n"))
+        assert found.slip_rake_deg.tolist() == [-60.0], row
+    for row in ("R", "T", "I", "reverse", "TR", "thrust"):
+        found = read_slips(write(head + f"20,50,60,{row}\n"))
+        assert found.slip_rake_deg.tolist() == [120.0], row
+
+
+def test_letters_that_contradict_the_striae_are_refused_with_their_line(run, write) -> None:
+    ran = run("slip", write("strike,dip,rake,sense\n20,50,60,NR\n"))
+    assert ran.code == 2
+    assert "line 2" in ran.said
+    assert "contradicts" in ran.said
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("trend,plunge,sense\n1,2,N\n", "strike"),
+        ("strike,dip,sense\n1,2,N\n", "striae"),
+        ("strike,dip,rake\n1,2,3\n", "sense"),
+        ("strike,dip,rake,sense\n1,95,3,N\n", "95"),
+        ("strike,dip,rake,sense\n1,45,3,up\n", "no sense"),
+        ("strike,dip,rake,sense\n1,45,,N\n", "No row"),
+    ],
+)
+def test_tables_that_lack_something_are_refused(run, write, table, words) -> None:
+    ran = run("slip", write(table))
+    assert ran.code == 2
+    assert words in ran.said
+
+
+def test_rows_without_a_sense_are_left_out_and_named(run, write) -> None:
+    ran = run("slip", write(TABLE + "10,50,,,N\n10,50,90,50,X\n"), "--json")
+    assert ran.json["n"] == 2
+    assert ran.json["dropped_lines"] == [4, 5]
+
+
+def test_striae_off_their_plane_are_said(run, write) -> None:
+    ran = run("slip", write("strike,dip,trend,plunge,sense\n0,45,90,10,N\n"), "--json")
+    assert "more than 10 degrees" in ran.json["warnings"][0]
+
+
+def test_the_interface_gives_what_the_command_prints(run, write) -> None:
+    path = write(TABLE)
+    from_file, from_frame = vs.slip(path), vs.slip(pandas.read_csv(path))
+    assert from_file.as_dict() == from_frame.as_dict()
+    printed = run("slip", path, "--json").json
+    assert from_file.as_dict()["kinematic_axes"] == printed["kinematic_axes"]
+
+
+def test_many_faults_take_little_time() -> None:
+    generator = np.random.default_rng(1)
+    n = 5000
+    frame = pandas.DataFrame(
+        {
+            "strike": generator.uniform(0, 360, n),
+            "dip": generator.uniform(5, 85, n),
+            "rake": generator.uniform(5, 175, n),
+            "sense": generator.choice(["N", "R"], n),
+        }
+    )
+    assert vs.slip(frame).n == n
+
+
+def test_arrows_of_normal_faults_point_outward_and_the_picture_names_the_axes(
+    run, write, tmp_path: Path
+) -> None:
+    import xml.etree.ElementTree as ElementTree
+
+    from matplotlib.figure import Figure
+
+    from vomstudio.geology.faults.table_slip import table_slip
+    from vomstudio.products.net.slip_figure import draw_slip
+
+    path, target = write(TABLE), tmp_path / "s.svg"
+    assert run("slip", path, "--plot", target, "--json").json["image"] == str(target)
+    said = " ".join(ElementTree.parse(target).getroot().itertext())
+    assert "2 faults" in said
+    assert "P axes" in said
+    table = read_slips(path)
+    left, _ = draw_slip(Figure((7, 5)), table, table_slip(table))
+    arrows = [t for t in left.texts if getattr(t, "arrow_patch", None) is not None]
+    assert len(arrows) == 2
+    for arrow in arrows:
+        head, tail = np.array(arrow.xy), np.array(arrow.get_position())
+        assert np.linalg.norm(head) > np.linalg.norm(tail)

@@ -1,0 +1,330 @@
+"""Facets of surfaces whose planes are known by construction."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+
+from tests.extraction.planes_by_construction import (
+    angle_deg,
+    clouds_of,
+    grid_mesh,
+    normal_of,
+    sheet,
+)
+from vomstudio.errors import Cancelled, GeometryError, UsageError
+from vomstudio.extraction.facets import Facets, Limits, find_facets
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.progress import CancelToken, Silent
+
+ATTITUDES = [(40.0, 70.0), (130.0, 85.0), (250.0, 15.0)]
+
+
+def three_sheets(rng: np.random.Generator, **options: float) -> tuple[PointCloud, np.ndarray]:
+    parts = [
+        sheet(rng, attitude, (4.0 * i, 0.0, 0.0), **options)  # type: ignore[arg-type]
+        for i, attitude in enumerate(ATTITUDES)
+    ]
+    return clouds_of(*parts)
+
+
+def errors(found: Facets, part: np.ndarray) -> dict[int, float]:
+    """The angle to the truth, by the part that most of a facet's points are of."""
+    result = {}
+    for facet in found.facets:
+        own = int(np.bincount(part[facet.rows]).argmax())
+        result[own] = angle_deg(facet.fit.normal, normal_of(*ATTITUDES[own]))
+    return result
+
+
+def test_planes_of_a_cloud_are_found_with_their_attitudes() -> None:
+    cloud, part = three_sheets(np.random.default_rng(1))
+    found = find_facets(cloud)
+    assert len(found.facets) == 3
+    assert max(errors(found, part).values()) < 0.03
+    assert found.exposure.coverage is not None
+    assert found.exposure.coverage > 0.97
+    for facet in found.facets:
+        # 4 m2, but for the half spacing that the points leave free at the border.
+        assert facet.area == pytest.approx(4.0, rel=0.05)
+        assert len(facet.rows) > 3900
+
+
+def test_what_is_far_from_the_origin_loses_no_digits() -> None:
+    cloud, part = three_sheets(np.random.default_rng(1))
+    here = find_facets(cloud)
+    there = find_facets(PointCloud(cloud.points + [500_000.0, 5_000_000.0, 1000.0]))
+    assert len(here.facets) == len(there.facets) == 3
+    for own, error in errors(there, part).items():
+        assert error == pytest.approx(errors(here, part)[own], abs=1e-3)
+
+
+def test_a_turned_world_turns_the_dip_directions() -> None:
+    cloud, _ = three_sheets(np.random.default_rng(2))
+    turn = np.radians(30.0)
+    # Clockwise, as azimuths count.
+    rotation = np.array(
+        [[np.cos(turn), np.sin(turn), 0.0], [-np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]]
+    )
+    before = find_facets(cloud).facets
+    after = find_facets(PointCloud(cloud.points @ rotation.T)).facets
+
+    def attitudes(facets: list) -> list[tuple[float, float]]:  # type: ignore[type-arg]
+        return sorted((f.fit.dip_deg, f.fit.dip_direction_deg) for f in facets)
+
+    for (dip, direction), (dip_after, direction_after) in zip(
+        attitudes(before), attitudes(after), strict=True
+    ):
+        assert dip_after == pytest.approx(dip, abs=0.02)
+        assert (direction_after - direction) % 360.0 == pytest.approx(30.0, abs=0.05)
+
+
+def test_unequal_density_and_clutter_hide_no_plane() -> None:
+    rng = np.random.default_rng(3)
+    parts = [
+        sheet(rng, attitude, (4.0 * i, 0.0, 0.0), count=count)
+        for i, (attitude, count) in enumerate(zip(ATTITUDES, (20_000, 2_000, 600), strict=True))
+    ]
+    clutter = rng.uniform([-2.0, -2.0, -2.0], [10.0, 2.0, 2.0], (2_000, 3))
+    cloud, part = clouds_of(*parts, clutter)
+    found = find_facets(cloud)
+    own = [int(np.bincount(part[facet.rows]).argmax()) for facet in found.facets]
+    assert sorted(own) == [0, 1, 2]
+    assert max(errors(found, part).values()) < 0.2
+    for facet in found.facets:
+        assert np.bincount(part[facet.rows]).max() > 0.97 * len(facet.rows)
+
+
+def test_points_that_stand_twice_change_nothing() -> None:
+    cloud, _ = three_sheets(np.random.default_rng(4), count=2000)
+    once = find_facets(cloud)
+    twice = find_facets(PointCloud(np.repeat(cloud.points, 2, axis=0)))
+    assert [f.fit.n for f in twice.facets] == [f.fit.n for f in once.facets]
+    assert np.array_equal(twice.labels[::2], twice.labels[1::2])
+    assert np.array_equal(twice.labels[::2], once.labels)
+
+
+def test_the_treads_and_risers_of_a_staircase_are_facets_of_their_own() -> None:
+    step, high = 0.02, 0.3
+    y = np.arange(0.0, 2.0, step)
+    profile = []
+    for number in range(4):
+        profile += [(x, high * number) for x in np.arange(0.5 * number, 0.5 * (number + 1), step)]
+        profile += [(0.5 * (number + 1), z) for z in high * number + np.arange(0.0, high, step)]
+    points = np.array([(x, v, z) for x, z in profile for v in y])
+    found = find_facets(PointCloud(points))
+    dips = sorted(round(f.fit.dip_deg or 0.0, 3) for f in found.facets)
+    assert dips == [0.0] * 4 + [90.0] * 4
+    levels = sorted(f.fit.centroid[2] for f in found.facets if (f.fit.dip_deg or 0.0) < 1.0)
+    assert np.allclose(np.diff(levels), high, atol=1e-6)
+
+
+def test_a_curved_surface_is_said_to_be_one() -> None:
+    angle, along = np.meshgrid(np.arange(0.0, np.pi, 0.01), np.arange(0.0, 3.0, 0.02))
+    cylinder = np.stack([2.0 * np.cos(angle), along, 2.0 * np.sin(angle)], axis=-1)
+    found = find_facets(PointCloud(cylinder.reshape(-1, 3)))
+    assert len(found.facets) > 3
+    assert any("wavy or curved" in said for said in found.warnings)
+    ball = np.random.default_rng(5).standard_normal((6000, 3))
+    found = find_facets(PointCloud(ball / np.linalg.norm(ball, axis=1)[:, None]))
+    assert any("wavy or curved" in said for said in found.warnings)
+    assert not find_facets(tent(0.001)).warnings
+    flat, _ = three_sheets(np.random.default_rng(5))
+    assert not find_facets(flat).warnings
+
+
+def rough(rng: np.random.Generator, *, steep: bool) -> np.ndarray:
+    """A rough wall, or ground, of 100 m2 without any plane."""
+    x, y = rng.uniform(0.0, 10.0, (2, 40_000))
+    off = 0.25 * np.sin(4.0 * x) * np.sin(5.0 * y) + 0.05 * np.sin(17.0 * x + 13.0 * y)
+    return np.stack([x, off, y] if steep else [x, y, off], axis=1)
+
+
+def test_where_little_is_planar_the_advice_is_to_pick_traces() -> None:
+    rng = np.random.default_rng(6)
+    plane = sheet(rng, (90.0, 80.0), (14.0, 5.0, 0.0), size=2.0, count=4000)
+    cloud = PointCloud(np.concatenate([rough(rng, steep=True), plane]))
+    found = find_facets(cloud, Limits(min_area=1.0))
+    assert len(found.facets) == 1
+    share = found.exposure.near_planar_share
+    assert share is not None
+    assert share < 0.1
+    assert any("30 %" in said for said in found.warnings)
+
+
+def test_debris_at_the_foot_of_a_wall_is_no_exposure() -> None:
+    rng = np.random.default_rng(6)
+    wall = sheet(rng, (90.0, 80.0), (14.0, 5.0, 5.0), size=8.0, count=40_000)
+    cloud = PointCloud(np.concatenate([rough(rng, steep=False), wall]))
+    found = find_facets(cloud, Limits(min_area=1.0))
+    assert found.exposure.coverage is not None
+    assert found.exposure.coverage < 0.5
+    assert found.exposure.debris_share > 0.3
+    assert found.exposure.near_planar_share is not None
+    assert found.exposure.near_planar_share > 0.8
+
+
+def tent(noise: float = 0.0, seed: int = 0) -> Mesh:
+    """Two planes that meet in a ridge, dipping 30 degrees west and east."""
+    columns = np.arange(101)
+    ridge = np.tan(np.radians(30.0)) * 0.02 * (50 - np.abs(columns - 50))
+    heights = np.tile(ridge, (81, 1))
+    return grid_mesh(
+        heights + noise * np.random.default_rng(seed).standard_normal(heights.shape), 0.02
+    )
+
+
+@pytest.mark.parametrize(("noise", "within"), [(0.0, 1e-6), (0.002, 0.1)])
+def test_the_faces_of_a_mesh_are_told_apart_at_a_ridge(noise: float, within: float) -> None:
+    found = find_facets(tent(noise))
+    assert len(found.facets) == 2
+    for facet, truth in zip(
+        sorted(found.facets, key=lambda f: f.fit.centroid[0]), [(270, 30), (90, 30)], strict=True
+    ):
+        assert angle_deg(facet.fit.normal, normal_of(*truth)) < within
+        assert facet.area == pytest.approx(1.6 / np.cos(np.radians(30.0)), rel=0.06)
+    assert found.exposure.coverage is not None
+    assert found.exposure.coverage > 0.95
+
+
+def test_a_mesh_of_few_large_faces_has_facets() -> None:
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float64)
+    faces = np.array(
+        [
+            [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+            [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
+        ],
+        np.int32,
+    )  # fmt: skip
+    found = find_facets(Mesh(corners, faces))
+    assert len(found.facets) == 6
+    assert sorted(round(f.area, 9) for f in found.facets) == [1.0] * 6
+    assert found.exposure.coverage == pytest.approx(1.0)
+
+
+def test_a_seam_of_the_texture_parts_no_facet() -> None:
+    mesh = tent()
+    # Every face with vertices of its own.
+    loose = Mesh(
+        mesh.vertices[mesh.faces.ravel()],
+        np.arange(mesh.faces.size, dtype=np.int32).reshape(-1, 3),
+    )
+    whole, apart = find_facets(mesh), find_facets(loose)
+    assert [f.fit.n for f in apart.facets] == [f.fit.n for f in whole.facets]
+
+
+def test_zero_area_faces_islands_and_shared_edges_do_no_harm() -> None:
+    mesh = tent()
+    n = len(mesh.vertices)
+    extra = np.array([[0.0, 0.0, 0.1], [0.1, 0.0, 0.1], [0.0, 0.1, 0.1], [np.nan, 0.0, 0.0]])
+    faces = np.array(
+        [[0, 0, 1], [5, 6, 5], [n, n + 1, n + 2], [0, 1, n], [0, 1, n + 1], [0, 1, n + 3]], np.int32
+    )
+    spoilt = Mesh(np.concatenate([mesh.vertices, extra]), np.concatenate([mesh.faces, faces]))
+    found = find_facets(spoilt)
+    assert len(found.facets) == 2
+    assert found.labels.dtype == np.int32
+    assert len(found.labels) == n + 4
+    assert (found.labels[n:] == -1).all()
+
+
+def test_the_border_has_holes_and_the_area_of_the_facet() -> None:
+    rng = np.random.default_rng(7)
+    points = sheet(rng, (250.0, 35.0), (100.0, 200.0, 50.0), count=40_000, noise=0.001)
+    u = (points - [100.0, 200.0, 50.0]) @ np.array(
+        [np.cos(np.radians(250.0)), -np.sin(np.radians(250.0)), 0.0]
+    )
+    inside = (np.abs(u) < 0.4) & (np.abs(points[:, 2] - 50.0) < 0.2)
+    found = find_facets(PointCloud(points[~inside]))
+    assert len(found.facets) == 1
+    facet = found.facets[0]
+    border = shapely.from_wkt(facet.border)
+    assert border.has_z
+    assert border.geom_type == "Polygon"
+    assert len(border.interiors) == 1
+    hole = 0.8 * 0.4 / np.sin(np.radians(35.0))
+    assert facet.area == pytest.approx(4.0 - hole, rel=0.02)
+    ring = shapely.get_coordinates(border, include_z=True)
+    off = (ring - facet.fit.centroid) @ facet.fit.normal
+    assert np.abs(off).max() < 1e-3
+
+
+def test_the_hole_of_a_mesh_is_a_hole_of_its_border() -> None:
+    mesh = grid_mesh(np.zeros((41, 41)), 0.05)
+    middle = mesh.vertices[mesh.faces].mean(axis=1)
+    kept = np.abs(middle - [1.0, 1.0, 0.0]).max(axis=1) > 0.25
+    found = find_facets(replace(mesh, faces=mesh.faces[kept]))
+    border = shapely.from_wkt(found.facets[0].border)
+    assert border.area == pytest.approx(4.0 - 0.25, abs=1e-6)
+    assert found.facets[0].area == pytest.approx(4.0 - 0.25, abs=1e-9)
+    assert len(border.interiors) == 1
+
+
+def test_wrong_normals_of_a_file_are_not_used() -> None:
+    cloud, part = three_sheets(np.random.default_rng(8))
+    up = np.zeros((len(cloud.points), 3), np.float32)
+    up[:, 0] = 1.0
+    found = find_facets(PointCloud(cloud.points, normals=up))
+    assert max(errors(found, part).values()) < 0.03
+    assert any("normals of the file" in said for said in found.warnings)
+
+
+def test_noise_larger_than_the_spacing_hides_no_plane() -> None:
+    rng = np.random.default_rng(9)
+    cloud, part = clouds_of(
+        *(
+            sheet(rng, attitude, (4.0 * i, 0.0, 0.0), count=40_000, noise=0.015)
+            for i, attitude in enumerate(ATTITUDES)
+        )
+    )
+    found = find_facets(cloud)
+    assert len(found.facets) == 3
+    assert max(errors(found, part).values()) < 0.1
+
+
+def test_thresholds_that_select_nothing_get_a_plain_answer() -> None:
+    cloud, _ = three_sheets(np.random.default_rng(10), count=500)
+    found = find_facets(cloud, Limits(min_area=1e6))
+    assert found.facets == []
+    assert (found.labels == -1).all()
+    assert found.exposure.coverage == 0.0
+    assert "No facet" in found.warnings[0]
+    everything = find_facets(cloud, Limits(angle_deg=89.0, max_distance=1e6, min_points=3))
+    assert everything.facets or everything.warnings
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [
+        Limits(angle_deg=0.0), Limits(angle_deg=90.0), Limits(angle_deg=float("nan")),
+        Limits(max_distance=0.0), Limits(max_distance=float("inf")),
+        Limits(min_points=2), Limits(min_area=-1.0),
+    ],
+)  # fmt: skip
+def test_thresholds_that_are_none_are_refused(limits: Limits) -> None:
+    cloud, _ = three_sheets(np.random.default_rng(11), count=100)
+    with pytest.raises(UsageError):
+        find_facets(cloud, limits)
+
+
+def test_a_model_without_a_surface_is_refused() -> None:
+    with pytest.raises(GeometryError):
+        find_facets(PointCloud(np.full((10, 3), np.nan)))
+    with pytest.raises(GeometryError):
+        find_facets(PointCloud(np.zeros((10, 3))))
+    line = np.linspace(0.0, 1.0, 200)[:, None] * [1.0, 2.0, 3.0]
+    assert find_facets(PointCloud(line)).facets == []
+    with pytest.raises(GeometryError):
+        find_facets(Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32)))
+
+
+def test_the_search_can_be_cancelled() -> None:
+    cloud, _ = three_sheets(np.random.default_rng(12))
+    token = CancelToken()
+    token.cancel()
+    with pytest.raises(Cancelled):
+        find_facets(cloud, progress=Silent(token))

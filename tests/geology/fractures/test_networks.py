@@ -1,0 +1,196 @@
+"""Maps of traces whose figures follow from how they were made, and KB11 beside fractopo."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+from vomstudio.errors import GeometryError
+from vomstudio.geology.fractures.network import Counted, fracture_network
+from vomstudio.geology.fractures.nodes import nodes_of
+from vomstudio.geology.fractures.pieces import circle_area, pieces_of
+from vomstudio.io.gis.drawn_layers import read_area, read_lines
+
+SQUARE = shapely.box(0, 0, 10, 10)
+
+
+def lines(*rows: list[tuple[float, float]]) -> np.ndarray:
+    found = np.empty(len(rows), object)
+    found[:] = [shapely.LineString(row) for row in rows]
+    return found
+
+
+def counts(found: object) -> tuple[int, int, int]:
+    nodes = found.nodes  # type: ignore[attr-defined]
+    return nodes.I, nodes.Y, nodes.X
+
+
+def test_a_grid_of_traces_has_the_nodes_it_was_drawn_with() -> None:
+    grid = lines(
+        *([(1.0, y), (9.0, y)] for y in (2.0, 4.0, 6.0)),
+        *([(x, 1.0), (x, 6.0)] for x in (3.0, 5.0)),  # they abut on the last of the others
+    )
+    found = fracture_network(grid).found
+    assert counts(found) == (8, 2, 4)
+    assert found.mended == ()
+    assert found.area_m2 is found.P21_1_per_m is found.P10_1_per_m is None
+    assert found.length.mean_m == found.length.naive_mean_m == pytest.approx(34 / 5)
+
+
+def test_pieces_end_at_the_edge_and_are_not_cut_at_nodes() -> None:
+    traces = lines(
+        [(-5, 5), (15, 5)],  # through
+        [(5, 2), (5, 8)],  # inside, crosses it
+        [(8, 8), (12, 8), (12, 9), (8, 9)],  # leaves and comes back
+        [(20, 20), (30, 30)],  # elsewhere
+    )
+    found = fracture_network(traces, Counted(SQUARE)).found
+    assert (found.traces, found.pieces) == (4, 4)
+    assert found.area_m2 == 100.0
+    assert found.P20_1_per_m2 == pytest.approx(0.04)
+    assert found.P21_1_per_m == pytest.approx((10 + 6 + 2 + 2) / 100)
+    assert counts(found) == (4, 0, 1)
+    assert found.nodes.E == 4
+    assert found.P20_nodes_1_per_m2 == pytest.approx(4 / 2 / 100)
+    assert found.length.censored_share == 0.75
+    # All length over half of the ends inside.
+    assert found.length.mean_m == pytest.approx(20 / (4 / 2))
+
+
+@pytest.mark.parametrize(("snap", "expected"), [(0.0, (6, 0, 1)), (0.1, (4, 2, 0))])
+def test_gaps_and_overshoots_are_mended_within_the_tolerance_and_listed(
+    snap: float, expected: tuple[int, int, int]
+) -> None:
+    traces = lines(
+        [(0, 0), (10, 0)],
+        [(3, 5), (3, 0.05)],  # stops short
+        [(6, 5), (6, -0.05)],  # runs past
+    )
+    found = fracture_network(traces, snap_m=snap).found
+    assert counts(found) == expected
+    listed = [(m.what, m.trace, m.other, round(m.distance_m, 9)) for m in found.mended]
+    assert listed == ([("gap", 2, 1, 0.05), ("overshoot", 3, 1, 0.05)] if snap else [])
+
+
+def test_an_acute_overshoot_is_one_abutment() -> None:
+    ran_past = (5 + 0.4, -0.04)
+    traces = lines([(0, 0), (10, 0)], [(0, 0.5), ran_past])
+    assert counts(fracture_network(traces, snap_m=0.05).found) == (3, 1, 0)
+
+
+def test_traces_that_meet_end_to_end_and_in_stars_are_no_nodes_of_the_three() -> None:
+    traces = lines([(0, 0), (1, 0)], [(1, 0), (2, 1)], [(5, 0), (5, 2)], [(4, 1), (6, 1)],
+                   [(4, 0), (6, 2)])  # fmt: skip
+    found = fracture_network(traces).found
+    assert (found.nodes.L, found.nodes.other) == (1, 1)
+    assert counts(found) == (8, 0, 0)
+    assert any("more than four branches" in w for w in found.warnings)
+
+
+def test_a_trace_that_crosses_itself_is_one_piece_and_said() -> None:
+    loop = lines([(-2, 3), (6, 3), (6, 6), (3, 6), (3, 1)])
+    found = fracture_network(loop, Counted(SQUARE)).found
+    assert found.pieces == 1
+    assert found.P21_1_per_m == pytest.approx((6 + 3 + 3 + 5) / 100)
+    assert any("crosses itself" in w for w in found.warnings)
+
+
+def test_a_closed_trace_has_no_ends() -> None:
+    found = fracture_network(lines([(2, 2), (4, 2), (4, 4), (2, 2)]), Counted(SQUARE)).found
+    assert (found.pieces, counts(found)) == (1, (0, 0, 0))
+
+
+def test_traces_that_run_over_each_other_are_counted_and_said() -> None:
+    found = fracture_network(lines([(0, 0), (4, 0)], [(2, 0), (6, 0)])).found
+    assert any("run over each other" in w or "runs over" in w for w in found.warnings)
+
+
+def test_a_circle_is_one_in_area_and_length() -> None:
+    area = circle_area(3.0, -2.0, 5.0)
+    assert area.area == pytest.approx(math.pi * 25, rel=1e-12)
+    found = fracture_network(
+        lines([(-10, -2), (10, -2)], [(3, 0), (3, 2)]), Counted(area, circle=(3.0, -2.0, 5.0))
+    ).found
+    assert found.P21_1_per_m == pytest.approx(12 / (math.pi * 25), rel=1e-5)
+    # Mauldon and others (2001): n = 2 crossings of the rim, m = 2 ends inside.
+    assert found.circle is not None
+    assert (found.circle.n, found.circle.m) == (2, 2)
+    assert found.circle.intensity_1_per_m == pytest.approx(2 / 20)
+    assert found.circle.density_1_per_m2 == pytest.approx(2 / (2 * math.pi * 25))
+    assert found.circle.mean_length_m == pytest.approx(math.pi * 5 / 2)
+
+
+def test_a_hole_in_the_area_is_not_counted() -> None:
+    area = SQUARE.difference(shapely.box(4, 4, 6, 6))
+    found = fracture_network(lines([(1, 5), (9, 5)]), Counted(area)).found
+    assert found.pieces == 2
+    assert found.P21_1_per_m == pytest.approx(6 / 96)
+    assert (counts(found), found.nodes.E) == ((2, 0, 0), 2)
+
+
+def test_a_window_without_traces_has_none_and_one_outside_the_map_is_refused() -> None:
+    corners = lines([(0, 0), (1, 0)], [(20, 20), (21, 20)])
+    found = fracture_network(corners, Counted(shapely.box(8, 8, 12, 12))).found
+    assert (found.pieces, found.P21_1_per_m, found.length.mean_m) == (0, 0.0, None)
+    with pytest.raises(GeometryError, match="outside the map"):
+        fracture_network(corners, Counted(shapely.box(100, 100, 110, 110)))
+
+
+def test_figures_turn_and_grow_with_the_world() -> None:
+    """Turned by 30 degrees strikes are 30 degrees more; twice as large, P21 is half."""
+    chance = np.random.default_rng(3)
+    start = chance.uniform(-2, 12, (80, 2))
+    turn = chance.normal(0.6, 0.1, 80)
+    end = start + chance.exponential(2.0, 80)[:, None] * np.stack([np.sin(turn), np.cos(turn)], -1)
+    traces = shapely.linestrings(np.stack([start, end], axis=1))
+    c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+
+    def moved(xy: np.ndarray) -> np.ndarray:
+        return 2 * xy @ np.array([[c, -s], [s, c]]) + [4e5, 6e6]
+
+    one = fracture_network(traces, Counted(SQUARE)).found
+    two = fracture_network(
+        shapely.transform(traces, moved), Counted(shapely.transform(SQUARE, moved))
+    ).found
+    assert counts(one) == counts(two)
+    assert two.sets[0].strike_deg == pytest.approx(one.sets[0].strike_deg + 30, abs=1e-6)
+    assert two.P21_1_per_m == pytest.approx(one.P21_1_per_m / 2, rel=1e-6)
+    assert two.length.mean_m == pytest.approx(2 * one.length.mean_m, rel=1e-6)
+    law = one.length.fits[0].distribution
+    assert two.length.fits[0].distribution == law
+
+
+def test_fifty_thousand_traces() -> None:
+    chance = np.random.default_rng(4)
+    start = chance.uniform(0, 1000, (50_000, 2))
+    turn = chance.uniform(0, math.pi, 50_000)
+    end = start + 4.0 * np.stack([np.sin(turn), np.cos(turn)], -1)
+    traces = shapely.linestrings(np.stack([start, end], axis=1))
+    area = shapely.box(100, 100, 900, 900)
+    pieces = pieces_of(traces, area)
+    found = nodes_of(pieces, 0.0, area).counts
+    # A Poisson process: density 0.05, P21 0.2, X = P21^2 / pi per area for all directions.
+    assert found.I / 2 / area.area == pytest.approx(0.05, rel=0.03)
+    assert pieces.lengths().sum() / area.area == pytest.approx(0.2, rel=0.03)
+    assert found.X / area.area == pytest.approx(0.2**2 / math.pi, rel=0.03)
+
+
+def test_kb11_has_the_figures_of_fractopo(data_dir) -> None:
+    """Nodes of fractopo 0.9 with truncated traces and snap_threshold 0.001: I 476, Y 826, X 268.
+    707 traces, 709 pieces and the densities are those that came with the data."""
+    drawn = read_lines(data_dir / "fracture_traces" / "KB11_traces.geojson")
+    area, _ = read_area(data_dir / "fracture_traces" / "KB11_area.geojson")
+    for snap in (0.0, 0.001):
+        found = fracture_network(drawn.shapes, Counted(area), snap_m=snap).found
+        assert (found.traces, found.pieces) == (707, 709)
+        assert counts(found) == (476, 826, 268)
+        assert found.area_m2 == pytest.approx(1237.9, abs=0.05)
+        assert found.P21_1_per_m == pytest.approx(1.26308754, rel=1e-8)
+        assert found.P21_unclipped_1_per_m == pytest.approx(1.29, abs=0.005)
+        assert found.P20_1_per_m2 == pytest.approx(0.57, abs=0.005)
+        assert found.P20_nodes_1_per_m2 == pytest.approx(0.52589047, rel=1e-7)
+        assert found.length.naive_mean_m == pytest.approx(2.20532656, rel=1e-8)
+        assert found.length.longest_m == pytest.approx(33.1085306, rel=1e-8)

@@ -1,0 +1,155 @@
+"""Displacements whose closed form is known, and their errors beside simulation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from vomstudio.errors import GeometryError
+from vomstudio.geology.faults.displacement import (
+    Errors,
+    net_slip_of_cutoffs,
+    net_slip_of_piercing_points,
+    plane_of_three_points,
+    separations,
+)
+from vomstudio.geology.orientation import Plane, normals_to_planes, slip_from_rake
+
+FAULT = Plane(90.0, 60.0)
+LEVEL = Plane(0.0, 0.0)
+AT = np.array([433_000.0, 5_200_000.0, 812.0])
+
+
+def test_a_normal_fault_of_sixty_degrees() -> None:
+    """Ten metres down the dip: throw 10 sin 60, heave 10 cos 60."""
+    moved = 10 * np.array([math.cos(math.radians(60)), 0, -math.sin(math.radians(60))])
+    found = net_slip_of_piercing_points(AT + moved, AT, FAULT)
+    assert found.what == "net slip"
+    assert found.net_m.value == pytest.approx(10)
+    assert found.throw_m.value == pytest.approx(10 * math.sin(math.radians(60)))
+    assert found.heave_m.value == pytest.approx(5)
+    assert found.strike_slip_m.value == pytest.approx(0, abs=1e-9)
+    assert found.dip_slip_m.value == pytest.approx(-10)
+    assert found.slip_rake_deg == pytest.approx(-90)
+    assert (found.trend_deg, found.plunge_deg) == pytest.approx((90, 60))
+    assert found.off_fault_m == pytest.approx(0, abs=1e-9)
+    assert found.net_m.error95 is None
+
+
+@pytest.mark.parametrize("rake", [-170.0, -90.0, -35.0, 0.0, 20.0, 90.0, 140.0])
+@pytest.mark.parametrize("fault", [FAULT, Plane(200.0, 35.0), Plane(130.0, 90.0)])
+def test_a_slip_of_any_rake_comes_back(fault: Plane, rake: float) -> None:
+    """Both ways, from the point itself and from a bed that is nowhere near the slip."""
+    slip = 7.0 * slip_from_rake(fault, rake).vector()
+    found = net_slip_of_piercing_points(AT + slip, AT, fault)
+    assert found.net_m.value == pytest.approx(7)
+    assert (found.slip_rake_deg - rake + 180) % 360 - 180 == pytest.approx(0, abs=1e-6)
+    bed = next(
+        b for b in (Plane(20, 15), Plane(75, 80), Plane(340, 70))
+        if abs(slip @ normal(b)) > 7 * math.sin(math.radians(15))
+    )  # fmt: skip
+    along_bed = np.cross(normal(bed), [0.3, 0.2, 0.9])
+    by_bed = net_slip_of_cutoffs(AT + slip + 2 * along_bed, AT, fault, bed, rake % 180)
+    assert by_bed.net_m.value == pytest.approx(7)
+    assert (by_bed.slip_rake_deg - rake + 180) % 360 - 180 == pytest.approx(0, abs=1e-6)
+
+
+def normal(plane: Plane) -> np.ndarray:
+    dd, d = math.radians(plane.dip_direction_deg), math.radians(plane.dip_deg)
+    return np.array([math.sin(dd) * math.sin(d), math.cos(dd) * math.sin(d), math.cos(d)])
+
+
+def test_level_beds_across_a_fault_of_unknown_slip() -> None:
+    """A bed 3 m lower on the hanging wall: throw 3, heave 3 / tan 60, no strike separation."""
+    found = separations(AT + [4.0, 17.0, -3.0], AT, FAULT, LEVEL)
+    assert found.stratigraphic_m.value == pytest.approx(3)
+    assert found.dip is not None
+    assert found.dip.what == "separation"
+    assert found.dip.throw_m.value == pytest.approx(3)
+    assert found.dip.heave_m.value == pytest.approx(3 / math.tan(math.radians(60)))
+    assert found.dip.net_m.value == pytest.approx(3 / math.sin(math.radians(60)))
+    assert found.strike_m is None
+
+
+def test_strike_slip_of_a_dipping_bed_looks_like_a_throw() -> None:
+    """A vertical fault that runs east, and a bed that dips east by 45 degrees: 5 m along the strike
+    and 5 m of throw look the same."""
+    fault, bed = Plane(180.0, 90.0), Plane(90.0, 45.0)
+    moved = 5 * slip_from_rake(fault, 0.0).vector()
+    found = separations(AT + moved, AT, fault, bed)
+    assert found.stratigraphic_m.value == pytest.approx(5 * math.sin(math.radians(45)))
+    assert abs(found.dip.throw_m.value) == pytest.approx(5)
+    assert found.strike_m.value == pytest.approx(5)
+
+
+def test_a_slip_along_the_bed_is_refused() -> None:
+    with pytest.raises(GeometryError, match="another marker"):
+        net_slip_of_cutoffs(AT, AT + 1, FAULT, LEVEL, 2.0)
+    with pytest.raises(GeometryError, match="no cut-off"):
+        separations(AT, AT + 1, FAULT, Plane(92, 62))
+    with pytest.raises(GeometryError, match="finite"):
+        net_slip_of_piercing_points([0, 0, np.nan], AT, FAULT)
+
+
+def test_the_world_turns_with_it() -> None:
+    c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+    turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+    moved = np.array([3.0, -4.0, -2.0])
+    one = net_slip_of_piercing_points(moved, np.zeros(3), FAULT)
+    two = net_slip_of_piercing_points(turn @ moved, np.zeros(3), Plane(120.0, 60.0))
+    assert two.trend_deg == pytest.approx(one.trend_deg + 30)
+    for name in ("net_m", "throw_m", "heave_m", "strike_slip_m", "dip_slip_m"):
+        assert getattr(two, name).value == pytest.approx(getattr(one, name).value)
+
+
+def test_stated_errors_are_those_of_simulation() -> None:
+    chance = np.random.default_rng(2)
+    errors = Errors(sigma_m=0.05, fault95_deg=4.0, bed95_deg=3.0, rake95_deg=10.0)
+    fault, bed, rake = Plane(70.0, 55.0), Plane(20.0, 20.0), 100.0
+    slip = -6 * slip_from_rake(fault, rake).vector()
+    stated = net_slip_of_cutoffs(AT + slip, AT, fault, bed, rake, errors)
+    cone = math.radians(1) / math.sqrt(-2 * math.log(0.05))
+
+    def tilted(plane: Plane, half_angle: float) -> Plane:
+        n = normal(plane)
+        e = np.linalg.svd(n[None])[2][1:]
+        n = n + half_angle * cone * chance.normal(size=2) @ e
+        direction, dip, _ = normals_to_planes(n)
+        return Plane(float(direction[0]), float(dip[0]))
+
+    figures = []
+    for _ in range(3000):
+        one = net_slip_of_cutoffs(
+            AT + slip + chance.normal(0, 0.05, 3), AT + chance.normal(0, 0.05, 3),
+            tilted(fault, 4.0), tilted(bed, 3.0), rake + chance.normal(0, 10 / 1.96),
+        )  # fmt: skip
+        figures.append([one.net_m.value, one.throw_m.value, one.heave_m.value,
+                        one.strike_slip_m.value])  # fmt: skip
+    spread = 1.96 * np.std(figures, axis=0)
+    told = [getattr(stated, n).error95 for n in ("net_m", "throw_m", "heave_m", "strike_slip_m")]
+    np.testing.assert_allclose(told, spread, rtol=0.08)
+
+
+def test_three_points_by_hand() -> None:
+    """Outcrops at 100, 100 and 80 m: the strike runs through the first two."""
+    found = plane_of_three_points(np.array([[0, 0, 100], [0, 50, 100], [40, 20, 80.0]]) + AT)
+    assert found.plane.dip_direction_deg == pytest.approx(90)
+    assert found.plane.dip_deg == pytest.approx(math.degrees(math.atan(0.5)))
+    assert found.dip_error_deg is None
+    with pytest.raises(GeometryError, match="one line"):
+        plane_of_three_points([[0, 0, 0], [1, 1, 1], [2, 2, 2]])
+
+
+def test_the_errors_of_three_points_are_those_of_simulation() -> None:
+    chance = np.random.default_rng(3)
+    points = np.array([[0, 0, 0], [10, 2, -4], [3, 9, -5.0]]) + AT
+    stated = plane_of_three_points(points, 0.1)
+    tried = [plane_of_three_points(points + chance.normal(0, 0.1, (3, 3))) for _ in range(3000)]
+    dips = [t.plane.dip_deg for t in tried]
+    turns = [(t.plane.dip_direction_deg - stated.plane.dip_direction_deg + 180) % 360 - 180
+             for t in tried]  # fmt: skip
+    assert stated.dip_error_deg == pytest.approx(1.96 * np.std(dips), rel=0.06)
+    assert stated.dip_direction_error_deg == pytest.approx(1.96 * np.std(turns), rel=0.06)
+    assert stated.max_error95_deg > stated.dip_error_deg

@@ -1,0 +1,288 @@
+"""Bingham's and Kent's distributions, tests and confidence, against closed forms and published
+figures, and by simulation where a level is promised."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+from scipy.special import gammaln, hyp1f1, ive
+
+from tests.geology.samples import bingham_sample, fisher_sample
+from vomstudio.errors import UsageError
+from vomstudio.geology.orientation import Line, planes_to_poles
+from vomstudio.geology.populations.distributions import uniformity
+from vomstudio.geology.populations.error_weights import Errors
+from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
+from vomstudio.geology.populations.sphere_models import (
+    bingham_nodes,
+    bingham_of,
+    kent_concentrations,
+    kent_nodes,
+)
+
+
+@pytest.mark.parametrize("k", [-0.1, -1.0, -10.0, -100.0])
+def test_binghams_constant_is_watsons_where_it_is_round(k: float) -> None:
+    # A round cluster, and a round girdle: 4 pi 1F1(1/2; 3/2; .) (Mardia & Jupp 2000, 9.4.2).
+    cluster = bingham_nodes(k, k).log_constant
+    assert cluster == pytest.approx(math.log(4 * math.pi * hyp1f1(0.5, 1.5, -k)) + k, abs=1e-6)
+    girdle = bingham_nodes(k, 0.0).log_constant
+    assert girdle == pytest.approx(math.log(4 * math.pi * hyp1f1(0.5, 1.5, k)), abs=1e-6)
+
+
+def test_binghams_constant_and_moments_are_those_of_plain_integration() -> None:
+    k1, k2 = -7.0, -2.0
+
+    def density(turn: float, x: float) -> float:
+        flat = 1 - x * x
+        return math.exp(k1 * x * x + k2 * flat * math.sin(turn) ** 2)
+
+    total, _ = dblquad(density, -1, 1, 0, 2 * math.pi)
+    moment, _ = dblquad(lambda t, x: x * x * density(t, x), -1, 1, 0, 2 * math.pi)
+    nodes = bingham_nodes(k1, k2)
+    assert nodes.log_constant == pytest.approx(math.log(total), abs=1e-9)
+    assert float(nodes.mean(nodes.places[:, 2] ** 2)) == pytest.approx(moment / total, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "eigenvalues",
+    [(0.5901, 0.3525, 0.0573), (0.98, 0.012, 0.008), (0.5, 0.499, 0.001), (0.6, 0.2, 0.2),
+     (0.34, 0.33, 0.33), (1 - 1e-6, 6e-7, 4e-7)],
+)  # fmt: skip
+def test_binghams_fit_has_the_moments_of_the_data(eigenvalues: tuple[float, ...]) -> None:
+    model = bingham_of(eigenvalues)
+    assert model is not None
+    assert model.k1 <= model.k2 <= 0
+    found = model.nodes.mean(model.nodes.places**2)
+    total = sum(eigenvalues)
+    np.testing.assert_allclose(found, np.array(eigenvalues) / total, atol=1e-4 * eigenvalues[2])
+
+
+def test_concentrated_binghams_are_normal_in_two_directions() -> None:
+    # In a narrow cluster the coordinates across are normal with the variances -1 / (2 k).
+    model = bingham_of((1 - 3e-6, 2e-6, 1e-6))
+    assert model is not None
+    assert model.k1 == pytest.approx(-0.5e6, rel=1e-4)
+    assert model.k2 == pytest.approx(-0.25e6, rel=1e-4)
+
+
+@pytest.mark.parametrize(("kappa", "beta"), [(8.0, 1.0), (42.16, 9.27), (100.0, 49.0), (1e4, 1e3)])
+def test_kents_constant_is_his_series(kappa: float, beta: float) -> None:
+    # Kent (1982), equation 2.3.
+    j = np.arange(300)
+    terms = gammaln(j + 0.5) - gammaln(j + 1) + 2 * j * math.log(beta)
+    terms += -(2 * j + 0.5) * math.log(kappa / 2)
+    with np.errstate(divide="ignore"):
+        terms += np.log(ive(2 * j + 0.5, kappa))
+    series = math.log(2 * math.pi) + kappa + math.log(float(np.exp(terms).sum()))
+    assert kent_nodes(kappa, beta).log_constant == pytest.approx(series, abs=2e-7)
+
+
+def test_kents_fit_of_the_whin_sill_is_the_published_one() -> None:
+    # Kent (1982), section 8: 34 directions of magnetisation from the Great Whin Sill, with the mean
+    # vector and the second moments to three decimals; kappa = 42.16, beta = 9.27. The rounding of
+    # the moments leaves one unit of kappa and half a unit of beta open.
+    mean = np.array([0.083, -0.959, 0.131])
+    moments = np.array([[0.045, -0.075, 0.014], [-0.075, 0.921, -0.122], [0.014, -0.122, 0.034]])
+    length = float(np.linalg.norm(mean))
+    basis = np.linalg.svd(mean[None])[2][1:]
+    small, large = np.linalg.eigvalsh(basis @ moments @ basis.T)
+    found = kent_concentrations(length, float(large - small))
+    assert found is not None
+    assert found[0] == pytest.approx(42.16, abs=1.0)
+    assert found[1] == pytest.approx(9.27, abs=0.6)
+
+
+def test_big_elks_bingham_is_a_girdle_that_fits() -> None:
+    rng = np.random.default_rng(3)
+    found = set_statistics(bingham_sample(rng, 400, -30.0, -1.0)).bingham
+    assert found is not None
+    assert found.k1 == pytest.approx(-30, rel=0.2)
+    assert found.k2 == pytest.approx(-1, abs=0.6)
+    assert found.fit_p is not None
+    assert found.fit_p > 0.001
+
+
+def test_a_fold_of_two_limbs_is_no_bingham() -> None:
+    rng = np.random.default_rng(4)
+    limbs = np.vstack([fisher_sample(rng, 60, 80, planes_to_poles(d, 50)) for d in (90, 270)])
+    found = set_statistics(limbs).bingham
+    assert found is not None
+    assert found.fit_p is not None
+    assert found.fit_p < 1e-4
+
+
+def test_an_elongated_cluster_is_kents_and_no_fishers() -> None:
+    rng = np.random.default_rng(5)
+    flat = rng.normal(size=(200, 2)) * np.radians([12.0, 4.0])
+    v = np.column_stack([flat, -np.ones(200)])
+    found = set_statistics(v)
+    assert found.fisher is not None
+    assert found.fisher.fit_p is not None
+    assert found.fisher.fit_p < 1e-4
+    kent = found.kent
+    assert kent is not None
+    assert kent.elongated_p < 1e-6
+    assert kent.major.plunge_deg < 5
+    assert abs(kent.major.trend_deg % 180 - 90) < 5
+    # The ellipse of the mean: sigma sqrt(2 F / n) along and across, here 12 and 4 degrees.
+    scale = math.sqrt(2 * 3.0 / 200)
+    assert kent.max_confidence95_deg == pytest.approx(12 * scale, rel=0.15)
+    assert kent.min_confidence95_deg == pytest.approx(4 * scale, rel=0.15)
+
+
+def test_a_round_cluster_has_no_kent_and_says_why() -> None:
+    found = set_statistics(fisher_sample(np.random.default_rng(6), 60, 40))
+    assert found.kent is None
+    assert found.kent_reason is not None
+    assert "round" in found.kent_reason
+
+
+def test_uniformity_by_the_closed_forms() -> None:
+    # Six directions along the axes: nothing is preferred, both statistics are 0.
+    cross = np.vstack([np.eye(3), -np.eye(3)])
+    assert uniformity(cross, True).statistic == pytest.approx(0)
+    assert uniformity(cross, False).statistic == pytest.approx(0)
+    assert uniformity(cross, False).p == pytest.approx(1)
+    # All alike: Rayleigh's 3 n with its correction, 3 n - 3 / 2 + 9 n / 10.
+    same = np.tile([0, 0, -1.0], (10, 1))
+    assert uniformity(same, True).statistic == pytest.approx(30 - 1.5 + 9)
+    assert uniformity(same[:4], True).p is None
+
+
+@pytest.mark.parametrize("n", [5, 10, 50])
+def test_uniformity_is_refused_as_often_as_it_says(n: int) -> None:
+    rng = np.random.default_rng(7)
+    v = rng.normal(size=(2000, n, 3))
+    v /= np.linalg.norm(v, axis=-1, keepdims=True)
+    for directed in (True, False):
+        p = np.array([uniformity(each, directed).p for each in v])
+        # Bingham's is a little shy of so few.
+        assert 0.025 < np.mean(p < 0.05) < 0.065
+
+
+def _holds(found: SetStatistics, truth: np.ndarray) -> tuple[bool, bool]:
+    axis = found.tensor.axes[2]
+    beta = Line(axis.trend_deg, axis.plunge_deg).vector()
+    truth = truth * np.sign(truth @ beta)
+    held = []
+    assert found.bingham is not None
+    for region in (found.tensor.confidence95[2], found.bingham.confidence95[2]):
+        assert region is not None
+        major = Line(region.toward.trend_deg, region.toward.plunge_deg).vector()
+        u = math.degrees(math.atan2(truth @ major, truth @ beta))
+        w = math.degrees(math.atan2(truth @ np.cross(beta, major), truth @ beta))
+        held.append((u / region.max_deg) ** 2 + (w / region.min_deg) ** 2 <= 1)
+    return held[0], held[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("n", "k1", "k2"), [(20, -20, -3), (50, -20, -3), (100, -5, -1)])
+def test_the_regions_of_axes_hold_the_truth_as_often_as_they_say(
+    n: int, k1: float, k2: float
+) -> None:
+    rng = np.random.default_rng(8)
+    held = [
+        _holds(set_statistics(bingham_sample(rng, n, k1, k2)), np.array([1.0, 0, 0]))
+        for _ in range(600)
+    ]
+    free, modelled = np.mean(held, axis=0)
+    assert 0.90 < free < 0.98
+    assert 0.92 < modelled < 0.99
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("n", "kappa"), [(20, 10), (50, 30), (100, 300)])
+def test_a_true_model_is_refused_as_often_as_it_says(n: int, kappa: float) -> None:
+    rng = np.random.default_rng(9)
+    fishers, kents = [], []
+    for _ in range(600):
+        found = set_statistics(fisher_sample(rng, n, kappa), "lines", directed=True)
+        assert found.fisher is not None
+        fishers.append(found.fisher.fit_p)
+        kents.append(found.kent is not None)
+    assert 0.01 < np.mean(np.array(fishers) < 0.05) < 0.08
+    assert 0.02 < np.mean(kents) < 0.08
+
+
+def test_a_known_plane_counts_more_than_a_doubtful_one() -> None:
+    # Two exact readings about 040/30 and two poor ones 20 degrees off: the mean stays near.
+    v = planes_to_poles([40, 41, 60, 62], [30, 31, 30, 31])
+    errors = Errors(np.array([0.5, 0.5, 40.0, 40.0]), "total95_deg")
+    alike = set_statistics(v)
+    found = set_statistics(v, errors=errors)
+    assert alike.fisher is not None
+    assert found.fisher is not None
+    assert abs((alike.fisher.trend_deg - 180) - 50.7) < 1
+    assert abs((found.fisher.trend_deg - 180) - 40.5) < 2
+    assert found.weights is not None
+    assert 1.9 < found.weights.effective_n < 2.3
+    assert found.weights.without_error == 0
+
+
+def test_natural_scatter_keeps_the_best_plane_from_deciding_alone() -> None:
+    # Errors of 0.1 and 3 degrees, but the planes differ by 10 by nature: all count nearly alike.
+    rng = np.random.default_rng(10)
+    v = fisher_sample(rng, 200, 1 / math.radians(10) ** 2)
+    errors = Errors(np.where(np.arange(200) == 0, 0.1, 3.0), "total95_deg")
+    found = set_statistics(v, errors=errors).weights
+    assert found is not None
+    assert found.natural_scatter_deg == pytest.approx(10, rel=0.1)
+    assert found.effective_n > 199
+
+
+def test_turning_the_world_turns_the_figures() -> None:
+    rng = np.random.default_rng(11)
+    azimuth, dip = rng.normal(120, 15, 40), rng.normal(40, 5, 40)
+    a = set_statistics(planes_to_poles(azimuth, dip))
+    b = set_statistics(planes_to_poles(azimuth + 30, dip))
+    assert a.bingham is not None
+    assert b.bingham is not None
+    assert b.bingham.k1 == pytest.approx(a.bingham.k1)
+    assert a.kent is not None
+    assert b.kent is not None
+    assert (b.kent.trend_deg - a.kent.trend_deg) % 360 == pytest.approx(30)
+    assert (b.kent.major.trend_deg - a.kent.major.trend_deg) % 180 == pytest.approx(30)
+    assert b.kent.max_confidence95_deg == pytest.approx(a.kent.max_confidence95_deg)
+    toward = [s.tensor.confidence95[0] for s in (a, b)]
+    assert toward[0] is not None
+    assert toward[1] is not None
+    assert (toward[1].toward.trend_deg - toward[0].toward.trend_deg) % 180 == pytest.approx(30)
+
+
+@pytest.mark.parametrize(
+    "v",
+    [
+        planes_to_poles([90], [30]),
+        planes_to_poles([90, 90], [30, 30]),
+        planes_to_poles([90] * 30, [30] * 30),
+        planes_to_poles([90, 270] * 15, np.linspace(0, 80, 30)),
+        planes_to_poles(np.linspace(0, 350, 36), [90] * 36),
+        np.eye(3),
+        planes_to_poles([90, 90 + 1e-7, 90], [30, 30, 30 + 1e-7]),
+    ],
+    ids=["one", "two parallel", "all parallel", "in one plane", "vertical", "three", "nearly"],
+)
+@pytest.mark.parametrize("directed", [True, False])
+def test_what_is_not_defined_is_null_with_a_reason(v: np.ndarray, directed: bool) -> None:
+    found = set_statistics(v, "lines" if directed else "poles", directed)
+    json.dumps(found.as_dict(), allow_nan=False)
+    assert (found.bingham is None) == (found.bingham_reason is not None)
+    assert (found.kent is None) == (found.kent_reason is not None)
+
+
+def test_weights_without_errors_are_refused() -> None:
+    from vomstudio.geology.populations.table_statistics import table_statistics
+    from vomstudio.io.text.orientation_reading import orientations_of
+    from vomstudio.io.text.tables import table_of_cells
+
+    table = orientations_of(
+        table_of_cells(["dipdir", "dip"], [["10", "20"], ["30", "40"]], Path("t.csv"))
+    )
+    with pytest.raises(UsageError, match="total95_deg"):
+        table_statistics(table, weights="error")

@@ -1,0 +1,206 @@
+"""Verdicts on folds and faulted beds of known shape (textbook 4.2, fig. 31), and how often."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from tests.geology import folded
+from tests.geology.folded import Rng, planes
+from vomstudio.geology.common_axes import common_axis
+from vomstudio.geology.domains import domain_axes
+from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.geology.orientation import Line, angle_between_lines
+
+UNDETERMINED = ("undetermined", "conditional")
+
+CASES: dict[str, tuple[Callable[[Rng], FoldAxis], tuple[str, str | None]]] = {
+    "a: fault and parallel beds": (
+        lambda rng: common_axis(folded.fault_and_beds(rng, 0, 2, 0)), ("common axis", "yes")
+    ),
+    "b: fault and oblique beds": (
+        lambda rng: common_axis(folded.fault_and_beds(rng, 0, 2)), ("common axis", "yes")
+    ),
+    "c: two axes by 25 degrees": (
+        lambda rng: common_axis(folded.fault_and_beds(rng, 25, 2)), ("two axes", "no")
+    ),
+    "d: cylinder, 40 beds, 120 degrees": (
+        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 120, 3))), ("cylindrical", "yes")
+    ),
+    "cylinder, 20 beds, 100 degrees": (
+        lambda rng: fold_axis(*planes(folded.bent(rng, 20, 100, 2))), ("cylindrical", "yes")
+    ),
+    "cylinder, wavy by 5 degrees": (
+        lambda rng: fold_axis(*planes(folded.bent(rng, 60, 140, 5))), ("cylindrical", None)
+    ),
+    "cone of 70 degrees": (
+        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 120, 3, 70))), ("conical", "no")
+    ),
+    "cone of 60 degrees, wavy by 5": (
+        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 130, 5, 60))), ("conical", "no")
+    ),
+    "one dip": (
+        lambda rng: fold_axis(*planes(folded.one_dip(rng, 30, 3))), ("homoclinal", "conditional")
+    ),
+    "one dip, wavy by 8 degrees": (
+        lambda rng: fold_axis(*planes(folded.one_dip(rng, 40, 8))), ("homoclinal", "conditional")
+    ),
+    "uniform scatter": (
+        lambda rng: fold_axis(*planes(folded.scatter(rng, 40))), ("scattered", "no")
+    ),
+    "chevron of 80 degrees": (
+        lambda rng: fold_axis(*planes(folded.chevron(rng, 30, 80, 3))), UNDETERMINED
+    ),
+    "two folds, axes 30 degrees apart": (
+        lambda rng: fold_axis(*planes(folded.two_folds(rng, 60, 100, 3, 30))), ("two axes", "no")
+    ),
+}  # fmt: skip
+
+
+def _is(found: FoldAxis, wanted: tuple[str, str | None]) -> bool:
+    return found.verdict == wanted[0] and wanted[1] in (None, found.valid)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_each_case_gets_its_verdict(name: str) -> None:
+    make, wanted = CASES[name]
+    rng = np.random.default_rng(20)
+    right = sum(_is(make(rng), wanted) for _ in range(12))
+    assert right >= 10
+
+
+def counted(runs: int) -> dict[str, Counter[str]]:
+    """How often each verdict falls on variants of each case."""
+    table = {}
+    for name, (make, _) in CASES.items():
+        rng = np.random.default_rng(21)
+        table[name] = Counter(
+            f"{found.verdict}, {found.valid}" for found in (make(rng) for _ in range(runs))
+        )
+    return table
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_verdicts_are_right_as_often_as_the_documentation_says(name: str) -> None:
+    make, wanted = CASES[name]
+    rng = np.random.default_rng(21)
+    runs = 1000
+    right = sum(_is(make(rng), wanted) for _ in range(runs))
+    assert right >= 0.93 * runs
+
+
+def test_turning_the_world_changes_no_verdict() -> None:
+    rng = np.random.default_rng(22)
+    for make in (lambda: folded.bent(rng, 40, 120, 3), lambda: folded.bent(rng, 40, 120, 3, 65)):
+        azimuth, dip = planes(make())
+        a, b = fold_axis(azimuth, dip), fold_axis(azimuth + 30, dip)
+        assert (a.verdict, a.valid) == (b.verdict, b.valid)
+        assert a.leave_one_out is not None
+        assert b.leave_one_out is not None
+        assert a.leave_one_out.index == b.leave_one_out.index
+        assert b.leave_one_out.turn_deg == pytest.approx(a.leave_one_out.turn_deg)
+
+
+def test_the_cone_that_was_made_is_found() -> None:
+    rng = np.random.default_rng(23)
+    t = np.radians(np.linspace(-70, 70, 30))
+    poles = np.stack(
+        [np.cos(np.radians(65)) * np.ones(30), np.sin(np.radians(65)) * np.sin(t),
+         -np.sin(np.radians(65)) * np.cos(t)], axis=1,
+    )  # fmt: skip
+    exact = fold_axis(*planes(poles)).figures.cone
+    assert exact is not None
+    assert exact.half_angle_deg == pytest.approx(65, abs=1e-6)
+    assert angle_between_lines(Line(exact.trend_deg, exact.plunge_deg), Line(90, 0)) < 1e-5
+    rough = fold_axis(*planes(folded.strayed(rng, poles, 2.0))).figures.cone
+    assert rough is not None
+    assert rough.half_width95_deg is not None
+    assert abs(rough.half_angle_deg - 65) < 2 * rough.half_width95_deg
+
+
+def test_the_plane_that_turns_beta_most_is_the_one_put_wrong() -> None:
+    rng = np.random.default_rng(24)
+    poles = folded.bent(rng, 20, 100, 1)
+    right = fold_axis(*planes(poles)).beta
+    found = fold_axis(*planes(np.vstack([poles, poles[0] + right.vector()])))
+    assert found.leave_one_out is not None
+    assert found.leave_one_out.index == 20
+    without = Line(found.leave_one_out.trend_deg, found.leave_one_out.plunge_deg)
+    assert angle_between_lines(without, right) < 1e-6
+    assert found.leave_one_out.turn_deg == pytest.approx(angle_between_lines(found.beta, right))
+
+
+def test_limbs_of_an_upright_fold_have_a_vertical_axial_plane() -> None:
+    # Dips of 40 to the east and 50 to the west: the limbs open by 90 degrees, and the plane that
+    # halves them leans by 5 degrees.
+    found = fold_axis(
+        [90, 91.5, 88.5, 90, 270, 271.5, 268.5, 270], [40, 41, 40, 39, 50, 51, 50, 49]
+    )
+    limbs = found.limbs
+    assert limbs is not None
+    assert limbs.interlimb_angle_deg == pytest.approx(90, abs=0.1)
+    assert limbs.axial_plane.dip_deg == pytest.approx(85, abs=0.1)
+    assert limbs.axial_plane.dip_direction_deg % 180 == pytest.approx(90, abs=0.5)
+    assert found.verdict == "undetermined"
+    assert any("cannot be tested" in reason for reason in found.reasons)
+
+
+def test_an_even_arc_has_no_two_limbs() -> None:
+    assert fold_axis(*planes(folded.bent(np.random.default_rng(25), 40, 140, 2))).limbs is None
+
+
+def test_three_sets_7_26_and_19_degrees_off_one_plane_have_two_axes() -> None:
+    rng = np.random.default_rng(26)
+    sets = {}
+    for name, along, off in (("A", 0, 7.0), ("B", 60, -26.0), ("C", 115, 19.0)):
+        t, w = np.radians([along, off])
+        pole = np.array([np.cos(w) * np.cos(t), np.sin(w), -np.cos(w) * np.sin(t)])
+        sets[name] = planes(folded.strayed(rng, np.tile(pole, (10, 1)), 4.0))
+    found = common_axis(sets)
+    assert (found.verdict, found.valid) == ("two axes", "no")
+    assert len(found.pairs) == 3
+
+
+def test_the_triple_product_is_called_wrong_as_often_as_it_says() -> None:
+    # Sets that share an axis, scattered by 8 degrees: 5 % are off by more than their errors.
+    rng = np.random.default_rng(27)
+    wrong = 0
+    for _ in range(400):
+        sets = folded.fault_and_beds(rng, 0, 8)
+        wrong += "two axes" in common_axis(sets).verdict
+    assert wrong <= 0.08 * 400
+
+
+def test_where_two_sets_meet_is_told_with_its_error() -> None:
+    found = common_axis({"bed": ([90.0] * 3, [29.0, 30.0, 31.0]), "fault": ([270.0], [60.0])})
+    assert found.pairs[0].sets == ("bed", "fault")
+    assert found.pairs[0].angle_deg == pytest.approx(90, abs=0.1)
+    assert found.pairs[0].max_confidence95_deg is None
+    assert (found.verdict, found.valid) == ("common axis", "conditional")
+
+
+def test_domains_with_axes_of_their_own_are_told_from_one_fold() -> None:
+    rng = np.random.default_rng(28)
+    both = folded.two_folds(rng, 60, 100, 2, 30)
+    beds = {"hanging wall": planes(both[:30]), "footwall": planes(both[30:])}
+    figures, one = domain_axes(beds, fold_axis(*planes(both)))
+    assert not one.serves_all
+    assert one.apart_deg == pytest.approx(30, abs=5)
+    for domain in figures.values():
+        assert domain.axis is not None
+        assert domain.axis.verdict == "cylindrical"
+    same = folded.bent(rng, 60, 110, 2)
+    beds = {"hanging wall": planes(same[:30]), "footwall": planes(same[30:])}
+    _, one = domain_axes(beds, fold_axis(*planes(same)))
+    assert one.serves_all
+    assert one.p is not None
+
+
+def test_known_waviness_decides_in_place_of_the_usual_limits() -> None:
+    azimuth, dip = planes(folded.bent(np.random.default_rng(29), 60, 140, 5))
+    assert fold_axis(azimuth, dip, waviness_deg=5).valid == "yes"
+    assert fold_axis(azimuth, dip, waviness_deg=1).verdict == "scattered"

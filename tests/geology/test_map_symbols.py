@@ -1,0 +1,41 @@
+"""Symbols of a map: along the strike, down the dip."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vomstudio.geology.map_symbols import strike_and_dip, symbol_size, trend_arrow
+from vomstudio.geology.orientation import Line, Plane
+
+AT = np.array([500_000.0, 5_000_000.0, 120.0])
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 37.0, 180.0, 290.0])
+def test_the_bar_runs_along_the_strike_and_the_tick_down_the_dip(azimuth: float) -> None:
+    bar, tick = strike_and_dip(AT, azimuth, 40.0, 2.0)
+    along = bar[1] - bar[0]
+    assert np.linalg.norm(along) == pytest.approx(2.0)
+    assert abs(along @ Plane(azimuth, 40.0).strike_vector()) == pytest.approx(2.0)
+    down = tick[1] - tick[0]
+    assert tick[0] == pytest.approx(AT)
+    assert down / np.linalg.norm(down) == pytest.approx(Line(azimuth, 0.0).vector(), abs=1e-9)
+
+
+def test_a_vertical_plane_has_ticks_on_both_sides_and_a_horizontal_one_a_cross() -> None:
+    _, tick = strike_and_dip(AT, 90.0, 90.0, 2.0)
+    assert tick.mean(axis=0) == pytest.approx(AT)
+    one, other = strike_and_dip(AT, 0.0, 0.0, 2.0)
+    assert np.linalg.norm(one[1] - one[0]) == np.linalg.norm(other[1] - other[0])
+
+
+def test_an_arrow_points_along_the_trend_with_heads_at_both_ends_where_horizontal() -> None:
+    shaft, head = trend_arrow(AT, 120.0, 30.0, 2.0)
+    assert shaft[1] - shaft[0] == pytest.approx(2.0 * Line(120.0, 0.0).vector())
+    assert head[1] == pytest.approx(shaft[1])
+    assert len(trend_arrow(AT, 120.0, 0.0, 2.0)) == 3
+
+
+def test_symbols_have_a_size_even_where_there_is_one_place() -> None:
+    assert symbol_size([AT]) > 0
+    assert symbol_size(np.zeros((0, 3))) > 0

@@ -1,0 +1,142 @@
+"""Sets known by construction, found again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vomstudio.geology.orientation import normals_to_planes, planes_to_poles
+from vomstudio.geology.sets.axial_mixture import clusters_from_seeds, propose_clusters
+from vomstudio.geology.sets.proposals import spacing_along
+from vomstudio.geology.statistics import orientation_tensor
+
+Set = tuple[float, float, float, int]
+"""Dip direction, dip, Fisher's kappa, number."""
+
+
+def cluster(of: Set, chance: np.random.Generator) -> np.ndarray:
+    """Poles of Fisher's distribution (Fisher, Lewis & Embleton 1987, 3.6.2), either end up."""
+    direction, dip, kappa, n = of
+    axis = planes_to_poles(direction, dip).ravel()
+    share = np.exp(-2 * kappa)
+    angle = np.arccos(1 + np.log(chance.random(n) * (1 - share) + share) / kappa)
+    turn = chance.uniform(0, 2 * np.pi, n)
+    one, two = np.linalg.svd(axis[None])[2][1:]
+    across = np.cos(turn)[:, None] * one + np.sin(turn)[:, None] * two
+    poles = np.cos(angle)[:, None] * axis + np.sin(angle)[:, None] * across
+    return poles * chance.choice([-1.0, 1.0], n)[:, None]
+
+
+def scatter(n: int, chance: np.random.Generator) -> np.ndarray:
+    found = chance.normal(size=(n, 3))
+    return found / np.linalg.norm(found, axis=1)[:, None]
+
+
+def off_deg(poles: np.ndarray, of: Set) -> float:
+    """Angle of the mean axis of poles from that of a set."""
+    true = planes_to_poles(of[0], of[1]).ravel()
+    return float(np.degrees(np.arccos(min(1.0, abs(orientation_tensor(poles)[1][0] @ true)))))
+
+
+CASES: dict[str, tuple[list[Set], int]] = {
+    "three": ([(30, 85, 200, 300), (120, 88, 150, 250), (200, 3, 150, 250)], 0),
+    "clutter": ([(30, 85, 200, 300), (120, 88, 150, 250), (200, 40, 150, 250)], 300),
+    "unequal": ([(30, 89, 150, 1500), (120, 60, 400, 60), (210, 10, 300, 120)], 100),
+    "near": ([(30, 80, 200, 250), (52, 80, 200, 250)], 40),
+    "steep": ([(0, 90, 200, 200), (60, 89, 200, 200), (120, 89, 200, 200)], 60),
+    "six": ([(a, d, 300, 150) for a, d in ((0, 85), (60, 85), (120, 85), (0, 5), (210, 45),
+                                           (30, 45))], 100),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", sorted(CASES))
+def test_sets_are_found_within_a_degree(name: str, seed: int) -> None:
+    chance = np.random.default_rng(seed)
+    sets, clutter = CASES[name]
+    poles = np.vstack([*(cluster(of, chance) for of in sets), scatter(clutter, chance)])
+    truth = np.repeat(np.arange(len(sets) + 1), [*(of[3] for of in sets), clutter])
+    order = chance.permutation(len(poles))
+    poles, truth = poles[order], truth[order]
+    found, criteria = propose_clusters(poles, 8)
+    assert found.k == len(sets)
+    assert len(criteria) > len(sets)
+    group = found.assigned()
+    for i, of in enumerate(sets):
+        mine = np.bincount(group[(truth == i) & (group >= 0)], minlength=found.k).argmax()
+        assert off_deg(poles[group == mine], of) < 1.0
+        assert np.mean(group[truth == i] == mine) > 0.9
+    if clutter:
+        assert np.mean(group[truth == len(sets)] < 0) > 0.5
+    # Probabilities are calibrated: as many wrong as they say.
+    best = found.posterior.max(axis=1)
+    np.testing.assert_allclose(found.posterior.sum(axis=1), 1.0)
+    named = {-1: len(sets)}
+    for j in range(found.k):
+        named[j] = int(np.bincount(truth[group == j]).argmax())
+    right = np.array([named[int(g)] for g in group]) == truth
+    assert right.mean() == pytest.approx(best.mean(), abs=0.03)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_an_even_scatter_has_no_sets(seed: int) -> None:
+    found, _ = propose_clusters(scatter(300, np.random.default_rng(seed)), 8)
+    assert found.k == 0
+    assert (found.assigned() == -1).all()
+
+
+def test_a_set_that_is_longer_than_wide_stays_one() -> None:
+    chance = np.random.default_rng(3)
+    direction = 100 + chance.normal(0, 15, 300)
+    poles = planes_to_poles(direction, 50 + chance.normal(0, 3, 300))
+    found, _ = propose_clusters(np.vstack([poles, scatter(50, chance)]), 8)
+    assert found.k == 1
+
+
+def test_turning_the_world_turns_the_sets() -> None:
+    chance = np.random.default_rng(4)
+    poles = np.vstack([*(cluster(of, chance) for of in CASES["three"][0]), scatter(50, chance)])
+    c, s = np.cos(np.radians(30)), np.sin(np.radians(30))
+    turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
+    one, _ = propose_clusters(poles, 8)
+    two, _ = propose_clusters(poles @ turn.T, 8)
+    np.testing.assert_array_equal(one.assigned(), two.assigned())
+    first = normals_to_planes(one.axes[0, 0])[0]
+    assert normals_to_planes(two.axes[0, 0])[0] == pytest.approx((first + 30) % 360, abs=1e-3)
+    again, _ = propose_clusters(poles, 8)
+    np.testing.assert_array_equal(again.posterior, one.posterior)
+
+
+def test_no_more_sets_than_allowed_and_seeds_keep_their_order() -> None:
+    chance = np.random.default_rng(5)
+    sets = CASES["clutter"][0]
+    poles = np.vstack([*(cluster(of, chance) for of in sets), scatter(100, chance)])
+    assert propose_clusters(poles, 2)[0].k <= 2
+    seeds = planes_to_poles([of[0] + 8 for of in sets], [of[1] - 6 for of in sets])
+    found = clusters_from_seeds(poles, seeds)
+    for j, of in enumerate(sets):
+        assert off_deg(poles[found.assigned() == j], of) < 1.0
+
+
+def test_the_spacing_of_planes_a_known_distance_apart() -> None:
+    chance = np.random.default_rng(6)
+    normal = -planes_to_poles(70, 60).ravel()
+    along = np.linalg.svd(normal[None])[2][1:]
+    places = 0.4 * np.arange(20)[:, None] * normal + chance.normal(0, 3, (20, 2)) @ along
+    mean, cv = spacing_along(normal, places[chance.permutation(20)] + [4e5, 6e6, 300])
+    assert mean == pytest.approx(0.4)
+    assert cv == pytest.approx(0.0, abs=1e-6)
+    assert spacing_along(normal, places[:1]) == (None, None)
+    assert spacing_along(normal, None) == (None, None)
+
+
+def test_bedding_of_big_elk_is_two_limbs(data_dir: Path) -> None:
+    from vomstudio.geology.sets.proposals import propose_sets
+    from vomstudio.io.text.orientation_reading import read_orientations
+
+    found = propose_sets(
+        read_orientations(data_dir / "planes" / "big_elk_strike_dip.txt", "strike")
+    )
+    assert [s.n for s in found.sets] == [38, 23]

@@ -1,0 +1,237 @@
+"""Files for other programs: read back by those programs' rules, and by libraries."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.samples import ZIGZAG, bed
+from vomstudio.document import edits
+from vomstudio.document.records import Frame, Model
+from vomstudio.errors import InputError
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.io.exchange.fault_slips import faultkin_sense
+from vomstudio.io.project.export import export_project
+from vomstudio.io.project.folder import Project
+
+SPECIMEN = Path(__file__).parents[2] / "specimens" / "schema5.vom"
+
+
+@pytest.fixture(scope="module")
+def specimen(tmp_path_factory) -> Path:
+    """Planes, traces and lineations with every sense of slip."""
+    folder = tmp_path_factory.mktemp("specimen") / "a.vom"
+    shutil.copytree(SPECIMEN, folder)
+    return folder
+
+
+@pytest.fixture
+def mapped(tmp_path) -> Path:
+    """Two beds on a model with a CRS."""
+    project = Project.create(tmp_path / "map.vom")
+    session = project.session
+    frame = Frame("crs", "EPSG:32633")
+    session.apply(edits.add_model(session.records, Model("m1", "c", "c.obj", "mesh", "0", frame)))
+    for number, shift in enumerate((0.0, 2.5)):
+        vertices = tuple((x + 576_665.725, y + 5_188_117.06, z + shift) for x, y, z in ZIGZAG)
+        session.apply(edits.add_trace(session.records, bed(f"t{number}", vertices=vertices)))
+    session.apply(edits.set_attributes(session.records, ["t1"], notes='"wet",\tdark', set_name="Ä"))
+    session.save()
+    project.close()
+    return tmp_path / "map.vom"
+
+
+def rows_of(path: Path, delimiter: str) -> list[dict[str, str]]:
+    with open(path, encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file, delimiter=delimiter))
+
+
+def movement(row: dict[str, str]) -> np.ndarray:
+    """Of the hanging wall, by the two letters alone: T moves it up along the striae, N down; seen
+    across the fault, R moves the far side to the right, L to the left."""
+    plane = Plane(float(row["strike"]) + 90.0, float(row["dip"]))
+    line = Line(float(row["trend"]), float(row["plunge"])).vector()
+    first, second = row["sense"]
+    if row["dip"] != "90" and float(row["plunge"]) > 1e-6:
+        return -line if first == "T" else line
+    # From the footwall, the hanging wall lies ahead, along the dip direction; its right is the
+    # far end of the strike.
+    right = -plane.strike_vector() if row["dip"] != "90" else -Plane(
+        float(row["strike"]) + 90.0, 89.999
+    ).strike_vector()  # fmt: skip
+    wanted = 1.0 if second == "R" else -1.0
+    return line if np.sign(line @ right) == wanted else -line
+
+
+def test_faultkin_tells_every_sense_of_slip(specimen, tmp_path) -> None:
+    from vomstudio.geology.orientation import slip_from_rake
+
+    made = export_project(specimen, "faultkin", tmp_path / "f.txt")
+    written = rows_of(tmp_path / "f.txt", "\t")
+    assert len(written) == len(made.rows) > 20
+    for row, ours in zip(written, made.rows, strict=True):
+        plane = Plane(ours["on_plane_dip_direction_deg"], ours["on_plane_dip_deg"])
+        expected = slip_from_rake(plane, ours["slip_rake_deg"]).vector()
+        assert movement(row) == pytest.approx(expected, abs=1e-5), row["label"]
+    assert {row["sense"] for row in written} == {"TR", "TL", "NR", "NL"}
+    assert {r["slip_sense"] for r in made.rows} == {"normal", "reverse", "sinistral", "dextral"}
+
+
+def test_the_letters_of_a_slip() -> None:
+    rakes = {30: "TL", 150: "TR", -30: "NL", -150: "NR", 0: "NL", 180: "NR", 90: "TL", -90: "NL"}
+    assert {rake: faultkin_sense(rake) for rake in rakes} == rakes
+
+
+def test_what_has_no_slip_is_left_out_and_named(specimen, tmp_path) -> None:
+    made = export_project(specimen, "faultkin", tmp_path / "f.txt")
+    assert "B01" in {item["name"] for item in made.skipped}
+
+
+def test_a_project_without_slips_is_refused(mapped, tmp_path) -> None:
+    with pytest.raises(InputError, match="faultkin"):
+        export_project(mapped, "faultkin", tmp_path / "f.txt")
+    assert not (tmp_path / "f.txt").exists()
+
+
+def test_wintensor_has_unknown_senses_too(specimen, tmp_path) -> None:
+    export_project(specimen, "wintensor", tmp_path / "w.txt")
+    rows = rows_of(tmp_path / "w.txt", "\t")
+    assert {row["Sense"] for row in rows} == set("NISDX")
+    assert {row["Format"] for row in rows} == {"11"}
+    assert all(row["Confidence"] == "X" for row in rows if row["Sense"] == "X")
+    assert {row["Confidence"] for row in rows} == {"P", "X"}
+
+
+def test_stereonet_has_a_file_of_planes_and_one_of_lines(specimen, tmp_path) -> None:
+    made = export_project(specimen, "stereonet", tmp_path / "s.txt")
+    assert [path.name for path in made.files] == ["s.txt", "s_lines.txt"]
+    planes = rows_of(tmp_path / "s.txt", "\t")
+    kept = [row for row in made.rows if row["geometry"] == "plane"]
+    assert [float(row["strike"]) for row in planes] == pytest.approx(
+        [row["strike_rhr_deg"] for row in kept], abs=1e-6
+    )
+    lines = rows_of(tmp_path / "s_lines.txt", "\t")
+    assert len(lines) + len(planes) == len(made.rows)
+
+
+def test_orient_holds_planes_and_lines_under_its_names(specimen, tmp_path) -> None:
+    made = export_project(specimen, "orient", tmp_path / "o.tsv")
+    rows = rows_of(tmp_path / "o.tsv", "\t")
+    assert len(rows) == len(made.rows)
+    assert list(rows[0])[:6] == ["Station", "X", "Y", "Z", "Dip Direction", "Dip"]
+    assert all(bool(row["Dip"]) or bool(row["Plunge"]) for row in rows)
+
+
+def test_gempy_gets_gradients_toward_the_younger_side(specimen, tmp_path) -> None:
+    """As `gempy.API.io_API` of GemPy 2026 makes them of azimuth, dip and polarity."""
+    made = export_project(specimen, "gempy", tmp_path / "g.csv")
+    rows = rows_of(tmp_path / "g.csv", ",")
+    azimuth, dip, polarity = (
+        np.array([float(row[name]) for row in rows]) for name in ("azimuth", "dip", "polarity")
+    )
+    azimuth_rad, dip_rad = np.radians(azimuth), np.radians(dip)
+    gradient = polarity[:, None] * np.stack(
+        [
+            np.sin(dip_rad) * np.sin(azimuth_rad),
+            np.sin(dip_rad) * np.cos(azimuth_rad),
+            np.cos(dip_rad),
+        ],
+        axis=1,
+    )
+    normals = np.array([[row[f"normal_{axis}"] for axis in "xyz"] for row in made.rows])
+    sign = np.array([-1.0 if row["overturned"] else 1.0 for row in made.rows])
+    assert gradient == pytest.approx(sign[:, None] * normals, abs=1e-6)
+    assert -1.0 in polarity
+    errors = [row["total95_deg"] for row in made.rows]
+    known = [i for i, error in enumerate(errors) if error is not None]
+    # Of 95 % of two directions are within sqrt(-2 ln 0.05) standard deviations.
+    spread = np.sqrt([float(rows[i]["nugget"]) for i in known]) * np.sqrt(-2 * np.log(0.05))
+    assert np.degrees(spread) == pytest.approx([errors[i] for i in known], rel=1e-9)
+    points = rows_of(tmp_path / "g_surface_points.csv", ",")
+    assert list(points[0]) == ["X", "Y", "Z", "formation"]
+
+
+def test_loopstructural_gets_normals_and_surfaces(specimen, tmp_path) -> None:
+    import pandas
+
+    export_project(specimen, "loopstructural", tmp_path / "l.csv")
+    data = pandas.read_csv(tmp_path / "l.csv")
+    assert list(data) == ["X", "Y", "Z", "feature_name", "nx", "ny", "nz", "interface"]
+    planes = data[data["nx"].notna()]
+    assert np.linalg.norm(planes[["nx", "ny", "nz"]], axis=1) == pytest.approx(1.0)
+    assert planes["interface"].isna().all()
+    points = data[data["nx"].isna()]
+    assert points.groupby("feature_name")["interface"].min().eq(0).all()
+
+
+def test_gems_has_the_fields_of_the_standard(specimen, tmp_path) -> None:
+    made = export_project(specimen, "gems", tmp_path / "g.csv")
+    rows = rows_of(tmp_path / "g.csv", ",")
+    assert list(rows[0])[:3] == ["Type", "Azimuth", "Inclination"]
+    assert len({row["OrientationPoints_ID"] for row in rows}) == len(rows)
+    for row, ours in zip(rows, made.rows, strict=True):
+        assert all(row[name] for name in ("Type", "IdentityConfidence", "MapUnit"))
+        if ours["geometry"] == "plane" and not ours["undefined"]:
+            assert float(row["Azimuth"]) == pytest.approx(ours["strike_rhr_deg"], abs=1e-6)
+    overturned = [r for r, o in zip(rows, made.rows, strict=True) if o["overturned"]]
+    assert {row["Symbol"] for row in overturned if row["Type"] == "bedding"} == {"06.04"}
+
+
+def test_geojson_is_read_by_gdal_in_the_crs_of_the_project(mapped, tmp_path) -> None:
+    import pyogrio
+
+    made = export_project(mapped, "geojson", tmp_path / "g.geojson")
+    assert [path.name for path in made.files] == ["g.geojson", "g_traces.geojson"]
+    information = pyogrio.read_info(tmp_path / "g_traces.geojson")
+    assert information["crs"] == "EPSG:32633"
+    assert information["features"] == 2
+    held = json.loads((tmp_path / "g.geojson").read_text("utf-8"))
+    point = held["features"][0]["geometry"]["coordinates"]
+    assert point == [made.rows[0][axis] for axis in "xyz"]
+    assert held["features"][1]["properties"]["set"] == "Ä"
+
+
+def test_geojson_of_a_local_frame_says_that_it_has_no_crs(specimen, tmp_path) -> None:
+    export_project(specimen, "geojson", tmp_path / "g.geojson")
+    held = json.loads((tmp_path / "g.geojson").read_text("utf-8"))
+    assert "crs" in held
+    assert held["crs"] is None
+
+
+def test_kml_lies_where_the_outcrop_lies(mapped, tmp_path) -> None:
+    from pyproj import Transformer
+
+    made = export_project(mapped, "kml", tmp_path / "k.kml")
+    space = {"k": "http://www.opengis.net/kml/2.2"}
+    root = ElementTree.parse(tmp_path / "k.kml").getroot()
+    point = root.find(".//k:Point/k:coordinates", space)
+    assert point is not None
+    assert point.text is not None
+    longitude, latitude, height = map(float, point.text.split(","))
+    back = Transformer.from_crs("EPSG:4326", "EPSG:32633", always_xy=True)
+    assert back.transform(longitude, latitude) == pytest.approx(
+        (made.rows[0]["x"], made.rows[0]["y"]), abs=1e-3
+    )
+    assert height == pytest.approx(made.rows[0]["z"], abs=1e-3)
+    names = [e.text for e in root.findall(".//k:Folder/k:name", space)]
+    assert names == ["planes", "traces"]
+
+
+def test_kml_of_a_local_frame_is_refused_with_the_remedy(specimen, tmp_path) -> None:
+    with pytest.raises(InputError, match="Register them"):
+        export_project(specimen, "kml", tmp_path / "k.kml")
+
+
+@pytest.mark.parametrize("format_", ["orient", "gems", "gempy"])
+def test_words_do_not_break_columns(mapped, tmp_path, format_) -> None:
+    made = export_project(mapped, format_, tmp_path / "x.txt")
+    delimiter = "\t" if format_ == "orient" else ","
+    rows = rows_of(tmp_path / "x.txt", delimiter)
+    assert len(rows) == len(made.rows)
+    assert all(None not in row for row in rows)

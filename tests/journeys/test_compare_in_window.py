@@ -1,0 +1,115 @@
+"""A model is held against a benchmark in the window: distances, figures, colours, and a file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests import driver
+from vomstudio.document import edits
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Model
+from vomstudio.io.models.opening import read_model
+from vomstudio.io.models.writing import write_model
+from vomstudio.ui.registration.compare_panel import FIELD, ComparePanel
+
+UP = 0.02
+
+
+@pytest.fixture
+def higher(outcrop, tmp_path) -> Path:
+    """The outcrop, 2 cm up, as a cloud would be written by a survey."""
+    mesh = read_model(outcrop).data
+    path = tmp_path / "survey.ply"
+    write_model(replace(mesh, vertices=mesh.vertices + [0.0, 0.0, UP]), None, path)
+    return path
+
+
+def panel_of(window) -> ComparePanel:
+    window.actions_table.run("compare_models")
+    panel = window.findChild(ComparePanel)
+    driver.settled(window)
+    driver.wait(panel.isVisible, "the panel")
+    return panel
+
+
+def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, tmp_path) -> None:
+    id_ = driver.open_outcrop(window, outcrop)
+    panel = panel_of(window)
+    assert not panel.start.isEnabled()
+    assert "benchmark" in panel.start.toolTip()
+    panel.other.take(higher)
+    driver.wait(panel.start.isEnabled, "the benchmark")
+    driver.click(panel.start, panel.start.rect().center())
+    assert panel.start.text() == "Stop"
+    driver.wait(lambda: panel.held is not None, "the distances", 60.0)
+    told = panel.held.figures
+    mesh = window.studio.models[id_].data
+    distances = np.asarray(mesh.fields[FIELD])
+    assert len(distances) == len(mesh.vertices)
+    # The model lies below: before the benchmark where its faces look down, else behind.
+    assert np.nanmax(np.abs(distances)) <= UP + 1e-6
+    assert told["mean_m"] == pytest.approx(float(np.nanmean(distances)))
+    assert "Accuracy" in panel.figures.text()
+    assert panel.histogram.counts.sum() == told["n"]
+    view = window.viewport
+    driver.wait(lambda: view.display.scale_of(id_) is not None, "the colours")
+    scale = view.display.scale_of(id_)
+    assert (scale.kind, scale.unit, scale.title) == ("diverging", "m", "distance")
+    assert scale.low == -scale.high
+    driver.settled(window)
+    driver.keep_picture(window, "compare-nearest")
+
+    panel.method.setCurrentIndex(1)
+    assert panel.radius.isVisible()
+    panel.radius.setValue(0.6)
+    panel.error.setText("0.001")
+    driver.click(panel.start, panel.start.rect().center())
+    driver.wait(lambda: panel.held.figures["method"] == "m3c2", "M3C2", 60.0)
+    assert "Level of detection" in panel.figures.text()
+    driver.settled(window)
+    driver.keep_picture(window, "compare-m3c2")
+    out = tmp_path / "out.ply"
+    panel.export_to(out)
+    driver.wait(out.is_file, "the file", 60.0)
+    written = read_model(out).data
+    assert {"distance_m", "lod95_m", "significant"} <= set(written.fields)
+    assert np.nanmean(written.fields["distance_m"]) == pytest.approx(
+        panel.held.figures["mean_m"], abs=1e-6
+    )
+
+
+def test_planes_measured_on_both_are_held_beside_their_errors(
+    window, outcrop, higher, picks
+) -> None:
+    driver.open_outcrop(window, outcrop)
+    studio = window.studio
+    own = driver.model(window)
+    studio.open_model(higher, like=own.id)
+    driver.wait(lambda: len(studio.session.of(Model)) == 2, "the other model")
+    other = next(m for m in studio.session.of(Model) if m.id != own.id)
+    driver.wait(lambda: other.id in studio.models, "its data")
+    for i, (name, points) in enumerate(picks.items()):
+        for model, up in ((own, 0.0), (other, UP)):
+            # The first by its name, the others by where they lie.
+            called = name if i == 0 else f"{name} of {model.name}"
+            vertices = tuple(map(tuple, (points + [0.0, 0.0, up]).tolist()))
+            trace = Trace(
+                edits.new_id("trace"), called, "bedding", model.id, model.content_hash, vertices
+            )
+            assert studio.attempt(edits.add_trace, trace)
+    studio.selection.set([own.id])
+    panel = panel_of(window)
+    found = panel.agreement.agreement
+    assert found is not None
+    assert found.by_name == 1
+    assert found.by_nearness >= 2
+    # The same picks, one lot higher.
+    assert max(one.angle_deg for one in found.matched) < 1e-3
+    assert found.agree_share == 1.0
+    assert panel.agreement.isVisible()
+    assert "by nearness" in panel.agreement.said.text()
+    driver.keep_picture(window, "compare-planes")

@@ -1,0 +1,243 @@
+"""A model is fitted to another one: points clicked in both, then the surfaces, as one edit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from scipy.spatial.transform import Rotation
+
+from tests import driver
+from vomstudio.document import edits
+from vomstudio.document.records import Model, Registration
+from vomstudio.geometry import transform
+from vomstudio.io.models.opening import read_model
+from vomstudio.io.models.writing import write_model
+from vomstudio.ui.registration.fit_dialog import FitDialog
+from vomstudio.ui.registration.picking_view import PickingView
+
+TURN = Rotation.from_rotvec(np.radians([2.0, -1.0, 25.0])).as_matrix()
+SHIFT = np.array([3.0, -2.0, 0.7])
+MIDDLE = np.array([372410.0, 4709820.0, 610.0])
+"""Of the outcrop."""
+
+
+def moved_places(places: np.ndarray) -> np.ndarray:
+    """(n, 3) of the outcrop in the frame of the other model."""
+    return (places - MIDDLE) @ TURN.T + MIDDLE + SHIFT
+
+
+@pytest.fixture
+def moved(outcrop, tmp_path) -> Path:
+    """The same outcrop, turned and shifted, as another program may have written it."""
+    mesh = read_model(outcrop).data
+    there = moved_places(mesh.vertices)
+    path = tmp_path / "lidar.ply"
+    write_model(replace(mesh, vertices=there), None, path)
+    return path
+
+
+def dialog_of(window, moved: Path) -> FitDialog:
+    window.actions_table.run("fit_model")
+    driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
+    (dialog,) = window.findChildren(FitDialog)
+    assert not dialog.fit.isEnabled()
+    assert "Choose" in dialog.fit.toolTip()
+    dialog.other.take(moved)
+    driver.wait(lambda: dialog.reference is not None, "the reference")
+    for view in (dialog.here, dialog.there):
+        driver.wait(lambda v=view: "pickable" in v.models.reached("shown"), "a model to click on")
+        driver.wait(lambda v=view: v.still, "its picture")
+    return dialog
+
+
+def click(view: PickingView, place: np.ndarray) -> None:
+    """Where a place of the model's file is seen."""
+    matrix = transform.matrix(view.model.to_world)
+    pixels, _ = view.camera.project(transform.apply(matrix, place[None]), view.extent())
+    x, y = pixels[0].round().astype(int).tolist()
+    driver.click(view, view.rect().topLeft() + type(view.rect().topLeft())(x, y))
+    driver.pause(30)
+
+
+def seen(view: PickingView, places: np.ndarray) -> np.ndarray:
+    """Those that can be clicked."""
+    matrix = transform.matrix(view.model.to_world)
+    pixels, _ = view.camera.project(transform.apply(matrix, places), view.extent())
+    hits = [view.pick(x, y) for x, y in pixels.tolist()]
+    return np.array(
+        [
+            h is not None and np.linalg.norm(p - h.position) < 0.1
+            for p, h in zip(places, hits, strict=True)
+        ]
+    )
+
+
+def test_points_in_both_then_the_surfaces(window, outcrop, moved, picks) -> None:
+    driver.open_outcrop(window, outcrop)
+    studio = window.studio
+    dialog = dialog_of(window, moved)
+    places = np.concatenate(list(picks.values()))
+    there = moved_places(places)
+    good = seen(dialog.here, places) & seen(dialog.there, there)
+    places, there = places[good], there[good]
+    chosen = [int(places[:, 0].argmin()), int(places[:, 0].argmax()), int(places[:, 2].argmax()),
+              int(places[:, 2].argmin())]  # fmt: skip
+    for i in chosen[:2]:
+        click(dialog.here, places[i])
+        assert "right" in dialog.step.text()
+        click(dialog.there, there[i])
+    assert "three or more" in dialog.step.text()
+    # In either order, and a second click on the same side corrects the first.
+    click(dialog.there, there[chosen[0]])
+    click(dialog.there, there[chosen[2]])
+    click(dialog.here, places[chosen[2]])
+    assert len(dialog.points.pairs) == 3
+    assert dialog.placed is not None
+    assert dialog.table.item(2, 1).text()
+    # What was clicked wrongly is taken back, or out.
+    click(dialog.here, places[chosen[3]])
+    click(dialog.there, there[chosen[0]])
+    assert dialog.placed.rms_control_m > 0.1
+    driver.keep_picture(dialog, "fit-wrong-point")
+    dialog.table.selectRow(3)
+    driver.click(dialog.remove, dialog.remove.rect().center())
+    assert len(dialog.points.pairs) == 3
+    assert dialog.placed.rms_control_m < 0.1
+    dialog.activateWindow()
+    driver.wait(dialog.isActiveWindow, "the keyboard", 5.0)
+    QTest.keyClick(dialog, Qt.Key.Key_Z, driver.CTRL)
+    assert len(dialog.points.pairs) == 4
+    driver.click(dialog.redo, dialog.redo.rect().center())
+    assert len(dialog.points.pairs) == 3
+
+    assert not dialog.register.isEnabled()
+    driver.click(dialog.fit, dialog.fit.rect().center())
+    assert dialog.fit.text() == "Stop"
+    driver.wait(lambda: dialog.fitted is not None, "the fit", 60.0)
+    driver.keep_picture(dialog, "fit-done")
+    said = dialog.said.text()
+    assert "Fitted to the reference" in said
+    assert "95 %" in said
+    before = studio.session.of(Model)[0]
+    driver.click(dialog.register, dialog.register.rect().center())
+    (model,) = studio.session.of(Model)
+    registration = model.registration
+    assert registration is not None
+    assert registration.method == "reference"
+    assert len(registration.control) == 3
+    found = np.array(model.to_world)
+    off = Rotation.from_matrix(found[:3, :3] @ TURN.T).magnitude()
+    # Three clicks alone are some tenths of a degree off.
+    assert np.degrees(off) < 0.05
+    middle = places.mean(axis=0)
+    placed = transform.apply(found, middle[None])
+    assert np.linalg.norm(placed - moved_places(middle[None])) < 0.01
+    driver.focus(window)
+    driver.key(window, Qt.Key.Key_Z, driver.CTRL)
+    assert studio.session.of(Model)[0] == before
+
+
+def test_what_the_views_hold_is_freed_and_a_fit_can_be_stopped(window, outcrop, moved) -> None:
+    driver.open_outcrop(window, outcrop)
+    dialog = dialog_of(window, moved)
+    views = (dialog.here, dialog.there)
+    # Nothing clicked: the two stand 4 m and 25 degrees apart.
+    dialog.stable.which.setCurrentIndex(1)
+    dialog.stable.which.activated.emit(1)
+    assert "Click the points" in dialog.fit.toolTip()
+    dialog.stable.which.setCurrentIndex(0)
+    dialog.stable.which.activated.emit(0)
+    driver.click(dialog.fit, dialog.fit.rect().center())
+    driver.click(dialog.fit, dialog.fit.rect().center())
+    driver.wait(lambda: dialog.fit.text() != "Stop", "its end", 60.0)
+    assert dialog.fitted is None
+    assert dialog.said.text()
+    dialog.close()
+    assert all(view.scene is None for view in views)
+    driver.wait(lambda: not window.findChildren(FitDialog), "the end of the dialog")
+
+
+def test_a_model_without_north_places_no_other(window, outcrop, moved) -> None:
+    driver.open_outcrop(window, outcrop)
+    studio = window.studio
+    own = driver.model(window)
+    # Its file states no frame.
+    studio.open_model(moved)
+    driver.wait(lambda: len(studio.models) == 2, "the other model")
+    driver.wait(lambda: driver.dialog_of(window), "the dialog that asks for its frame")
+    driver.dialog_of(window).reject()
+    studio.selection.set([own.id])
+    window.actions_table.run("fit_model")
+    driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
+    (dialog,) = window.findChildren(FitDialog)
+    assert dialog.other.models.currentText() == "lidar"
+    assert dialog.reference is None
+    assert "not declared" in dialog.said.text()
+    assert not dialog.fit.isEnabled()
+    dialog.close()
+    driver.wait(lambda: not window.findChildren(FitDialog), "the end of the dialog")
+    # The other way round it is placed by the one that is declared.
+    (lidar,) = (m for m in studio.session.of(Model) if m.id != own.id)
+    studio.selection.set([lidar.id])
+    window.actions_table.run("fit_model")
+    driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
+    (dialog,) = window.findChildren(FitDialog)
+    assert dialog.reference is not None
+    assert dialog.reference.id == own.id
+    assert dialog.fit.isEnabled()
+    # It may go meanwhile.
+    assert studio.attempt(edits.remove_model, own.id)
+    assert dialog.reference is None
+    assert not dialog.fit.isEnabled()
+    dialog.close()
+
+
+def test_the_error_of_what_it_was_fitted_to_is_carried_on(window, outcrop, tmp_path) -> None:
+    """A reference that may be tilted by a degree tilts what is fitted to it."""
+    driver.open_outcrop(window, outcrop)
+    studio, rng = window.studio, np.random.default_rng(2)
+    reference = driver.model(window)
+    sigma = np.radians([0.5, 0.4, 0.3])
+    spread = np.diag([*sigma**2, 1e-8, 1e-4, 1e-4, 1e-4])
+    placed = Registration(
+        "r1", "surveyed", "points", reference.frame, reference.to_world,
+        rotation_error_deg=(0.3, 0.5, 0.4), scale_error=1e-4,
+        covariance=tuple(map(tuple, spread.tolist())), centre=tuple(MIDDLE.tolist()),
+    )  # fmt: skip
+    assert studio.attempt(edits.set_registration, placed, [reference.id])
+    mesh = read_model(outcrop).data
+    turn = Rotation.from_rotvec(np.radians([0.3, 0.2, -0.4])).as_matrix()
+    near = (mesh.vertices - MIDDLE) @ turn.T + MIDDLE + [0.05, -0.04, 0.03]
+    near += rng.normal(0.0, 0.002, near.shape)
+    path = tmp_path / "other.ply"
+    write_model(replace(mesh, vertices=near), None, path)
+    studio.open_model(path, like=reference.id)
+    driver.wait(lambda: len(studio.models) == 2, "the other model")
+    (other,) = (m for m in studio.session.of(Model) if m.id != reference.id)
+    studio.selection.set([other.id])
+    window.actions_table.run("fit_model")
+    driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
+    (dialog,) = window.findChildren(FitDialog)
+    assert dialog.fit.isEnabled()
+    # A smooth wall can slide; points that are seen in both hold it.
+    step = len(near) // 5
+    for own, there in zip(near[::step], mesh.vertices[::step], strict=True):
+        dialog.here.picked.emit(own)
+        dialog.there.picked.emit(there + rng.normal(0.0, 0.002, 3))
+    driver.click(dialog.fit, dialog.fit.rect().center())
+    driver.wait(lambda: dialog.fit.text() != "Stop", "its end", 60.0)
+    assert dialog.fitted is not None
+    # 1.96 times half a degree, about east.
+    assert "of the other model it may be turned by 0.98°" in dialog.said.text()
+    driver.click(dialog.register, dialog.register.rect().center())
+    made = studio.records[other.id].registration
+    assert made.method == "reference"
+    assert made.rotation_error_deg == pytest.approx((0.3, 0.5, 0.4), abs=0.01)
+    # What is measured on it carries that.
+    turned = np.array(made.to_world())[:3, :3]
+    assert np.degrees(Rotation.from_matrix(turned @ turn).magnitude()) < 0.05

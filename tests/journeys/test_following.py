@@ -1,0 +1,76 @@
+"""A contact followed between clicks, with mouse and keyboard, in the window that people use."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+
+from tests import driver
+from tests.driver import click, drag, key, look_at, move, pixel, wait
+from vomstudio.tools.trace import TraceTool
+from vomstudio.ui.interpret.tool_panels.trace import TracePanel
+
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.fixture
+def following(window, outcrop, picks):
+    """The outcrop, a bed in view, and the trace tool that follows dark lines."""
+    driver.open_outcrop(window, outcrop)
+    look_at(window, picks["B01"], 0.0, 10.0)
+    key(window, Qt.Key.Key_T)
+    box = driver.tool_panel(window, TracePanel).follow_box
+    box.setCurrentIndex(box.findData("dark"))
+    return window
+
+
+def way_points(window, points: np.ndarray) -> list[QPoint]:
+    """Pixels of the first, the middle and the last one."""
+    return [pixel(window, points[i]) for i in (0, len(points) // 2, -1)]
+
+
+def test_three_clicks_make_a_trace_of_many_points(following, picks):
+    window, studio = following, following.studio
+    tool = studio.tool_of(TraceTool)
+    for at in way_points(window, picks["B01"]):
+        click(window.viewport, at)
+    wait(lambda: tool.open and not tool.searching, "the way between the clicks")
+    assert len(tool.vertices) == 3
+    assert window.viewport.preview.path is not None
+    assert len(window.viewport.preview.path) > 20
+    driver.keep_picture(window, "following")
+    key(window, Qt.Key.Key_Return)
+    (trace,) = driver.traces(window)
+    assert len(trace.vertices) > 20
+    assert "3 way-points" in trace.notes
+    studio.undo()
+    assert tool.open or not driver.traces(window)
+
+
+def test_the_way_runs_ahead_of_the_click_and_a_way_point_can_be_dragged(following, picks):
+    window = following
+    tool = window.studio.tool_of(TraceTool)
+    first, middle, last = way_points(window, picks["B01"])
+    click(window.viewport, first)
+    move(window.viewport, last)
+    wait(lambda: window.viewport.preview.ahead is not None, "the way to the cursor")
+    click(window.viewport, last)
+    wait(lambda: not tool.searching, "the way")
+    before = window.viewport.preview.path
+    drag(window.viewport, last, middle)
+    wait(lambda: not tool.searching, "the way to where it was dragged")
+    assert len(tool.vertices) == 2
+    assert not np.array_equal(window.viewport.preview.path, before)
+
+
+def test_a_key_switches_following_on_and_off(following):
+    window = following
+    tool = window.studio.tool_of(TraceTool)
+    key(window, Qt.Key.Key_T, SHIFT)
+    assert tool.cost is None
+    assert driver.tool_panel(window, TracePanel).follow_box.currentData() is None
+    # What was followed last is followed again.
+    key(window, Qt.Key.Key_T, SHIFT)
+    assert tool.cost == "dark"
+    window.studio.cancel_tool()

@@ -1,0 +1,55 @@
+"""What a panel and a report say of a registration, by whatever it was found."""
+
+from __future__ import annotations
+
+from typing import get_args, get_type_hints
+
+import numpy as np
+import pytest
+
+from vomstudio.document.records import Frame, Registration, RegistrationPoint
+from vomstudio.registration.summary import summary_of
+
+METHODS = get_args(get_type_hints(Registration)["method"])
+HERE = (0.0, 0.0, 0.0)
+POINTS = tuple(RegistrationPoint(f"P{i}", HERE, HERE, (0.01, 0.0, 0.0)) for i in range(3))
+
+
+def registration(method: str, **more: object) -> Registration:
+    spread = np.diag([*np.radians([2.0, 1.0, 0.5]) ** 2, 1e-6, 1.0, 1.0, 1.0])
+    return Registration(
+        "r1", "r1", method, Frame("local"), control=POINTS, scale_error=1e-3,
+        covariance=tuple(map(tuple, spread.tolist())), centre=HERE, **more,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_way_of_registering_is_told(method: str) -> None:
+    told = summary_of(registration(method))
+    facts = dict(told.facts)
+    assert facts["Registered by"]
+    # 1.96 times two degrees about east, which is the weakest axis.
+    assert facts["Turned about east, 95 %"] == "± 3.9°"
+    assert facts["Weakest axis, 95 %"].endswith("± 3.9°")
+    assert "3.9" in told.sentence
+
+
+def test_points_beside_a_fit_to_another_model_are_judged_by_its_surfaces() -> None:
+    by_points = summary_of(registration("points")).warnings
+    assert any("fewer than four" in said for said in by_points)
+    assert any("No check points" in said for said in by_points)
+    fitted = summary_of(registration("reference")).warnings
+    assert not any("control points" in said or "check points" in said for said in fitted)
+
+
+def test_errors_beyond_all_turns_are_no_figures() -> None:
+    """One of four points is clicked where another one is: one sigma came out as 120 degrees, and
+    as 451448516490.5 where the points were a little different."""
+    from vomstudio.registration.placing import register_points
+
+    model = np.array([[0, 0, 0], [12, 0.3, 2.3], [3, -0.3, 4], [12, 0.1, 0]], float)
+    world = model.copy()
+    world[3] = model[0]
+    said = " ".join(register_points(model, world).warnings)
+    assert "as good as unknown" in said
+    assert "turned by about" not in said

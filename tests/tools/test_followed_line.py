@@ -1,0 +1,185 @@
+"""A trace that follows a contact: way-points, and the pieces between them as they come."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.document.conftest import MODEL, MemoryJournal
+from tests.tools.fakes import Context, event
+from vomstudio.document import edits
+from vomstudio.document.journal import replay
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.session import Session
+from vomstudio.tools.interaction_types import Pointer
+from vomstudio.tools.trace import TraceTool
+
+A, B, C = (0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 2.0, 0.5)
+
+
+@pytest.fixture
+def context() -> Context:
+    session = Session(MemoryJournal())
+    session.apply(edits.add_model(session.records, MODEL))
+    return Context(session, session._journal)
+
+
+@pytest.fixture
+def tool(context) -> TraceTool:
+    made = TraceTool(context)
+    made.follow("dark")
+    return made
+
+
+def bowed(ends) -> np.ndarray:
+    """A way between two places with a bend in its middle."""
+    one, other = map(np.asarray, ends)
+    t = np.linspace(0.0, 1.0, 9)[:, None]
+    return one + (other - one) * t + np.array([0.0, 0.0, 1.6]) * t * (1.0 - t)
+
+
+def answer_all(context) -> None:
+    asked, context.paths.asked = context.paths.asked, []
+    for _, _, ends, _, answer in asked:
+        answer(bowed(ends))
+
+
+def clicks(tool, *points) -> None:
+    for point in points:
+        tool.pointer(event(at=point))
+
+
+def test_the_kept_trace_has_every_vertex_of_the_way_and_says_whence(tool, context):
+    clicks(tool, A, B, C)
+    assert tool.searching
+    answer_all(context)
+    assert not tool.searching
+    assert context.shown[-1].line.shape == (3, 3)
+    assert context.shown[-1].path.shape == (17, 3)
+    tool.finish()
+    (trace,) = context.session.of(Trace)
+    assert len(trace.vertices) == 17
+    assert trace.vertices[0] == A
+    assert trace.vertices[-1] == C
+    assert "3 way-points" in trace.notes
+
+
+def test_the_figures_are_those_of_the_whole_way(tool, context):
+    clicks(tool, A, B, C)
+    answer_all(context)
+    assert tool.measurement.fit.n == 17
+
+
+def test_a_way_is_asked_for_once(tool, context):
+    clicks(tool, A, B)
+    tool.pointer(event(Pointer.MOVE))
+    tool.pointer(event(Pointer.MOVE))
+    assert len(context.paths.asked) == 1
+
+
+def test_the_way_to_the_cursor_is_shown_before_the_click(tool, context):
+    clicks(tool, A)
+    tool.pointer(event(Pointer.MOVE, at=B))
+    ((_, cost, ends, live, answer),) = context.paths.asked
+    assert (cost, ends, live) == ("dark", (A, B), True)
+    answer(bowed(ends))
+    assert np.allclose(context.shown[-1].ahead, bowed((A, B)))
+    # The click takes it as it is.
+    clicks(tool, B)
+    assert not tool.searching
+
+
+def test_a_way_for_an_older_place_of_the_cursor_changes_nothing(tool, context):
+    clicks(tool, A)
+    tool.pointer(event(Pointer.MOVE, at=B))
+    tool.pointer(event(Pointer.MOVE, at=C))
+    (_, _, first, _, late), (_, _, second, _, answer) = context.paths.asked
+    shown = len(context.shown)
+    late(bowed(first))
+    assert len(context.shown) == shown
+    answer(bowed(second))
+    assert np.allclose(context.shown[-1].ahead, bowed(second))
+
+
+def test_a_dragged_way_point_takes_its_ways_along_and_undo_brings_them_back(tool, context):
+    clicks(tool, A, B, C)
+    answer_all(context)
+    before = context.shown[-1].path
+    tool.pointer(event(Pointer.DRAG_START, at=B, handle=1))
+    tool.pointer(event(Pointer.DRAG_MOVE, at=(2.0, 1.0, 0.0)))
+    answer_all(context)
+    tool.pointer(event(Pointer.DRAG_END, at=(2.0, 1.0, 0.0)))
+    answer_all(context)
+    assert not tool.searching
+    assert len(tool.vertices) == 3
+    assert not np.array_equal(context.shown[-1].path, before)
+    assert tool.undo()
+    assert np.array_equal(context.shown[-1].path, before)
+
+
+def test_what_is_finished_too_early_is_kept_when_the_way_has_come(tool, context):
+    clicks(tool, A, B, C)
+    assert tool.finish() is None
+    assert not context.session.of(Trace)
+    answer_all(context)
+    (trace,) = context.session.of(Trace)
+    assert len(trace.vertices) == 17
+    assert not tool.open
+
+
+def test_where_there_is_no_way_it_is_said_and_the_piece_is_straight(tool, context):
+    clicks(tool, A, B)
+    ((_, _, _, _, answer),) = context.paths.asked
+    answer("The way-points are on parts that do not hang together.")
+    assert context.said[-1].startswith("The way-points")
+    assert not tool.searching
+    assert np.array_equal(context.shown[-1].path, [A, B])
+
+
+def test_a_cancelled_trace_waits_for_nothing(tool, context):
+    clicks(tool, A, B)
+    tool.cancel()
+    shown = len(context.shown)
+    answer_all(context)
+    assert len(context.shown) == shown
+    assert not tool.open
+
+
+def test_following_can_be_switched_while_a_trace_is_open(tool, context):
+    clicks(tool, A, B, C)
+    tool.follow(None)
+    assert context.shown[-1].path is None
+    assert not tool.searching
+    tool.finish()
+    (trace,) = context.session.of(Trace)
+    assert trace.vertices == (A, B, C)
+    assert trace.notes == ""
+
+
+def test_a_draft_comes_back_with_its_way_points_and_follows_them_again(tool, context):
+    clicks(tool, A, B, C)
+    state = replay(context.journal.kept).draft.state
+    tool.forget()
+    context.paths.asked = []
+    again = TraceTool(context)
+    assert again.restore(state)
+    assert again.cost == "dark"
+    assert again.vertices == (A, B, C)
+    assert again.searching
+    answer_all(context)
+    again.finish()
+    assert len(context.session.of(Trace)[0].vertices) == 17
+
+
+def test_a_continued_trace_is_picked_point_by_point(tool, context):
+    clicks(tool, A, B, C)
+    answer_all(context)
+    made = tool.finish()
+    context.paths.asked = []
+    tool.continue_feature(made)
+    assert not tool.followed
+    assert len(tool.vertices) == 17
+    clicks(tool, (3.0, 3.0, 1.0))
+    tool.finish()
+    assert not context.paths.asked
+    assert len(context.session.of(Trace)[0].vertices) == 18

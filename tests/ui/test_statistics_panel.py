@@ -1,0 +1,79 @@
+"""The statistics dock: of a type, a set, the selection."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtGui import QGuiApplication
+
+from tests import driver
+from tests.ui.conftest import add_cliff
+from vomstudio.document import edits
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
+
+
+@pytest.fixture
+def panel(window, studio):
+    """Twelve beds of one dip, twelve of a fold, four joints."""
+    add_cliff(studio)
+    window.workspaces.switch("analyse")
+    window.docks["statistics"].raise_()
+    fold = [(90 if i % 2 else 270, 10.0 + 6 * (i // 2)) for i in range(12)]
+    dips = [("bedding", "fold", *attitude) for attitude in fold]
+    dips += [("bedding", "flank", 120.0 + i, 40.0 + i % 3) for i in range(12)]
+    dips += [("joint", "", 10.0 + i, 85.0) for i in range(4)]
+    readings = [
+        Reading(f"r{i}", f"r{i}", kind, "plane", azimuth, dip, set_name=name)
+        for i, (kind, name, azimuth, dip) in enumerate(dips)
+    ]
+    assert studio.attempt(edits.add_readings, readings)
+    made = window.findChild(StatisticsPanel)
+    driver.wait(lambda: "Planes" in made.figures.toPlainText(), "the figures")
+    return made
+
+
+def choose(panel, text: str) -> str:
+    panel.of.setCurrentIndex(panel.of.findText(text))
+    panel.of.activated.emit(panel.of.currentIndex())
+    return panel.figures.toPlainText()
+
+
+def test_a_type_is_described_first_with_n_and_methods(panel) -> None:
+    assert panel.of.currentText() == "Bedding"
+    text = panel.figures.toPlainText()
+    assert "24 poles of planes" in text
+    for word in ("Fisher", "Tensor", "Bingham", "Uniformity", "Verdict"):
+        assert word in text
+    # Its two sets, each with its own axis.
+    assert "Its sets as domains" in text
+    assert "axes of their own" in text
+
+
+def test_each_set_has_its_own_verdict(panel) -> None:
+    assert "homoclinal" in choose(panel, "Bedding: flank")
+    text = choose(panel, "Bedding: fold")
+    assert "12 poles of planes" in text
+    assert "cylindrical" in text
+
+
+def test_the_selection_is_followed_and_what_is_pooled_is_said(panel, studio) -> None:
+    assert "Select planes" in choose(panel, "Selection")
+    studio.selection.set(["r0", "r12", "r24"])
+    driver.wait(lambda: "3 poles" in panel.figures.toPlainText(), "the selection")
+    assert "2 types are pooled" in panel.figures.toPlainText()
+    assert "Verdict" not in panel.figures.toPlainText()
+    studio.selection.set(["r24", "r25"])
+    driver.wait(lambda: "2 poles" in panel.figures.toPlainText(), "the selection")
+    assert "pooled" not in panel.figures.toPlainText()
+
+
+def test_the_figures_are_copied_as_text(panel) -> None:
+    panel.copy.click()
+    assert "Verdict\t" in QGuiApplication.clipboard().text()
+
+
+def test_what_is_deleted_leaves_the_list(panel, studio) -> None:
+    studio.selection.set([f"r{i}" for i in range(12, 24)])
+    assert studio.attempt(edits.delete, list(studio.selection.ids))
+    driver.wait(lambda: panel.of.findText("Bedding: flank") < 0, "the list")
+    assert "12 poles" in panel.figures.toPlainText()

@@ -1,0 +1,202 @@
+"""Elevation models over horizontal, vertical and slanting planes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.api.checking import single_number
+from vomstudio.api.models import Mesh, PointCloud, model_of
+from vomstudio.api.planes import plane_text
+from vomstudio.api.reporting import Reported, told
+from vomstudio.errors import UsageError
+from vomstudio.products.elevation.heights import draw_heights
+from vomstudio.products.elevation.planning import HeightPlan, plan_heights, reference_plane
+from vomstudio.products.elevation.shading import dips_of, hillshade
+from vomstudio.products.elevation.writing import (
+    ElevationFigures,
+    Wanted,
+    WrittenElevation,
+    figures_of,
+    write_elevation,
+)
+from vomstudio.products.ortho.requests import check_gsd
+from vomstudio.reprs import html_table, in_lines
+from vomstudio.words import tr
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ElevationModel:
+    """Heights of a surface over a plane of reference.
+
+    heights : (h, w) float32, metres along the plane's upward normal: Z of World over the
+        horizontal, else above ``figures.reference_point``; NaN where there is no surface. Rows run
+        down the plane's dip, from North to South over the horizontal
+    figures : as the command prints them: width, height, gsd_m, coverage, reference_point,
+        cell_to_world, lowest_m, highest_m, interpolation_limit_m ...
+    warnings : sentences
+
+    >>> import vomstudio as vs
+    >>> model = vs.dem(vs.sample("sample.obj"), gsd_m=0.5)
+    >>> column, row = 10, 12
+    >>> x, y, z, _ = model.cell_to_world @ [column + 0.5, row + 0.5, model.heights[row, column], 1]
+    >>> bool(z == model.heights[row, column])
+    True
+    """
+
+    heights: npt.NDArray[np.float32]
+    figures: ElevationFigures
+    warnings: tuple[str, ...]
+    _model: Mesh | PointCloud = field(repr=False)
+    _plan: HeightPlan = field(repr=False)
+
+    @property
+    def cell_to_world(self) -> npt.NDArray[np.float64]:
+        """(4, 4): (column, row, height, 1) to World; (0, 0) is the outer corner of the top left
+        cell, its centre (0.5, 0.5)."""
+        return np.array(self.figures.cell_to_world)
+
+    @property
+    def gsd_m(self) -> float:
+        """Side of a cell, metres."""
+        return self.figures.gsd_m
+
+    @property
+    def coverage(self) -> float:
+        """Share of the cells that have a height."""
+        return self.figures.coverage
+
+    @property
+    def reference_point(self) -> npt.NDArray[np.float64]:
+        """(3,) World, the centre of the model's bounds."""
+        return np.array(self.figures.reference_point)
+
+    def slope(self) -> npt.NDArray[np.float32]:
+        """(h, w) dip of the surface from the horizontal of World, degrees; Horn's gradients over
+        eight neighbours, NaN where one is missing."""
+        return dips_of(self.heights, self.gsd_m, self._plan.frame)[0]
+
+    def aspect(self) -> npt.NDArray[np.float32]:
+        """(h, w) dip direction of the surface, degrees; NaN where it is level or unknown."""
+        return dips_of(self.heights, self.gsd_m, self._plan.frame)[1]
+
+    def hillshade(self) -> npt.NDArray[np.uint8]:
+        """(h, w) from 1 to 255, 0 where it is not known; light from the upper left, 45 degrees
+        above the plane."""
+        return hillshade(self.heights, self.gsd_m)
+
+    def save(
+        self,
+        path: str | Path,
+        *,
+        hillshade: bool = False,
+        slope: bool = False,
+        aspect: bool = False,
+        contours: float | None = None,
+        force: bool = False,
+    ) -> WrittenElevation:
+        """Write NAME.tif and NAME.json, and beside them NAME_hillshade.tif, NAME_slope.tif,
+        NAME_aspect.tif, NAME_contours.gpkg (lines every so many metres) where they are wanted.
+
+        Returns what the command prints. Raises vs.errors.UsageError, vs.errors.TargetError.
+        """
+        source = self._model._source
+        return write_elevation(
+            self.heights,
+            self._plan,
+            self.figures,
+            path,
+            wanted=Wanted(hillshade, slope, aspect, contours),
+            world=_crs_of(self._model),
+            north_known=source.placed,
+            model=str(source.path),
+            content_hash=source.content_hash,
+            warnings=self.warnings,
+            force=force,
+        )
+
+    def _named(self) -> dict[str, Any]:
+        f = self.figures
+        return {
+            "cells": f"{f.width} x {f.height} of {f.gsd_m:g} m",
+            "plane": f"{f.dip_direction_deg:05.1f}/{f.dip_deg:.1f} dip direction/dip",
+            "heights": f"{f.lowest_m:.3f} to {f.highest_m:.3f} m",
+            "coverage": f"{100 * f.coverage:.0f} %",
+            "crs": f.crs,
+            "warnings": self.warnings or None,
+        }
+
+    def __repr__(self) -> str:
+        return in_lines("ElevationModel", self._named())
+
+    def _repr_html_(self) -> str:
+        return html_table("ElevationModel", self._named())
+
+
+def dem(
+    model: Any,
+    *,
+    gsd_m: float | None = None,
+    plane: Any = None,
+    limit_m: float | None = None,
+    progress: Reported = None,
+) -> ElevationModel:
+    """Heights of a model over a plane of reference.
+
+    Parameters
+    ----------
+    model : Mesh, PointCloud, a model of a project, or the path of a file
+    gsd_m : side of a cell; None takes the mean edge of a mesh, the mean spacing of a cloud
+    plane : of reference: "DD/D", (dip direction, dip) or a PlaneFit; None is the horizontal
+    limit_m : of a cloud: the longest side of triangles between its points; None takes five times
+        the root of the area that a point has to itself
+    progress : called with (stage, steps done, all steps or None), or a Progress
+
+    Returns
+    -------
+    ElevationModel: ``heights``, ``cell_to_world``, ``coverage`` and the figures of the command;
+    ``.save(path)`` writes its files.
+
+    Raises
+    ------
+    vs.errors.UsageError for a limit with a mesh and a grid that is too large;
+    vs.errors.InputError for a model without a surface over this plane.
+
+    Each cell has the height of the surface at its centre; of several sheets the farthest along the
+    normal wins. A cloud is triangulated over the plane (Delaunay).
+
+    Examples
+    --------
+    >>> import vomstudio as vs
+    >>> model = vs.dem(vs.sample("sample.obj"), plane="200/80", gsd_m=0.5)
+    >>> model.heights.shape == (model.figures.height, model.figures.width)
+    True
+    """
+    check_gsd(single_number(gsd_m, "gsd_m"))
+    given = single_number(limit_m, "limit_m")
+    data = model_of(model)
+    if given is not None and (not isinstance(data, PointCloud) or not 0 < given < np.inf):
+        raise UsageError(
+            tr("The longest side is a positive length, and only for a cloud."), field="limit_m"
+        )
+    source = data._source
+    plan = plan_heights(
+        data._data,
+        reference_plane(plane_text(plane)),
+        to_world=np.eye(4),
+        gsd=gsd_m,
+        metric=source.metric or source.placed,
+    )
+    heights, limit = draw_heights(data._data, plan, given, told(progress))
+    figures = figures_of(heights, plan, limit, _crs_of(data))
+    return ElevationModel(heights, figures, plan.notes, data, plan)
+
+
+def _crs_of(model: Mesh | PointCloud) -> str | None:
+    from vomstudio.io.gis.crs import world_crs
+
+    return world_crs(model.crs, model._source.unit_m)

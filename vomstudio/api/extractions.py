@@ -1,0 +1,202 @@
+"""What the program finds on a model: facets, and lines that follow a contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.api.checking import points, single_number, warn
+from vomstudio.api.comparisons import placed
+from vomstudio.api.reporting import Reported, told
+from vomstudio.api.tables import frame
+from vomstudio.extraction.followed_trace import FollowedTrace
+from vomstudio.progress import CancelToken
+from vomstudio.reprs import Shown
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Facets(Shown):
+    """Facets of a model, with the names of the command.
+
+    facets : how many; table : DataFrame of the orientation table's columns and `wkt` (the border,
+        World), a row for each, its id the facet's label
+    coverage, near_planar_share : of the model's area, and of the exposed rock's; None where there
+        is none
+    sets : name, n, dip_direction_deg, dip_deg of each, where they were asked for
+    labels : {"facet": (n,), "set": (n,)} int32 of the model's points, -1 for none
+    """
+
+    facets: int
+    table: Any
+    coverage: float | None
+    near_planar_share: float | None
+    sets: tuple[dict[str, Any], ...]
+    labels: dict[str, npt.NDArray[np.int32]]
+    area_m2: float
+    vegetation_share: float
+    debris_share: float
+    angle_deg: float
+    max_distance_m: float
+    min_points: int
+    min_area_m2: float | None
+    warnings: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """All but the table and the labels."""
+        return {k: v for k, v in vars(self).items() if k not in ("table", "labels")}
+
+
+def facets(
+    model: Any,
+    *,
+    angle: float = 20.0,
+    max_distance: float | None = None,
+    min_points: int | None = None,
+    min_area: float | None = None,
+    sets: bool = False,
+    progress: Reported = None,
+    cancel: CancelToken | None = None,
+) -> Facets:
+    """Pieces of an outcrop's face that lie in one plane, each fitted and judged as a patch.
+
+    Parameters
+    ----------
+    model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
+        in World, metres
+    angle : degrees by which the surface may be off a facet's plane
+    max_distance : metres from that plane; None takes the local spacing of the points, or three
+        times their local noise where that is more
+    min_points : of a facet; None takes 50, or on a mesh 1 % of its area
+    min_area : of a facet, square metres
+    sets : propose sets among the facets' planes, as `vs.sets` does
+    progress : called with (stage, steps done, all steps or None), or a Progress
+    cancel : a vs.CancelToken that stops the work
+
+    Returns
+    -------
+    Facets: ``facets`` (how many), ``table`` (DataFrame, columns of the orientation table and
+    ``wkt``), ``coverage``, ``near_planar_share``, ``sets``, ``labels`` (int32 ``facet`` and ``set``
+    of the model's points, -1 for none). Areas of clouds are those of their borders.
+
+    Raises
+    ------
+    vs.errors.UsageError for thresholds that are none; vs.errors.GeometryError for a model without a
+    surface; vs.errors.Cancelled.
+
+    Source: region growing as in Wang et al. (2017), Computers & Geosciences 103, 100; the 30 %
+    rule after Tavani et al., section 4.1.3.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vomstudio as vs
+    >>> a, b = np.meshgrid(np.arange(0, 4, 0.1), np.arange(0, 4, 0.1))
+    >>> flat = np.zeros(a.size)
+    >>> east = np.column_stack([flat, a.ravel(), b.ravel()])
+    >>> north = np.column_stack([a.ravel() + 0.1, flat, b.ravel()])
+    >>> found = vs.facets(np.concatenate([east, north]))
+    >>> found.facets, sorted(found.table["dip_deg"].round(3))
+    (2, [90.0, 90.0])
+    """
+    from vomstudio.extraction.facet_sets import with_sets
+    from vomstudio.extraction.facet_table import WKT, facet_table
+    from vomstudio.extraction.facets import Limits, find_facets
+    from vomstudio.tables.orientation_table import COLUMNS
+
+    report = told(progress, cancel)
+    data, crs, _ = placed(model, "model")
+    limits = Limits(
+        float(single_number(angle, "angle") or 0.0),
+        single_number(max_distance, "max_distance"),
+        None if min_points is None else int(single_number(min_points, "min_points") or 0),
+        single_number(min_area, "min_area"),
+    )
+    name = getattr(getattr(model, "path", None), "name", None) or ""
+    found = facet_table(
+        find_facets(data, limits, progress=report), limits, model=name, frame=crs or "local"
+    )
+    if sets:
+        found = with_sets(found)
+    warn(found.warnings)
+    table = frame(found.rows, COLUMNS)
+    table[WKT] = [row[WKT] for row in found.rows]
+    return Facets(
+        **{**found.as_dict(), "sets": tuple(found.sets), "warnings": found.warnings},
+        table=table,
+        labels=found.as_fields(),
+    )
+
+
+def follow(
+    model: Any,
+    through: Any,
+    *,
+    cost: str = "colour",
+    progress: Reported = None,
+    cancel: CancelToken | None = None,
+) -> FollowedTrace:
+    """A line that follows a contact over a model, from way-point to way-point.
+
+    Parameters
+    ----------
+    model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
+        in World, metres
+    through : (w, 3) way-points in World, at least two, in their order
+    cost : "colour" (like the colours at the way-points), "dark", "light", "gradient" (edges of
+        lightness), "curvature" (edges of the surface), or the name of a field, whose low values are
+        followed
+    progress : called with (stage, steps done, all steps or None), or a Progress
+    cancel : a vs.CancelToken that stops the work before it searches
+
+    Returns
+    -------
+    An object with the names of the command: ``points`` (n, 3) every vertex of the path, World, m;
+    ``length_m``; ``snap_m``, how far the farthest way-point lies from the path; ``plane``, a dict
+    of the orientation table's columns, None where there is none; ``warnings``.
+
+    Raises
+    ------
+    vs.errors.GeometryError for a way-point beyond ten resolutions of the model, and where it does
+    not hang together between two; vs.errors.UsageError for a cost that it does not have.
+
+    Source: least-cost paths as in Thiele et al. (2017), Solid Earth 8, 1241; Dijkstra (1959).
+
+    Examples
+    --------
+    A dark bed on a slope:
+
+    >>> import numpy as np
+    >>> import vomstudio as vs
+    >>> import tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "slope.csv"
+    >>> x, y = (a.ravel() for a in np.meshgrid(np.arange(0, 5, 0.05), np.arange(0, 5, 0.05)))
+    >>> z = 0.5 * y + 0.3 * np.sin(3 * x)
+    >>> grey = np.where(np.abs(z - 1.0) < 0.05, 10.0, 200.0)
+    >>> rows = np.column_stack([x, y, z, grey])
+    >>> np.savetxt(path, rows, delimiter=",", header="x,y,z,grey", comments="")
+    >>> slope = vs.read(path, unit="m")
+    >>> trace = vs.follow(slope, [[0.05, 1.9, 1.0], [4.9, 1.5, 1.0]], cost="grey")
+    >>> bool(np.abs(trace.points[:, 2] - 1.0).max() < 0.06)
+    True
+    """
+    from vomstudio.extraction.followed_trace import followed_trace
+    from vomstudio.extraction.surface_graph import SurfaceGraph
+    from vomstudio.io.models.opening import resolution
+
+    report = told(progress, cancel)
+    data, crs, _ = placed(model, "model")
+    way_points = points(through, "through")
+    report.stage("Following", None)
+    found = followed_trace(
+        SurfaceGraph(data),
+        way_points,
+        cost=cost,
+        resolution=resolution(data),
+        model=getattr(getattr(model, "path", None), "name", None) or "",
+        frame=crs or "local",
+    )
+    warn(found.warnings)
+    return found

@@ -1,0 +1,165 @@
+"""Maps of fracture traces."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.api.checking import numbers, warn
+from vomstudio.errors import InputError
+from vomstudio.geology.fractures.network import Counted, FractureNetwork, Mapped
+from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
+from vomstudio.words import tr
+
+
+def fractures(
+    traces: Any,
+    *,
+    area: Any = None,
+    circle: tuple[float, float, float] | None = None,
+    scanline: Any = None,
+    snap_m: float = 0.0,
+    by: str | Sequence[str] | None = None,
+    strikes: Sequence[tuple[float, float]] = (),
+    terzaghi_cap: float | None = None,
+    layer: str | None = None,
+    plot: str | Path | None = None,
+    force: bool = False,
+) -> FractureNetwork:
+    """Number, length, nodes and spacing of the fractures of a trace map.
+
+    Parameters
+    ----------
+    traces : path of a GeoPackage, GeoJSON, shapefile or DXF; or the lines themselves, arrays (k, 2)
+        of x East and y North in metres or shapely lines; or a GeoDataFrame in metres
+    area : in which traces were mapped: path of a layer of polygons, a shapely polygon, or its
+        corners (k, 2)
+    circle : (x, y, radius) in metres, in place of an area
+    scanline : path of a layer of lines, a shapely line, or its corners (k, 2), in place of an area
+    snap_m : how far ends may miss the trace on which they abut
+    by : attribute of the file that names sets, or the set of each trace
+    strikes : ranges of strike (from, to), degrees, clockwise, each a set
+    terzaghi_cap : the largest Terzaghi weight, None for none
+    layer : of the traces, where their file has several
+    plot, force : picture to write (.svg, .pdf, .png), and whether it may replace one
+
+    Returns
+    -------
+    FractureNetwork: ``traces``, ``pieces``, ``area_m2``, ``P10_1_per_m``, ``P20_1_per_m2``,
+    ``P20_nodes_1_per_m2``, ``P21_1_per_m``, ``nodes`` (``I``, ``Y``, ``X``), ``mended``, ``length``
+    (``mean_m``, ``naive_mean_m``, ``censored_share``, ``distribution``, ``parameters``, ...),
+    ``sets``, ``P21_by_size``, ``scanline``; None is what cannot be stated.
+
+    Raises
+    ------
+    vs.errors.InputError for files that cannot be read or are in degrees; vs.errors.GeometryError
+    for an area outside the map; vs.errors.UsageError for more than one of area, circle, scanline.
+
+    Nodes after Sanderson & Nixon (2015), lengths in a window after Laslett (1982) and Pahl (1981),
+    circles after Mauldon et al. (2001), weights along scanlines after Terzaghi (1965).
+
+    Examples
+    --------
+    >>> import vomstudio as vs
+    >>> joints = [[(0, y), (6, y)] for y in (1, 2, 3)] + [[(2, 1), (2, 3)]]
+    >>> found = vs.fractures(joints, area=[(1, 0), (5, 0), (5, 4), (1, 4)])
+    >>> found.P21_1_per_m, found.nodes.Y, found.nodes.X
+    (0.875, 2, 1)
+    """
+    given = {"area": area, "circle": circle, "scanline": scanline}
+    order = FractureOrder(
+        traces=_path(traces),
+        area=_path(area),
+        circle=None if circle is None else _circle(circle),
+        scanline=_path(scanline),
+        snap_m=float(numbers(snap_m, "snap_m")),
+        set_column=by if isinstance(by, str) else None,
+        strikes=tuple((float(low), float(high)) for low, high in strikes),
+        terzaghi_cap=terzaghi_cap,
+        layer=layer,
+    )
+    mapped = map_fractures(
+        order,
+        lines=None if order.traces is not None else _shapes(traces, "traces"),
+        counted=_counted({k: v for k, v in given.items() if v is not None and _path(v) is None}),
+        sets=None if by is None or isinstance(by, str) else [str(name) for name in by],
+    )
+    if plot is not None:
+        _draw(mapped, plot, force)
+    warn(mapped.found.warnings)
+    return mapped.found
+
+
+def _draw(mapped: Mapped, plot: str | Path, force: bool) -> None:
+    from vomstudio.files.atomic import atomic_write
+    from vomstudio.products.fractures.figure import write_fractures
+    from vomstudio.products.net.figure import picture_format
+
+    format_ = picture_format(plot, "plot")
+    with atomic_write(plot, force) as temporary:
+        write_fractures(temporary, mapped, format=format_)
+
+
+def _path(given: Any) -> Path | None:
+    return Path(given) if isinstance(given, str | os.PathLike) else None
+
+
+def _circle(given: Any) -> tuple[float, float, float]:
+    values = numbers(given, "circle").ravel()
+    if values.shape != (3,):
+        raise InputError(tr("A circle is given as (x, y, radius), in metres."), field="circle")
+    return float(values[0]), float(values[1]), float(values[2])
+
+
+def _counted(given: dict[str, Any]) -> Counted | None:
+    """What was handed over as coordinates."""
+    import shapely
+
+    if "area" in given:
+        area = given["area"]
+        if not hasattr(area, "geom_type"):
+            corners = _corners(area, "area", 3)
+            area = shapely.Polygon(corners)
+        return Counted(shapely.make_valid(area))
+    if "scanline" in given:
+        return Counted(scanlines=_shapes([given["scanline"]], "scanline"))
+    return None
+
+
+def _shapes(given: Any, name: str) -> npt.NDArray[np.object_]:
+    """Lines as shapely objects. Raises InputError."""
+    import shapely
+
+    crs = getattr(given, "crs", None)
+    if crs is not None and getattr(crs, "is_geographic", False):
+        raise InputError(
+            tr("The lines are in degrees and have no true length. Reproject them first."),
+            field=name,
+        )
+    lines = list(getattr(given, "geometry", given))
+    found = [
+        line if hasattr(line, "geom_type") else shapely.LineString(_corners(line, name, 2))
+        for line in lines
+    ]
+    shapes = np.empty(len(found), object)
+    shapes[:] = found
+    return shapes
+
+
+def _corners(given: Any, name: str, least: int) -> npt.NDArray[np.float64]:
+    xy = numbers(given, name)
+    if xy.ndim != 2 or xy.shape[1] != 2 or len(xy) < least or not np.isfinite(xy).all():
+        raise InputError(
+            tr(
+                "At least {count} corners with x and y are needed, as an array (k, 2) of finite "
+                "numbers.",
+                count=least,
+            ),
+            field=name,
+        )
+    return xy

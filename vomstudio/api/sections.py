@@ -1,0 +1,145 @@
+"""Sections and profiles of models."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.api.checking import numbers, single_number
+from vomstudio.api.models import Mesh, PointCloud, model_of
+from vomstudio.api.planes import plane_text
+from vomstudio.errors import InputError, UsageError
+from vomstudio.products.section.curtain import (
+    Curtain,
+    curtain_of_line,
+    curtain_of_plane,
+    parse_section_plane,
+)
+from vomstudio.products.section.cutting import Cut, cut_model
+from vomstudio.products.section.writing import (
+    SectionFigures,
+    WrittenSection,
+    figures_of,
+    write_section,
+)
+from vomstudio.reprs import html_table, in_lines
+from vomstudio.words import tr
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Section:
+    """Where a plane or a vertical curtain cuts a model.
+
+    polylines : each (n, 3) World; profiles : the same points, each (n, 2): distance along the
+        section and height in it (Z in a vertical one), metres
+    figures : as the command prints them: length_m, slab_m, left_deg, right_deg ...
+    """
+
+    polylines: tuple[npt.NDArray[np.float64], ...]
+    profiles: tuple[npt.NDArray[np.float64], ...]
+    figures: SectionFigures
+    _model: Mesh | PointCloud = field(repr=False)
+    _curtain: Curtain = field(repr=False)
+    _cut: Cut = field(repr=False)
+
+    @property
+    def length_m(self) -> float:
+        """Of all lines together."""
+        return self.figures.length_m
+
+    def save(self, path: str | Path, *, force: bool = False) -> WrittenSection:
+        """Write .csv, .dxf or .svg, as the command does. Raises vs.errors.UsageError,
+        vs.errors.TargetError."""
+        source = self._model._source
+        return write_section(
+            path,
+            self._cut,
+            self._curtain,
+            self.figures,
+            crs=self._model.crs,
+            model=str(source.path),
+            metric=source.metric or source.placed,
+            north_known=source.placed,
+            force=force,
+        )
+
+    def _named(self) -> dict[str, Any]:
+        f = self.figures
+        return {
+            "lines": f"{f.polylines}, {f.length_m:.3f} m in all",
+            "from": f"{f.left_deg:05.1f} deg",
+            "toward": f"{f.right_deg:05.1f} deg",
+            "slab": None if f.slab_m is None else f"{f.slab_m:.3g} m",
+        }
+
+    def __repr__(self) -> str:
+        return in_lines("Section", self._named())
+
+    def _repr_html_(self) -> str:
+        return html_table("Section", self._named())
+
+
+def section(
+    model: Any, *, plane: Any = None, through: Any = None, profile: Any = None, slab_m: Any = None
+) -> Section:
+    """Cut a model along a plane, or vertically along a line.
+
+    Parameters
+    ----------
+    model : Mesh, PointCloud, a model of a project, or the path of a file
+    plane, through : of the section: "DD/D", (dip direction, dip) or a PlaneFit, and a point (3,) of
+        World on it
+    profile : or a line on the map, (n, 2) x, y of World
+    slab_m : of a cloud: thickness of the slab of points that stands for the cut; None takes four
+        times its points' mean distance
+
+    Returns
+    -------
+    Section: ``polylines`` in World, ``profiles`` in the section, ``length_m``; ``.save(path)``.
+
+    Raises
+    ------
+    vs.errors.UsageError unless a plane with a point, or a profile, is given; vs.errors.InputError
+    where the section misses the model.
+
+    A mesh is cut exactly, triangle by triangle. Of a cloud the points of the slab are linked.
+
+    Examples
+    --------
+    >>> import vomstudio as vs
+    >>> cliff = vs.read(vs.sample("sample.obj"))
+    >>> cut = vs.section(cliff, plane="121/90", through=cliff.bounds.mean(axis=0))
+    >>> cut.length_m > 5
+    True
+    """
+    if (plane is None) == (profile is None) or (plane is None) != (through is None):
+        raise UsageError(tr("Give plane= with through=, or profile=."))
+    if profile is not None:
+        line = numbers(profile, "profile")
+        if line.ndim != 2 or line.shape[1] < 2 or not np.isfinite(line).all():
+            raise InputError(tr("A profile is an array (n, 2) of x and y."), field="profile")
+        curtain = curtain_of_line(line)
+    else:
+        point = numbers(through, "through")
+        if point.shape != (3,) or not np.isfinite(point).all():
+            raise InputError(tr("A point is three numbers, x, y, z of World."), field="through")
+        curtain = curtain_of_plane(parse_section_plane(str(plane_text(plane))), point)
+    thick = single_number(slab_m, "slab_m")
+    if thick is not None and not 0 < thick < np.inf:
+        raise UsageError(tr("A thickness or distance is a length in metres."), field="slab_m")
+    data = model_of(model)
+    spacing = 0.0
+    if isinstance(data, PointCloud):
+        from vomstudio.io.models.opening import point_spacing
+
+        found = point_spacing(data._data)
+        spacing = found if np.isfinite(found) else 0.0
+    elif thick is not None:
+        raise UsageError(tr("A mesh is cut exactly; a slab is for clouds."), field="slab_m")
+    cut = cut_model(data._data, curtain, thick, spacing)
+    figures = figures_of(cut, curtain, (), 0)
+    return Section(cut.world, cut.lines, figures, data, curtain, cut)

@@ -1,0 +1,84 @@
+"""Sets proposed among planes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from vomstudio.api.checking import warn
+from vomstudio.api.tables import Azimuth, frame_of_table, rows_of
+from vomstudio.geology.orientation import Plane
+from vomstudio.geology.sets.proposals import SetProposal, propose_sets
+from vomstudio.io.text.set_columns import PROBABILITY, SET, places_of
+
+
+@dataclass(frozen=True, repr=False)
+class ProposedSets(SetProposal):
+    """table : DataFrame of the rows with ``set`` ("" for none) and ``set_probability``"""
+
+    table: Any = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """All but the table."""
+        own = {f.name: getattr(self, f.name) for f in fields(SetProposal)}
+        return SetProposal(**own).as_dict()
+
+
+def sets(
+    table: Any,
+    *,
+    max_sets: int | None = None,
+    seeds: Sequence[tuple[float, float]] = (),
+    azimuth: Azimuth | None = None,
+) -> ProposedSets:
+    """Propose sets among planes, with a class of those that belong to none.
+
+    Parameters
+    ----------
+    table : DataFrame of orientations, the path of a file, or two arrays (dip direction, dip), (n,)
+        each, degrees; lines in it are left out
+    max_sets : sets looked for at most; None for 8
+    seeds : (dip direction, dip) of a plane of each set, in place of a proposed number
+    azimuth : what a column called only ``azimuth`` means: "strike" or "dipdir"
+
+    Returns
+    -------
+    ProposedSets: ``n``, ``sets`` (each ``name``, ``n``, ``dip_direction_deg``, ``dip_deg``,
+    ``kappa``, ``cone95_deg``, ``spacing_m``, None without x, y, z in metres), ``unassigned``, and
+    ``table``, a DataFrame with the columns ``set`` and ``set_probability``: yours
+    with them, or the orientation table of a file.
+
+    Raises
+    ------
+    vs.errors.GeometryError for tables without planes; vs.errors.UsageError for seeds that are alike
+    or more than ``max_sets``; vs.errors.InputError as `stats`.
+
+    A mixture of Bingham distributions and an even scatter, its number by the integrated completed
+    likelihood (Biernacki, Celeux & Govaert 2000); means and kappa after Fisher (1953).
+
+    Examples
+    --------
+    >>> import vomstudio as vs
+    >>> steep = [90, 271, 92, 268, 91, 89, 94], [88, 89, 87, 86, 90, 87, 88]
+    >>> flat = [20, 25, 18, 30, 22, 24], [31, 34, 32, 35, 33, 34]
+    >>> found = vs.sets((steep[0] + flat[0], steep[1] + flat[1]))
+    >>> [(s.name, s.n, round(s.dip_deg)) for s in found.sets], found.unassigned
+    ([('S1', 7, 89), ('S2', 6, 33)], 0)
+    """
+    rows = rows_of(table, azimuth)
+    planes = tuple(Plane(float(direction), float(dip)) for direction, dip in seeds)
+    found = propose_sets(rows, most=max_sets, seeds=planes, places=places_of(rows))
+    # A table that was handed over keeps its own columns.
+    own_frame = hasattr(table, "columns") and hasattr(table, "itertuples")
+    frame = table.copy() if own_frame else frame_of_table(rows, rows.warnings)
+    where = np.asarray(found.rows, np.int64)
+    where = rows.kept[where] if own_frame else where
+    names, shares = np.full(len(frame), "", dtype=object), np.full(len(frame), np.nan)
+    names[where], shares[where] = found.assignment, found.probability
+    frame[SET], frame[PROBABILITY] = names, shares
+    warn(found.warnings[len(rows.warnings) :])
+    own = {f.name: getattr(found, f.name) for f in fields(SetProposal)}
+    return ProposedSets(**own, table=frame)

@@ -1,0 +1,136 @@
+"""`vomstudio displacement`: what pairs of points on both sides of a fault tell."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vomstudio.cli.common import text_tables
+from vomstudio.cli.common.arguments import Subparsers, add_command
+from vomstudio.cli.common.output import Output
+from vomstudio.errors import InputError, UsageError, VomError
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.geology.orientation import Plane
+    from vomstudio.io.text.tables import TextTable
+
+COLUMNS = ("hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z")
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers,
+        "displacement",
+        run,
+        help_=tr("Net slip, throw and heave of a fault, with errors"),
+    )
+    parser.add_argument(
+        "pairs", metavar="PAIRS", help=tr("table of a point on each side, in metres")
+    )
+    parser.add_argument("--fault", metavar="DD/D", required=True, help=tr("attitude of the fault"))
+    parser.add_argument(
+        "--bed",
+        metavar="DD/D",
+        help=tr("attitude of the bed, where the points are cut-offs of one"),
+    )
+    slip = parser.add_mutually_exclusive_group()
+    slip.add_argument("--rake", type=float, metavar="DEG", help=tr("rake of the slip lineation"))
+    slip.add_argument("--slip", metavar="T/P", help=tr("trend and plunge of the slip lineation"))
+    for option, of in (
+        ("--sigma", tr("standard deviation of each coordinate, in metres")),
+        ("--fault-error", tr("half-angle of the fault's 95 %% cone, in degrees")),
+        ("--bed-error", tr("half-angle of the bed's 95 %% cone, in degrees")),
+        ("--rake-error", tr("95 %% error of the rake, in degrees")),
+    ):
+        parser.add_argument(option, type=float, default=0.0, metavar="N", help=of)
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.geology.faults.displacement import Errors
+    from vomstudio.geology.faults.displacement_pairs import displacements
+    from vomstudio.geology.orientation import Line, rake_of
+    from vomstudio.io.text.tables import read_table
+
+    fault = _plane(args.fault, "--fault")
+    bed = None if args.bed is None else _plane(args.bed, "--bed")
+    rake = args.rake
+    if args.slip is not None:
+        trend, plunge = _two(args.slip, "--slip")
+        rake = rake_of(Line(trend, plunge), fault)
+    table = read_table(args.pairs)
+    names, points = _pairs(table)
+    found = displacements(
+        names, points[:, :3], points[:, 3:], fault, bed=bed, slip_rake_deg=rake,
+        errors=Errors(args.sigma, args.fault_error, args.bed_error, args.rake_error),
+    )  # fmt: skip
+    result = found.as_dict()
+    out.result(result)
+    out.warn([f"{each['id']}: {each['reason']}" for each in found.skipped])
+    out.text(_in_words(result))
+
+
+def _two(text: str, field: str) -> tuple[float, float]:
+    one, _, two = text.partition("/")
+    try:
+        return float(one), float(two)
+    except ValueError as error:
+        raise UsageError(
+            tr("“{text}” is no pair of angles; write it like 120/45.", text=text), field=field
+        ) from error
+
+
+def _plane(text: str, field: str) -> Plane:
+    from vomstudio.geology.orientation import Plane
+
+    direction, dip = _two(text, field)
+    try:
+        return Plane(direction, dip)
+    except VomError as error:
+        raise UsageError(error.message, field=field) from error
+
+
+def _pairs(table: TextTable) -> tuple[list[str], Any]:
+    """Names and (n, 6) coordinates; rows without all six are dropped by their reader's rules."""
+    if table.names is None:
+        if table.width != 6:
+            raise InputError(
+                tr("Pairs need six columns: x, y, z on the hanging wall, then on the footwall."),
+                file=table.path,
+            )
+        points = table.numbers(range(6))
+    else:
+        points = table.numbers([table.find(name) for name in COLUMNS])
+    names = (
+        table.labels(table.find("name"))
+        if table.has("name")
+        else [str(i + 1) for i in range(len(table))]
+    )
+    if not np.isfinite(points).any():
+        raise InputError(tr("No row has all six coordinates."), file=table.path)
+    return names, points
+
+
+def _in_words(result: dict[str, Any]) -> str:
+    heads = [tr("pair"), tr("net"), "+-", tr("throw"), "+-", tr("heave"), "+-", tr("strike slip"),
+             tr("rake")]  # fmt: skip
+    rows = []
+    for pair in result["pairs"]:
+        d = pair["displacement"] or pair["separations"]["dip"]
+        if d is None:
+            continue
+        cells = [pair["name"]]
+        for name in ("net_m", "throw_m", "heave_m"):
+            cells += [text_tables.number(d[name]["value"], 3),
+                      text_tables.number(d[name]["error95"], 3)]  # fmt: skip
+        cells += [text_tables.number(d["strike_slip_m"]["value"], 3),
+                  text_tables.number(d["slip_rake_deg"], 0)]  # fmt: skip
+        rows.append(cells)
+    title = (
+        tr("Net slip, metres, errors 95 %")
+        if result["what"] == "net slip"
+        else tr("Dip separation, metres, errors 95 %; the slip is unknown, so this is no slip")
+    )
+    return f"{title}\n" + text_tables.table(heads, [""] * len(heads), rows)

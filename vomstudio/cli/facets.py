@@ -1,0 +1,166 @@
+"""`vomstudio facets`: pieces of an outcrop's face that lie in one plane."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.cli.common import text_tables
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.output import Output
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.extraction.facet_table import FacetTable
+    from vomstudio.workspace.world_models import WorldModel
+
+_SHOWN = 20
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "facets", run, help_=tr("Find the facets of an outcrop and fit their planes")
+    )
+    parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
+    add_output(parser, tr("write the orientation table as CSV"), required=True)
+    parser.add_argument(
+        "--labels",
+        metavar="OUT.ply",
+        help=tr("write the model with the fields facet and set of its points, -1 for none"),
+    )
+    parser.add_argument(
+        "--angle",
+        metavar="DEG",
+        type=float,
+        default=20.0,
+        help=tr("by which the surface may be off a facet's plane (20)"),
+    )
+    parser.add_argument(
+        "--max-distance",
+        metavar="M",
+        type=float,
+        help=tr("from a facet's plane, m (by the local resolution and noise)"),
+    )
+    parser.add_argument(
+        "--min-points",
+        metavar="N",
+        type=int,
+        help=tr("of a facet (50, or on a mesh 1 %% of its area)"),
+    )
+    parser.add_argument(
+        "--min-area", metavar="M2", type=float, help=tr("of a facet, m2 (any area)")
+    )
+    parser.add_argument(
+        "--sets", action="store_true", help=tr("propose sets among the facets' planes")
+    )
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Raises UsageError, InputError, GeometryError or TargetError."""
+    from vomstudio.extraction.facet_sets import with_sets
+    from vomstudio.extraction.facet_table import WKT, facet_table
+    from vomstudio.extraction.facets import Limits, find_facets, require_limits
+    from vomstudio.files.atomic import check_target
+    from vomstudio.geology.profiles import DEFAULTS
+    from vomstudio.io.models.writing import choose_writer
+    from vomstudio.tables.orientation_table import write_orientation_csv
+    from vomstudio.workspace.world_models import read_in_world
+
+    limits = Limits(args.angle, args.max_distance, args.min_points, args.min_area)
+    require_limits(limits)
+    check_target(args.output, force=args.force, inputs=[args.model])
+    if args.labels is not None:
+        choose_writer(Path(args.labels))
+        check_target(args.labels, force=args.force, inputs=[args.model, args.output])
+    progress = progress_of(args)
+    model = read_in_world(args.model, progress)
+    warnings = list(model.warnings)
+    found = facet_table(
+        find_facets(model.data, limits, progress=progress),
+        limits,
+        model=Path(args.model).name,
+        frame=model.crs or "local",
+    )
+    if args.sets:
+        found = with_sets(found)
+    if not model.metric:
+        warnings.append(
+            tr("The file states no unit: what is said in metres is in the unit of the file.")
+        )
+    result: dict[str, Any] = {**found.as_dict(), "table": args.output}
+    warnings += found.warnings
+    if args.labels is not None:
+        warnings += _labelled(args, model, found)
+        result["labels"] = args.labels
+    write_orientation_csv(
+        args.output, found.rows, crs=model.crs, limits=DEFAULTS, more=(WKT,), force=args.force
+    )
+    result["warnings"] = warnings
+    out.result(result)
+    out.warn(warnings)
+    out.text(in_words(found))
+
+
+def _labelled(args: argparse.Namespace, model: WorldModel, found: FacetTable) -> list[str]:
+    from vomstudio.io.models.model_copy import companions
+    from vomstudio.io.models.writing import write_model
+
+    return write_model(
+        replace(model.data, fields={**model.data.fields, **found.as_fields()}),
+        model.crs,
+        args.labels,
+        force=args.force,
+        inputs=[model.loaded.path, *companions(model.loaded.path)],
+        progress=progress_of(args),
+    )
+
+
+def in_words(found: FacetTable) -> str:
+    """The largest facets, and how much of the outcrop all of them cover."""
+    heads = [tr("facet"), tr("dip dir"), tr("dip"), tr("95 %"), tr("area"), tr("n"), tr("quality")]
+    units = ["", tr("deg"), tr("deg"), tr("deg"), "m2", "", ""]
+    rows = [
+        [
+            str(row["id"]),
+            tr("undefined")
+            if row["undefined"]
+            else text_tables.azimuth(row["dip_direction_deg"], 1),
+            text_tables.inclination(row["dip_deg"], 1),
+            text_tables.number(row["total95_deg"], 2),
+            text_tables.figures(row["area_m2"]),
+            str(row["n_points"]),
+            row["quality"],
+        ]
+        for row in found.rows[:_SHOWN]
+    ]
+    said = [text_tables.table(heads, units, rows)] if rows else []
+    if found.facets > _SHOWN:
+        said.append(tr("{count} more are in the table.", count=found.facets - _SHOWN))
+    if found.coverage is not None:
+        said.append(
+            tr(
+                "{count} facets cover {share:.0f} % of the model.",
+                count=found.facets,
+                share=100.0 * found.coverage,
+            )
+        )
+    if found.near_planar_share is not None:
+        said.append(
+            tr(
+                "Of the exposed rock, without vegetation and debris, {share:.0f} % is near-planar.",
+                share=100.0 * found.near_planar_share,
+            )
+        )
+    said += [
+        tr(
+            "Set {name}: {count} facets about {plane}.",
+            name=one["name"],
+            count=one["n"],
+            plane=f"{text_tables.azimuth(one['dip_direction_deg'], 1)}/"
+            f"{text_tables.inclination(one['dip_deg'], 1)}",
+        )
+        for one in found.sets
+    ]
+    return "\n".join(said)

@@ -1,0 +1,160 @@
+"""`vomstudio section`: where a plane or a vertical curtain cuts a model."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Any
+
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.frames_of_models import add_frame, declared_of
+from vomstudio.cli.common.output import Output
+from vomstudio.errors import InputError, UsageError
+from vomstudio.words import tr
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "section", run, help_=tr("Section of a model along a plane or a line")
+    )
+    parser.add_argument("model", metavar="MODEL", help=tr("mesh, point cloud or table x, y, z"))
+    parser.add_argument("--plane", metavar="DD/D", help=tr("plane of the section (with --through)"))
+    parser.add_argument("--through", metavar="X,Y,Z", help=tr("a point of World on that plane"))
+    parser.add_argument(
+        "--profile",
+        metavar="LINE",
+        help=tr("or vertically along the line in this file: a table x, y, or a GIS layer"),
+    )
+    add_output(parser, tr("the section, .csv, .dxf or .svg"), required=True)
+    parser.add_argument(
+        "--slab", type=float, metavar="M", help=tr("of a cloud: thickness of the slab of points")
+    )
+    parser.add_argument(
+        "--features",
+        metavar="FILE",
+        help=tr("also project the features of this project or orientation table onto it"),
+    )
+    parser.add_argument(
+        "--along",
+        metavar="T/P",
+        help=tr("project along this trend and plunge (default: at right angles)"),
+    )
+    parser.add_argument(
+        "--within", type=float, metavar="M", help=tr("leave out features farther away than this")
+    )
+    add_frame(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.geometry.mesh import Mesh
+    from vomstudio.io.models.opening import point_spacing
+    from vomstudio.products.section import writing
+    from vomstudio.products.section.cutting import cut_model
+    from vomstudio.products.section.reading import read_features
+    from vomstudio.workspace.world_models import read_in_world
+
+    curtain, warnings = _curtain(args)
+    for value, field in ((args.slab, "--slab"), (args.within, "--within")):
+        if value is not None and not 0 < value < math.inf:
+            raise UsageError(tr("A thickness or distance is a length in metres."), field=field)
+    if args.features is None and (args.along is not None or args.within is not None):
+        raise UsageError(
+            tr("--along and --within are for --features."),
+            field="--along" if args.along is not None else "--within",
+        )
+    along = _direction(args.along)
+    writing.check_projection(curtain, along)
+    writing.check_targets(args.output, args.features is not None, force=args.force)
+    items = () if args.features is None else read_features(args.features)
+    model = read_in_world(args.model, progress_of(args), declared_of(args))
+    if args.slab is not None and isinstance(model.data, Mesh):
+        raise UsageError(tr("A mesh is cut exactly. --slab is for clouds."), field="--slab")
+    spacing = 0.0 if isinstance(model.data, Mesh) else point_spacing(model.data)
+    cut = cut_model(model.data, curtain, args.slab, spacing if math.isfinite(spacing) else 0.0)
+    flats, left_out = writing.project_items(items, curtain, along, args.within)
+    try:
+        figures = writing.figures_of(cut, curtain, flats, left_out)
+    except InputError as error:
+        raise InputError(error.message, file=args.model) from error
+    made = writing.write_section(
+        args.output,
+        cut,
+        curtain,
+        figures,
+        flats,
+        crs=model.crs,
+        model=str(model.loaded.path),
+        metric=model.metric or model.placed,
+        north_known=model.placed,
+        warnings=(*model.warnings, *warnings),
+        force=args.force,
+    )
+    out.result(made.as_dict())
+    out.warn(made.warnings)
+    out.text(_in_words(made.as_dict()))
+
+
+def _curtain(args: argparse.Namespace) -> tuple[Any, tuple[str, ...]]:
+    from vomstudio.products.section.curtain import (
+        curtain_of_line,
+        curtain_of_plane,
+        parse_section_plane,
+        parse_through,
+    )
+    from vomstudio.products.section.reading import read_profile_line
+
+    by_plane = args.plane is not None or args.through is not None
+    if by_plane == (args.profile is not None):
+        raise UsageError(tr("Give --plane DD/D with --through x,y,z, or --profile LINE."))
+    if args.profile is None:
+        if args.plane is None or args.through is None:
+            raise UsageError(
+                tr("A plane needs its orientation and a point: --plane DD/D --through x,y,z."),
+                field="--through" if args.through is None else "--plane",
+            )
+        plane = parse_section_plane(args.plane)
+        return curtain_of_plane(plane, parse_through(args.through)), ()
+    line, warnings = read_profile_line(args.profile)
+    try:
+        return curtain_of_line(line), warnings
+    except InputError as error:
+        raise InputError(error.message, file=args.profile, field=error.field) from error
+
+
+def _direction(text: str | None) -> Any:
+    from vomstudio.geology.notation import parse_line
+
+    if text is None:
+        return None
+    try:
+        return parse_line(text).vector()
+    except InputError as error:
+        raise UsageError(error.message, field="--along") from error
+
+
+def _in_words(result: dict[str, Any]) -> str:
+    said = [
+        tr(
+            "{count} lines, {length:.3f} m in all",
+            count=result["polylines"],
+            length=result["length_m"],
+        )
+    ]
+    if result["slab_m"] is not None:
+        said.append(
+            tr(
+                "{count} points of a slab {slab:.3g} m thick",
+                count=result["points"],
+                slab=result["slab_m"],
+            )
+        )
+    if result["features"] or result["left_out"]:
+        said.append(
+            tr(
+                "{count} features projected, {left_out} left out",
+                count=result["features"],
+                left_out=result["left_out"],
+            )
+        )
+    said += [file for file in (result["file"], result["features_file"]) if file is not None]
+    return "\n".join(said)

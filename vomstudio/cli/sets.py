@@ -1,0 +1,71 @@
+"""`vomstudio sets`: planes sorted into sets."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from vomstudio.cli.common import text_tables
+from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
+from vomstudio.cli.common.output import Output
+from vomstudio.words import tr, tr_n
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "sets", run, help_=tr("Propose sets of planes, with what belongs to none")
+    )
+    parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
+    add_output(parser, tr("the table with the set of each plane"), required=True)
+    parser.add_argument(
+        "--max-sets", type=int, metavar="N", help=tr("look for no more sets than this (default 8)")
+    )
+    parser.add_argument(
+        "--seeds", metavar="DD/D,...", help=tr("a plane of each set, in place of a proposed number")
+    )
+    add_azimuth(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.files.atomic import check_target, write_bytes
+    from vomstudio.geology.sets.proposals import parse_seeds, propose_sets
+    from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.io.text.set_columns import places_of, table_with_sets
+
+    seeds = parse_seeds(args.seeds)
+    check_target(args.output, force=args.force, inputs=[args.table])
+    table = read_orientations(args.table, args.azimuth)
+    found = propose_sets(table, most=args.max_sets, seeds=seeds, places=places_of(table))
+    text = table_with_sets(table, found.rows, found.assignment, found.probability)
+    write_bytes(args.output, text.encode("utf-8"), force=args.force)
+    result = {**found.as_dict(), "table": args.output}
+    out.result(result)
+    out.note(tr("read as {convention}", convention=found.convention))
+    out.warn(found.warnings)
+    out.text(_in_words(result))
+
+
+def _in_words(result: dict[str, Any]) -> str:
+    number = text_tables.number
+    rows = [
+        [
+            found["name"],
+            str(found["n"]),
+            f"{text_tables.azimuth(found['dip_direction_deg'])}/"
+            f"{text_tables.inclination(found['dip_deg'])}",
+            number(found["kappa"], 1),
+            number(found["cone95_deg"], 1),
+            number(found["spacing_m"], 3),
+        ]
+        for found in result["sets"]
+    ]
+    heads = [tr("set"), "n", tr("dip direction/dip"), "kappa", tr("cone 95 %"), tr("spacing")]
+    lines = [text_tables.table(heads, ["", "", "deg", "", "deg", "m"], rows)] if rows else []
+    lines.append(
+        tr_n(
+            "{count} plane of {all} is in no set.",
+            "{count} planes of {all} are in no set.",
+            result["unassigned"], all=result["n"],
+        )
+    )  # fmt: skip
+    return "\n".join(lines)

@@ -1,0 +1,72 @@
+"""`vomstudio slip`: what faults with known slip say together."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from vomstudio.cli.common import text_tables
+from vomstudio.cli.common.arguments import Subparsers, add_command
+from vomstudio.cli.common.output import Output
+from vomstudio.words import tr, tr_n
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers,
+        "slip",
+        run,
+        help_=tr("P and T axes, kinematic axes and right dihedra of faults"),
+    )
+    parser.add_argument(
+        "table",
+        metavar="TABLE",
+        help=tr("table of faults with striae and sense of slip: ours, FaultKin's, Win-Tensor's"),
+    )
+    parser.add_argument(
+        "--plot", metavar="FILE", help=tr("also the nets as a picture, .svg, .pdf or .png")
+    )
+    parser.add_argument(
+        "--force", action="store_true", help=tr("replace FILE if it is there already")
+    )
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.files.atomic import atomic_write, check_target
+    from vomstudio.geology.faults.table_slip import table_slip
+    from vomstudio.io.text.slip_reading import read_slips
+    from vomstudio.products.net.figure import picture_format
+
+    if args.plot is not None:
+        format_ = picture_format(args.plot, "--plot")
+        check_target(args.plot, force=args.force, inputs=[args.table])
+    table = read_slips(Path(args.table))
+    found = table_slip(table)
+    if args.plot is not None:
+        from vomstudio.products.net.slip_figure import write_slip_figure
+
+        with atomic_write(args.plot, args.force) as temporary:
+            write_slip_figure(temporary, table, found, format=format_)
+    result = {**found.as_dict(), "image": args.plot}
+    out.result(result)
+    out.warn(found.warnings)
+    axes, dihedra = result["kinematic_axes"], result["right_dihedra"]
+    rows = [
+        [name, text_tables.line(axes[key]), text_tables.number(axes[key]["value"], 2),
+         text_tables.number(axes[key]["confidence95_deg"], 1)]
+        for name, key in (
+            (tr("shortening"), "shortening"),
+            (tr("intermediate"), "intermediate"),
+            (tr("extension"), "extension"),
+        )
+    ]  # fmt: skip
+    heads = [tr("kinematic axis"), tr("trend/plunge"), tr("value"), tr("95 % cone")]
+    shares = [
+        [name, text_tables.line(dihedra[key]),
+         text_tables.number(100.0 * dihedra[key]["share"], 0)]
+        for name, key in ((tr("compression"), "compression"), (tr("extension"), "extension"))
+    ]  # fmt: skip
+    out.text(tr_n("{count} fault", "{count} faults", found.n))
+    out.text(text_tables.table(heads, ["", "deg", "", "deg"], rows))
+    heads = [tr("right dihedra"), tr("trend/plunge"), tr("of faults")]
+    out.text(text_tables.table(heads, ["", "deg", "%"], shares))

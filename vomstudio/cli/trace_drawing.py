@@ -1,0 +1,123 @@
+"""`vomstudio trace --from-ortho`: lines drawn on an orthophoto come back to the surface."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.cli.common.arguments import Parser, progress_of
+from vomstudio.cli.common.frames_of_models import add_frame, declared_of
+from vomstudio.cli.common.output import Output
+from vomstudio.errors import InputError, UsageError
+from vomstudio.words import tr, tr_n
+
+if TYPE_CHECKING:
+    from vomstudio.products.ortho.drawing_back import Brought
+
+
+def add_options(parser: Parser) -> None:
+    parser.add_argument(
+        "--from-ortho",
+        metavar="DRAWING",
+        help=tr("lines drawn on an orthophoto: GeoPackage, GeoJSON, shapefile, SVG or DXF"),
+    )
+    parser.add_argument(
+        "--sidecar", metavar="FILE", help=tr("the NAME.json that was written beside the orthophoto")
+    )
+    parser.add_argument(
+        "--step",
+        type=float,
+        metavar="M",
+        help=tr("also points between the vertices, so many metres apart at most"),
+    )
+    parser.add_argument(
+        "--into", metavar="PROJECT", help=tr("also add them to this project, as one step")
+    )
+    parser.add_argument("--type", help=tr("feature type of the lines in the project"))
+    parser.add_argument("--on", metavar="NAME", help=tr("the project's model that they lie on"))
+    parser.add_argument("--set", default="", help=tr("the set that they belong to"))
+    add_frame(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Raises UsageError, InputError, GeometryError or TargetError."""
+    from vomstudio.files.atomic import check_target
+    from vomstudio.products.ortho import drawing_back
+    from vomstudio.tables.line_table import write_line_table
+    from vomstudio.workspace.world_models import read_in_world
+
+    if args.sidecar is None:
+        raise UsageError(
+            tr("Give the sidecar of the picture that was drawn on: --sidecar NAME.json."),
+            field="--sidecar",
+        )
+    if args.step is not None and not 0 < args.step < math.inf:
+        raise UsageError(tr("A distance is a length in metres."), field="--step")
+    if (args.into is None) != (args.type is None):
+        raise UsageError(
+            tr("A project needs the type of its features: --into PROJECT --type TYPE."),
+            field="--type" if args.type is None else "--into",
+        )
+    check_target(args.output, force=args.force, inputs=[args.model, args.from_ortho, args.sidecar])
+    sidecar = drawing_back.read_sidecar(args.sidecar)
+    lines, said = drawing_back.read_drawing(args.from_ortho, sidecar)
+    model = read_in_world(args.model, progress_of(args), declared_of(args))
+    try:
+        brought = drawing_back.bring_back(lines, sidecar, model.data, args.step)
+    except InputError as error:
+        raise InputError(error.message, file=args.from_ortho) from error
+    warnings = [*model.warnings, *said, *brought.warnings]
+    if sidecar.content_hash not in (None, model.loaded.content_hash):
+        warnings.append(
+            tr(
+                "The orthophoto was made of another file than {model}, or of it before it changed.",
+                model=Path(args.model).name,
+            )
+        )
+    result: dict[str, Any] = {**drawing_back.facts_of(brought, args.output)}
+    if args.into is not None:
+        result["added"], left_out = _add(args, brought)
+        warnings += left_out
+    write_line_table(
+        args.output,
+        [(line.name, line.points) for line in brought.lines],
+        crs=model.crs,
+        north_known=model.placed,
+        source=Path(args.from_ortho).name,
+        force=args.force,
+    )
+    result["warnings"] = warnings
+    out.result(result)
+    out.warn(warnings)
+    out.text(
+        tr_n(
+            "{count} line of {points} points on the surface: {table}",
+            "{count} lines of {points} points on the surface: {table}",
+            result["lines"],
+            points=result["points"],
+            table=args.output,
+        )
+    )
+
+
+def _add(args: argparse.Namespace, brought: Brought) -> tuple[list[dict[str, str]], list[str]]:
+    """One undoable edit of the project. What was added, and what was left out in words."""
+    from vomstudio.io.settings import read_settings
+    from vomstudio.workspace.headless_project import HeadlessProject, Picks
+    from vomstudio.workspace.layer_export import written_layers
+
+    picks = [Picks(line.name, line.points) for line in brought.lines]
+    settings, problems = read_settings()
+    with HeadlessProject.opened(Path(args.into), settings, progress_of(args)) as desk:
+        model, kind = desk.find_model(args.on), desk.find_type(args.type)
+        added = desk.add_picks(picks, model, kind, args.set)
+        desk.save()
+        folder, has_features = desk.project.folder, bool(desk.session.features())
+    left_out = [
+        tr("{feature} was left out: {reason}", feature=name, reason=reason)
+        for name, reason in added.skipped
+    ]
+    said = [*problems, *added.warnings, *left_out, *written_layers(folder, has_features)]
+    return [{"id": t.id, "name": t.name} for t in added.traces], said

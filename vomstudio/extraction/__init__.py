@@ -1,0 +1,1 @@
+"""What the program proposes: facets, and lines that follow a contact."""

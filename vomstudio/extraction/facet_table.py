@@ -1,0 +1,95 @@
+"""What `vomstudio facets` and `vs.facets` tell of a model's facets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.extraction.facets import Facets, Limits
+from vomstudio.reprs import Shown
+from vomstudio.tables.orientation_table import Row, plane_row
+
+WKT = "wkt"
+"""The column of the border, behind those of the orientation table."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FacetTable(Shown):
+    """Facets of a model and what of it they cover.
+
+    facets : how many; rows : of the orientation table with `wkt`, the border in World; the id of a
+        row is the facet's label
+    coverage : share of the model's area that lies in facets; near_planar_share : of the exposed
+        rock's, without vegetation and debris; None where there is none
+    sets : name, n, dip_direction_deg, dip_deg of each set, where they were asked for
+    facet, set_of : (points,) int32 of each point or vertex of the model, -1 for none
+    area_m2, vegetation_share, debris_share : of the whole model
+    angle_deg, max_distance_m (median), min_points, min_area_m2 : by which they were found
+    """
+
+    facets: int
+    rows: list[Row]
+    coverage: float | None
+    near_planar_share: float | None
+    sets: list[dict[str, Any]]
+    facet: npt.NDArray[np.int32]
+    set_of: npt.NDArray[np.int32]
+    area_m2: float
+    vegetation_share: float
+    debris_share: float
+    angle_deg: float
+    max_distance_m: float
+    min_points: int
+    min_area_m2: float | None
+    warnings: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON, with the names of the command, but for its files."""
+        left_out = ("rows", "facet", "set_of")
+        told = {name: value for name, value in vars(self).items() if name not in left_out}
+        told["warnings"] = list(self.warnings)
+        return told
+
+    def as_fields(self) -> dict[str, npt.NDArray[np.int32]]:
+        """Fields of the model's points: `facet` and `set`, -1 for none."""
+        return {"facet": self.facet, "set": self.set_of}
+
+
+def facet_table(found: Facets, limits: Limits, *, model: str, frame: str) -> FacetTable:
+    """model : its name; frame : what azimuths count from, as the table says it"""
+    rows = [
+        {
+            **plane_row(
+                facet.fit,
+                facet.verdict,
+                id=str(number),
+                area_m2=facet.area,
+                resolution_m=facet.resolution,
+                model=model,
+                frame=frame,
+            ),
+            WKT: facet.border,
+        }
+        for number, facet in enumerate(found.facets)
+    ]
+    seen = found.exposure
+    return FacetTable(
+        facets=len(rows),
+        rows=rows,
+        coverage=seen.coverage,
+        near_planar_share=seen.near_planar_share,
+        sets=[],
+        facet=found.labels,
+        set_of=np.full(len(found.labels), -1, np.int32),
+        area_m2=seen.area_m2,
+        vegetation_share=seen.vegetation_share,
+        debris_share=seen.debris_share,
+        angle_deg=limits.angle_deg,
+        max_distance_m=found.reach,
+        min_points=found.min_points,
+        min_area_m2=limits.min_area,
+        warnings=found.warnings,
+    )

@@ -1,0 +1,309 @@
+"""Facets: pieces of an outcrop's face that lie in one plane, found automatically.
+
+Region growing after Wang et al. (2017, Computers & Geosciences 103, 100) and its likes, on the
+faces of a mesh or the neighbours in a cloud; thresholds of angle and distance, of which the second
+is tied to the local resolution. Each facet is fitted and judged as a patch that was brushed by
+hand, see geometry/patches.py and geometry/moment_planes.py.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.extraction.borders import polygon_of_faces, polygon_of_points, wkt
+from vomstudio.extraction.elements import Elements, elements_of
+from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of
+from vomstudio.extraction.growing import grown, share_going_over
+from vomstudio.extraction.texture_colours import TextureColours
+from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.quality import Verdict, feature_extent_m, judge
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.moment_planes import fit_moments
+from vomstudio.geometry.patches import face_areas, face_points, moments
+from vomstudio.geometry.planes import PlaneFit
+from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Labels = npt.NDArray[np.int32]
+
+ANGLE_DEG = 20.0
+FEWEST = 50
+# Of the resolution around: what natural faces and the noise of their models need.
+_REACH_OF_SPACING = 1.0
+_REACH_OF_NOISE = 3.0
+# Facets of a mesh with few large faces are told by their area.
+_SHARE_OF_MESH = 0.01
+# Ours: pieces of a bend are turned by less than the angles that may be within some of them.
+_WAVY, _WAVY_TURN = 0.5, 3.0
+
+
+@dataclass(frozen=True)
+class Limits:
+    """angle_deg : by which the normal of an element may be off its facet's plane
+    max_distance : m, from that plane; None: the local spacing or three times the local noise
+    min_points : distinct points; None: 50, or on a mesh 1 % of its area
+    min_area : m2
+    """
+
+    angle_deg: float = ANGLE_DEG
+    max_distance: float | None = None
+    min_points: int | None = None
+    min_area: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Facet:
+    """One facet. fit, verdict : of its plane in World; area : m2; resolution : m, around it
+    border : polygon with holes in the plane, as WKT in World; rows : of the faces or points"""
+
+    fit: PlaneFit
+    verdict: Verdict
+    area: float
+    resolution: float
+    border: str | None
+    rows: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class Facets:
+    """facets : the largest first; labels : (points,) int32 facet of each point or vertex of the
+    model, -1 for none; of : what facets are made of; reach : m, the distance that was allowed
+    (median)"""
+
+    facets: list[Facet]
+    labels: Labels
+    of: str
+    reach: float
+    min_points: int
+    exposure: Exposure
+    warnings: tuple[str, ...]
+
+
+def require_limits(limits: Limits) -> None:
+    """Raises UsageError for thresholds that are none."""
+    if not 0.0 < limits.angle_deg < 90.0:
+        raise UsageError(tr("The angle is between 0 and 90 degrees, say 20."), field="--angle")
+    if limits.max_distance is not None and not 0.0 < limits.max_distance < np.inf:
+        raise UsageError(tr("The distance is a positive length in metres."), field="--max-distance")
+    if limits.min_points is not None and limits.min_points < 3:
+        raise UsageError(
+            tr("A plane needs at least 3 points, so that is the least number."),
+            field="--min-points",
+        )
+    if limits.min_area is not None and not 0.0 <= limits.min_area < np.inf:
+        raise UsageError(tr("The area is in square metres, 0 or more."), field="--min-area")
+
+
+def find_facets(
+    data: Mesh | PointCloud,
+    limits: Limits | None = None,
+    *,
+    thresholds: Thresholds = DEFAULTS,
+    progress: Progress | None = None,
+) -> Facets:
+    """The facets of a model in World, m.
+
+    thresholds : of the profile by which their planes are judged
+    Raises UsageError for limits that are none, GeometryError where the model has no surface,
+    Cancelled through `progress`.
+    """
+    limits = limits or Limits()
+    require_limits(limits)
+    progress = progress or Silent()
+    elements = elements_of(data, limits.angle_deg, progress)
+    reach = _reach(elements, limits)
+    mesh = data if isinstance(data, Mesh) and elements.of == "face" else None
+    fewest = limits.min_points or FEWEST
+    # A mesh has about two faces for each vertex, and many fewer on a piece that is a few faces.
+    least_count = fewest if mesh is None else max(fewest // 2, 1)
+    least_area = np.inf
+    if mesh is not None and limits.min_points is None:
+        least_area = _SHARE_OF_MESH * float(elements.areas.sum())
+    elif mesh is not None:
+        least_count = 1
+    labels = grown(
+        elements,
+        angle_deg=limits.angle_deg,
+        reach=reach,
+        least_count=least_count,
+        least_area=least_area,
+        progress=progress,
+    )
+    found, labels = _facets(
+        data, elements, labels, limits, fewest, least_area, thresholds, progress
+    )
+    wavy = share_going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
+    large = np.array([_is_believed(facet, thresholds) for facet in found] + [False])
+    exposure = exposure_of(elements, labels, large[labels], _colors(data, elements))
+    return Facets(
+        found,
+        _of_points(data, elements, labels),
+        elements.of,
+        float(np.median(reach)),
+        fewest,
+        exposure,
+        (*elements.warnings, *_said(found, exposure, wavy > _WAVY)),
+    )
+
+
+def _reach(elements: Elements, limits: Limits) -> Array:
+    if limits.max_distance is not None:
+        return np.full(len(elements), limits.max_distance)
+    noise = np.nan_to_num(elements.noise)
+    # At edges the local scatter is relief and no noise: no more than is usual around.
+    usual = float(np.median(noise))
+    noise = np.minimum(noise, 2.0 * usual)
+    wide = np.maximum(_REACH_OF_SPACING * elements.spacing, _REACH_OF_NOISE * noise)
+    if elements.of == "face":
+        # Large and small faces of one mesh are as true as each other.
+        wide = np.minimum(wide, max(float(np.median(wide)), 1e-300))
+    return for_kernels(wide, np.float64)
+
+
+def _facets(
+    data: Mesh | PointCloud,
+    elements: Elements,
+    labels: Labels,
+    limits: Limits,
+    fewest: int,
+    least_area: float,
+    thresholds: Thresholds,
+    progress: Progress,
+) -> tuple[list[Facet], Labels]:
+    """The facets that are large enough, numbered anew, and the elements' labels of them."""
+    count = max(int(labels.max(initial=-1)) + 1, 0)
+    progress.stage(tr("Fitting planes"), count)
+    order = np.argsort(labels, kind="stable")
+    cuts = np.searchsorted(labels[order], np.arange(count + 1))
+    made: list[tuple[Facet, Ints]] = []
+    for i in range(count):
+        progress.step(i)
+        own = np.sort(order[cuts[i] : cuts[i + 1]])
+        facet = _facet(data, elements, own, thresholds)
+        if facet is None or facet.area < (limits.min_area or 0.0):
+            continue
+        if facet.fit.n < fewest and facet.area < least_area:
+            continue
+        if facet.fit.coplanarity is not None and (
+            facet.fit.coplanarity < thresholds.least_coplanarity
+        ):
+            continue
+        made.append((facet, own))
+    progress.step(count)
+    made.sort(key=lambda pair: -pair[0].area)
+    fresh = np.full(len(labels), -1, np.int32)
+    for number, (_, own) in enumerate(made):
+        fresh[own] = number
+    return [facet for facet, _ in made], fresh
+
+
+def _facet(
+    data: Mesh | PointCloud, elements: Elements, own: Ints, thresholds: Thresholds
+) -> Facet | None:
+    rows = elements.rows[own]
+    weights: Array | None
+    if elements.of == "face":
+        assert isinstance(data, Mesh)
+        points, weights = face_points(data, rows)
+    else:
+        points, weights = elements.places[own] + elements.origin, None
+    known = moments(points, weights)
+    try:
+        fit = fit_moments(known.n, known.mean, known.scatter, known.n_effective)
+    except GeometryError:
+        return None
+    spacing = float(np.sqrt(np.median(elements.areas[own])))
+    if elements.of == "face":
+        assert isinstance(data, Mesh)
+        area = float(face_areas(data, rows).sum())
+        spacing = float(np.sqrt(2.0 * np.median(elements.areas[own])))
+        corners = np.asarray(data.vertices[data.faces[rows]], np.float64)
+        polygon, axes = polygon_of_faces(corners, fit.centroid, fit.normal)
+    else:
+        polygon, axes = polygon_of_points(points, spacing, fit.centroid, fit.normal)
+        area = float(polygon.area)
+    resolution = max(spacing, fit.rms or 0.0)
+    verdict = judge(
+        fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds
+    )
+    border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
+    return Facet(fit, verdict, area, resolution, border, rows)
+
+
+def _is_believed(facet: Facet, thresholds: Thresholds) -> bool:
+    """It is so large beside the resolution that its error can be believed."""
+    extent = feature_extent_m(facet.fit, "patch") or 0.0
+    return extent >= thresholds.least_extent_over_resolution * facet.resolution
+
+
+def _colors(data: Mesh | PointCloud, elements: Elements) -> Array | None:
+    if elements.of == "face":
+        assert isinstance(data, Mesh)
+        colours: npt.NDArray[np.generic] | None = data.colors
+        if colours is None and (textures := TextureColours(data)).any:
+            colours = textures.of_vertices
+        if colours is None:
+            return None
+        corners = np.asarray(colours[data.faces[elements.rows]], np.float64)
+        return np.asarray(corners.mean(axis=1))
+    if data.colors is None:
+        return None
+    return np.asarray(data.colors[elements.rows], np.float64)
+
+
+def _of_points(data: Mesh | PointCloud, elements: Elements, labels: Labels) -> Labels:
+    """Facet of each point of the model. A vertex of a mesh has that of the facet with the largest
+    part of the faces around it."""
+    if elements.of == "point":
+        there = elements.row_of >= 0
+        result = np.full(len(elements.row_of), -1, np.int32)
+        result[there] = labels[elements.row_of[there]]
+        return result
+    assert isinstance(data, Mesh)
+    count = max(int(labels.max(initial=-1)), -1) + 2
+    inside = np.flatnonzero(labels >= 0)
+    corner = np.asarray(data.faces[elements.rows[inside]], np.int64)
+    key = (corner * count + labels[inside, None]).ravel()
+    named, which = np.unique(key, return_inverse=True)
+    area = np.bincount(which, np.repeat(elements.areas[inside], 3))
+    by = np.argsort(area, kind="stable")
+    result = np.full(len(data.vertices), -1, np.int32)
+    result[named[by] // count] = (named[by] % count).astype(np.int32)
+    return result
+
+
+def _said(found: list[Facet], exposure: Exposure, wavy: bool) -> list[str]:
+    if not found:
+        return [
+            tr(
+                "No facet was found. Allow a larger angle or distance, fewer points or less area, "
+                "or pick traces by hand."
+            )
+        ]
+    said = []
+    share = exposure.near_planar_share
+    if share is not None and share < NEAR_PLANAR_SHARE:
+        said.append(
+            tr(
+                "Only {share:.0f} % of the exposed rock is near-planar (30 % recommended): facets "
+                "do not stand for this outcrop. Pick traces by hand where it is not covered.",
+                share=100.0 * share,
+            )
+        )
+    if wavy:
+        said.append(
+            tr(
+                "Most facets go over into a neighbour that is turned by little, so they are pieces "
+                "of wavy or curved faces. Allow a larger distance for planes of whole faces, or "
+                "pick traces by hand."
+            )
+        )
+    return said

@@ -1,0 +1,145 @@
+"""What `vomstudio trace` and `vs.follow` tell of a followed trace."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.extraction.following import Follower
+from vomstudio.extraction.surface_graph import SurfaceGraph
+from vomstudio.files.atomic import write_bytes
+from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.quality import judge
+from vomstudio.geometry.planes import fit_plane
+from vomstudio.geometry.surface import VertexSurface
+from vomstudio.reprs import Shown
+from vomstudio.tables.orientation_table import Row, plane_row
+from vomstudio.version import __version__
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+FARTHEST = 10.0
+"""A way-point farther from the model than so many resolutions is not on it."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FollowedTrace(Shown):
+    """points : (n, 3) every vertex of the path, World, m; length_m : along it
+    snap_m : the farthest that a way-point lies from the path's vertex for it
+    plane : row of the orientation table, or None where there is no plane
+    way_points : how many; cost : what was followed; vertices : n
+    """
+
+    points: Array = field(repr=False)
+    length_m: float
+    snap_m: float
+    plane: Row | None
+    way_points: int
+    cost: str
+    vertices: int
+    warnings: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON, with the names of the command, but for its file."""
+        told = {name: value for name, value in vars(self).items() if name != "points"}
+        told["warnings"] = list(self.warnings)
+        return told
+
+
+def off_the_model(surface: SurfaceGraph, way_points: Array, resolution: float) -> int | None:
+    """The row of the first way-point that is not on the model; None where all are."""
+    limit = FARTHEST * resolution
+    far = np.flatnonzero(~(surface.snapped(way_points) <= limit))
+    return int(far[0]) if len(far) and np.isfinite(resolution) else None
+
+
+def why_off(number: int, distance: float, resolution: float) -> str:
+    """The sentence on a way-point that is not on the model, counted from 1."""
+    return tr(
+        "Way-point {number} lies {distance:.3g} m from the model, more than {times:g} times its "
+        "resolution of {resolution:.3g} m. Give points on the surface, in the model's frame.",
+        number=number,
+        distance=distance,
+        times=FARTHEST,
+        resolution=resolution,
+    )
+
+
+def followed_trace(
+    surface: SurfaceGraph,
+    way_points: Array,
+    *,
+    cost: str,
+    resolution: float,
+    model: str,
+    frame: str,
+    thresholds: Thresholds = DEFAULTS,
+) -> FollowedTrace:
+    """Follow a contact through way-points (w, 3) in World and fit its plane.
+
+    surface : of a model in World; resolution : of the model, m
+    Raises GeometryError for a way-point that is not on the model, for fewer than two, and where the
+    model does not hang together between two; UsageError for a cost that the model does not have.
+    """
+    if len(way_points) < 2:
+        raise GeometryError(tr("A trace is followed between at least two way-points."))
+    follower = Follower(surface, cost)
+    if (row := off_the_model(surface, way_points, resolution)) is not None:
+        raise GeometryError(why_off(row + 1, float(surface.snapped(way_points)[row]), resolution))
+    path = follower.follow(way_points, whole=True)
+    said: list[str] = []
+    plane: Row | None = None
+    try:
+        fit = fit_plane(path.points)
+    except GeometryError as error:
+        said.append(str(error))
+    else:
+        near = VertexSurface(surface.places + surface.origin)
+        near.build()
+        own = near.resolution_near(path.points)
+        verdict = judge(
+            fit, resolution_m=own, outcrop_normal=near.outcrop_normal(path.points),
+            thresholds=thresholds,
+        )  # fmt: skip
+        plane = plane_row(
+            fit, verdict, id="1", resolution_m=own, model=model, frame=frame,
+            notes=tr(
+                "followed through {count} way-points by {cost}", count=len(way_points), cost=cost
+            ),
+        )  # fmt: skip
+    return FollowedTrace(
+        points=path.points,
+        length_m=path.length,
+        snap_m=float(path.snaps.max()),
+        plane=plane,
+        way_points=len(way_points),
+        cost=cost,
+        vertices=len(path.points),
+        warnings=tuple(said),
+    )
+
+
+def write_path(
+    path: str | Path,
+    points: Array,
+    *,
+    crs: str | None,
+    notes: Sequence[str] = (),
+    force: bool = False,
+) -> None:
+    """A row x, y, z for each vertex (n, 3), World, m; whole or not at all. Raises TargetError."""
+    head = [
+        f"# VOM Studio {__version__}, followed trace",
+        f"# CRS: {crs or 'none declared, coordinates as given'}",
+        *(f"# {' '.join(note.split())}" for note in notes),
+        "x,y,z",
+    ]
+    rows = [f"{x:.6f},{y:.6f},{z:.6f}" for x, y, z in points.tolist()]
+    write_bytes(path, ("\n".join([*head, *rows]) + "\n").encode(), force=force)

@@ -1,0 +1,270 @@
+"""Pieces of a surface that lie in one plane, found by growing: which element is of which.
+
+Seeds are taken in order of planarity; what is grown is settled (every element goes to the nearest
+plane of those around it), and neighbours that are one plane within their scatter become one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.extraction.elements import Elements
+from vomstudio.extraction.kernels import grow, settle, sums_of
+from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.progress import Progress
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Labels = npt.NDArray[np.int32]
+
+NONE, OUT = -1, -2
+_SEEDS = 50_000
+_SETTLED = 4
+_SCATTERS = 3.5
+"""Beyond so many standard deviations from its plane an element is none of a facet."""
+_WIDER = 1.25
+"""Two facets are one plane where the scatter about the common one is at most this many times that
+about their own."""
+
+
+_LEAN = 0.2
+"""Of the turn from one piece of a bend to the next, what normals lean on either: a quarter of it on
+a cylinder, a third on a sphere."""
+_LOOSE = 0.35
+"""A slice of a cloud without a surface, as clutter is, has more neighbours than this beside it that
+are of no facet."""
+
+
+@dataclass(frozen=True, eq=False)
+class Planes:
+    """Of f facets, from the moments of their elements.
+
+    centre (f, 3) from the elements' origin on, normal (f, 3), rms (f,), area (f,), count (f,)
+    scatter (f, 3, 3) covariance of their places, weighted by area
+    """
+
+    centre: Array
+    normal: Array
+    rms: Array
+    area: Array
+    count: Ints
+    scatter: Array
+
+
+def grown(
+    elements: Elements,
+    *,
+    angle_deg: float,
+    reach: Array,
+    least_count: int,
+    least_area: float,
+    progress: Progress,
+) -> Labels:
+    """(n,) facet of each element, from 0 on, -1 for none.
+
+    reach : (n,) how far each element may lie from the plane; least_count, least_area : smaller
+        facets are left out unless they reach one of the two
+    Raises Cancelled through `progress`, whose steps are seeds.
+    """
+    n = len(elements)
+    labels = np.full(n, NONE, np.int32)
+    usable = np.isfinite(elements.normals[:, 0]) & np.isfinite(reach)
+    labels[~usable] = OUT
+    normals = for_kernels(np.nan_to_num(elements.normals), np.float64)
+    cosine = float(np.cos(np.radians(angle_deg)))
+    worth = np.where(usable, np.nan_to_num(elements.variation, nan=1.0), np.inf)
+    order = np.argsort(worth, kind="stable")[: int(usable.sum())]
+    queue, sums = np.empty(n, np.int32), np.zeros(10)
+    progress.stage(tr("Growing facets"), len(order))
+    label = 0
+    for first in range(0, len(order), _SEEDS):
+        last = min(first + _SEEDS, len(order))
+        label = grow(
+            order, first, last, elements.places, normals, elements.areas, elements.inner, reach,
+            elements.starts, elements.near, cosine, least_count, least_area, labels, queue, label,
+            sums,
+        )  # fmt: skip
+        progress.step(last)
+    progress.stage(tr("Merging facets"), None)
+    for _ in range(2):
+        labels = _settled(elements, normals, reach, cosine, labels)
+        labels = _merged(elements, reach, angle_deg, labels)
+        progress.step(0)
+    labels = _settled(elements, normals, reach, cosine, labels)
+    return _without_small(elements, labels, least_count, least_area)
+
+
+def planes_of(elements: Elements, labels: Labels) -> Planes:
+    """The planes of facets 0 to the largest label, weighted by area."""
+    f = _count(labels)
+    about, known = np.zeros((f, 3)), np.zeros(f, np.bool_)
+    sums, count = np.zeros((f, 10)), np.zeros(f, np.int64)
+    own = for_kernels(labels, np.int32)
+    sums_of(elements.places, elements.areas, elements.inner, own, about, known, sums, count)
+    area = sums[:, 0]
+    means = sums[:, 1:] / np.where(area > 0.0, area, 1.0)[:, None]
+    mean = means[:, :3]
+    scatter = np.empty((f, 3, 3))
+    for at, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
+        scatter[:, i, j] = scatter[:, j, i] = means[:, 3 + at] - mean[:, i] * mean[:, j]
+    values, vectors = np.linalg.eigh(scatter)
+    return Planes(
+        about + mean,
+        np.ascontiguousarray(vectors[:, :, 0]),
+        np.sqrt(np.maximum(values[:, 0], 0.0)),
+        area,
+        count,
+        scatter,
+    )
+
+
+def _settled(
+    elements: Elements, normals: Array, reach: Array, cosine: float, labels: Labels
+) -> Labels:
+    for _ in range(_SETTLED):
+        planes = planes_of(elements, labels)
+        if not len(planes.area):
+            return labels
+        typical = float(np.median(reach))
+        limits = np.maximum(_SCATTERS * planes.rms, 0.1 * typical)
+        out = np.empty_like(labels)
+        changed = settle(
+            elements.places, normals, reach, elements.starts, elements.near, cosine,
+            for_kernels(planes.centre, np.float64), for_kernels(planes.normal, np.float64),
+            for_kernels(limits, np.float64), labels, out,
+        )  # fmt: skip
+        labels = out
+        if changed <= 1e-4 * len(labels):
+            break
+    return labels
+
+
+def _merged(elements: Elements, reach: Array, angle_deg: float, labels: Labels) -> Labels:
+    """Neighbours that are one plane become one."""
+    f = _count(labels)
+    if f < 2:
+        return labels
+    pairs = _touching(elements, labels, f)
+    planes = planes_of(elements, labels)
+    owner = np.arange(f)
+    weight = planes.area.copy()
+    mean, normal, rms = planes.centre.copy(), planes.normal.copy(), planes.rms.copy()
+    scatter = planes.scatter.copy()
+    limit = np.sqrt(
+        np.bincount(labels[labels >= 0], reach[labels >= 0] ** 2, f) / np.maximum(planes.count, 1)
+    )
+    cosine = np.abs((normal[pairs[:, 0]] * normal[pairs[:, 1]]).sum(axis=1))
+    likely = cosine >= np.cos(np.radians(angle_deg))
+    pairs = pairs[likely][np.argsort(-cosine[likely], kind="stable")]
+    for one, two in pairs.tolist():
+        a, b = _root(owner, one), _root(owner, two)
+        if a == b or weight[a] <= 0.0 or weight[b] <= 0.0:
+            continue
+        total = weight[a] + weight[b]
+        apart = mean[b] - mean[a]
+        joint = (
+            weight[a] * scatter[a]
+            + weight[b] * scatter[b]
+            + weight[a] * weight[b] / total * np.outer(apart, apart)
+        ) / total
+        values, vectors = np.linalg.eigh(joint)
+        common = float(np.sqrt(max(values[0], 0.0)))
+        own = np.sqrt((weight[a] * rms[a] ** 2 + weight[b] * rms[b] ** 2) / total)
+        allowed = max(_WIDER * own, 0.1 * min(limit[a], limit[b]))
+        if common > allowed:
+            continue
+        # Of a small one beside a large the common scatter tells nothing: it must lie in that plane.
+        small, large = (a, b) if weight[a] < weight[b] else (b, a)
+        off = abs(float((mean[small] - mean[large]) @ normal[large]))
+        tilt = abs(float(normal[small] @ vectors[:, 0]))
+        width = np.sqrt(max(float(np.trace(scatter[small])), 0.0))
+        rise = width * np.sqrt(max(1.0 - tilt * tilt, 0.0))
+        if off > 2.0 * max(rms[large], 0.05 * limit[large]) or rise > 2.0 * max(
+            rms[small], 0.05 * limit[small]
+        ):
+            continue
+        owner[b] = a
+        mean[a] = mean[a] + (weight[b] / total) * apart
+        weight[a], scatter[a], normal[a], rms[a] = total, joint, vectors[:, 0], common
+    roots = np.array([_root(owner, i) for i in range(f)])
+    _, number = np.unique(roots, return_inverse=True)
+    out = labels.copy()
+    inside = labels >= 0
+    out[inside] = number[labels[inside]]
+    return out
+
+
+def _root(owner: Ints, i: int) -> int:
+    while owner[i] != i:
+        owner[i] = owner[owner[i]]
+        i = int(owner[i])
+    return i
+
+
+def _touching(elements: Elements, labels: Labels, f: int) -> Ints:
+    """(p, 2) facets that have neighbouring elements, each pair once."""
+    source = np.repeat(labels, np.diff(elements.starts))
+    target = labels[elements.near]
+    border = (source != target) & (source >= 0) & (target >= 0)
+    a, b = source[border].astype(np.int64), target[border].astype(np.int64)
+    key = np.unique(np.minimum(a, b) * f + np.maximum(a, b))
+    return np.stack([key // f, key % f], axis=1)
+
+
+def _without_small(
+    elements: Elements, labels: Labels, least_count: int, least_area: float
+) -> Labels:
+    """Numbered by area, the largest first; -1 for elements of facets that are too small."""
+    planes = planes_of(elements, labels)
+    kept = (planes.count >= least_count) | ((planes.area >= least_area) & (planes.area > 0.0))
+    kept &= _looseness(elements, labels, len(planes.area)) <= _LOOSE
+    order = np.argsort(-np.where(kept, planes.area, -1.0), kind="stable")
+    number = np.full(len(planes.area) + 1, NONE, np.int32)
+    number[order[: int(kept.sum())]] = np.arange(int(kept.sum()))
+    return np.asarray(number[np.where(labels >= 0, labels, len(planes.area))])
+
+
+def _looseness(elements: Elements, labels: Labels, f: int) -> Array:
+    """(f,) of the facets' neighbours in all, the share that is of no facet."""
+    if elements.of == "face":
+        return np.zeros(f)
+    source = np.repeat(labels, np.diff(elements.starts))
+    inside = source >= 0
+    free = labels[elements.near[inside]] < 0
+    own = source[inside]
+    return np.asarray(np.bincount(own, free, f) / np.maximum(np.bincount(own, minlength=f), 1))
+
+
+def _count(labels: Labels) -> int:
+    return max(int(labels.max(initial=NONE)) + 1, 0)
+
+
+def share_going_over(elements: Elements, labels: Labels, angle_deg: float) -> float:
+    """Of the facets' area, the share of those that go over into another one: pieces of a face that
+    is wavy or curved.
+
+    The two are turned by less than the angle, and their elements' normals lean from their planes on
+    the whole, as those on a bend do; beside an edge between planes only a few of them lean.
+    """
+    f = _count(labels)
+    if f < 2:
+        return 0.0
+    planes = planes_of(elements, labels)
+    pairs = _touching(elements, labels, f)
+    turn = _angle_deg(planes.normal[pairs[:, 0]], planes.normal[pairs[:, 1]])
+    rows = np.flatnonzero((labels >= 0) & np.isfinite(elements.normals[:, 0]))
+    own = labels[rows]
+    off = _angle_deg(elements.normals[rows], planes.normal[own])
+    lean = np.bincount(own, off, f) / np.maximum(np.bincount(own, minlength=f), 1)
+    bent = (turn < angle_deg) & (lean[pairs].min(axis=1) > _LEAN * turn)
+    going = np.unique(pairs[bent])
+    return float(planes.area[going].sum() / planes.area.sum())
+
+
+def _angle_deg(one: Array, other: Array) -> Array:
+    """(k,) between axes (k, 3), degrees."""
+    return np.asarray(np.degrees(np.arccos(np.minimum(np.abs((one * other).sum(axis=1)), 1.0))))

@@ -1,0 +1,223 @@
+"""Compiled inner loops of the search for facets.
+
+Elements are the faces of a mesh or the points of a cloud; `starts` and `near` list the neighbours
+of each. Nothing here allocates: what is written comes in as arguments.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vomstudio.geometry.kernels.cells import eigen_of
+from vomstudio.geometry.kernels.jit import kernel, part
+
+
+@kernel("void(f8[:,::1], f8[:,::1], i4[:,::1], f8[:,::1], f8[::1])")
+def local_planes(points, places, rows, normals, variation):  # type: ignore[no-untyped-def]
+    """Unit normal of the points (k of each row) around each place, and the surface variation: the
+    smallest eigenvalue of their covariance over the sum (Pauly, Gross & Kobbelt 2002). NaN where
+    the points tell no plane."""
+    k = rows.shape[1]
+    for row in range(len(places)):
+        x, y, z = places[row, 0], places[row, 1], places[row, 2]
+        sx, sy, sz = 0.0, 0.0, 0.0
+        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(k):
+            at = rows[row, j]
+            dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
+            sx, sy, sz = sx + dx, sy + dy, sz + dz
+            xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
+            xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
+        sx, sy, sz = sx / k, sy / k, sz / k
+        found = eigen_of(
+            xx / k - sx * sx, yy / k - sy * sy, zz / k - sz * sz,
+            xy / k - sx * sy, xz / k - sx * sz, yz / k - sy * sz,
+        )  # fmt: skip
+        total = found[3] + found[4] + found[5]
+        if found[4] > 1e-9 * found[5] and total > 0.0:
+            normals[row, 0], normals[row, 1], normals[row, 2] = found[0], found[1], found[2]
+            variation[row] = max(found[3], 0.0) / total
+        else:
+            normals[row, 0], normals[row, 1], normals[row, 2] = math.nan, math.nan, math.nan
+            variation[row] = math.nan
+
+
+@kernel("void(f8[:,::1], f8[::1], i8[::1], i4[::1], f8, f8[:,::1])")
+def smoothed(normals, areas, starts, near, least, out):  # type: ignore[no-untyped-def]
+    """The mean of each element's normal and those of its neighbours that are within the angle
+    whose cosine is `least`, weighted by area; axial, so that sides do not matter."""
+    for e in range(len(normals)):
+        nx, ny, nz = normals[e, 0], normals[e, 1], normals[e, 2]
+        sx, sy, sz = areas[e] * nx, areas[e] * ny, areas[e] * nz
+        for at in range(starts[e], starts[e + 1]):
+            o = near[at]
+            c = nx * normals[o, 0] + ny * normals[o, 1] + nz * normals[o, 2]
+            if abs(c) < least or c != c:
+                continue
+            w = areas[o] if c > 0.0 else -areas[o]
+            sx, sy, sz = sx + w * normals[o, 0], sy + w * normals[o, 1], sz + w * normals[o, 2]
+        size = math.sqrt(sx * sx + sy * sy + sz * sz)
+        if size > 0.0:
+            out[e, 0], out[e, 1], out[e, 2] = sx / size, sy / size, sz / size
+        else:
+            out[e, 0], out[e, 1], out[e, 2] = nx, ny, nz
+
+
+@part
+def _reset(sums):  # type: ignore[no-untyped-def]
+    for j in range(10):
+        sums[j] = 0.0
+
+
+@part
+def _add(sums, w, x, y, z, inner, e):  # type: ignore[no-untyped-def]
+    """One element to the sums of weight, first and second moments; `inner` are its own."""
+    i = e if len(inner) > 1 else 0
+    sums[0] += w
+    sums[1] += w * x
+    sums[2] += w * y
+    sums[3] += w * z
+    sums[4] += w * (x * x + inner[i, 0])
+    sums[5] += w * (y * y + inner[i, 1])
+    sums[6] += w * (z * z + inner[i, 2])
+    sums[7] += w * (x * y + inner[i, 3])
+    sums[8] += w * (x * z + inner[i, 4])
+    sums[9] += w * (y * z + inner[i, 5])
+
+
+@part
+def _plane_of(sums):  # type: ignore[no-untyped-def]
+    """Normal, mean and the two larger eigenvalues of the sums."""
+    w = sums[0]
+    x, y, z = sums[1] / w, sums[2] / w, sums[3] / w
+    found = eigen_of(
+        sums[4] / w - x * x, sums[5] / w - y * y, sums[6] / w - z * z,
+        sums[7] / w - x * y, sums[8] / w - x * z, sums[9] / w - y * z,
+    )  # fmt: skip
+    return found[0], found[1], found[2], x, y, z, found[4], found[5]
+
+
+@kernel(
+    "i8(i8[::1], i8, i8, f8[:,::1], f8[:,::1], f8[::1], f8[:,::1], f8[::1], i8[::1], i4[::1],"
+    "f8, i8, f8, i4[::1], i4[::1], i8, f8[::1])"
+)
+def grow(  # type: ignore[no-untyped-def]
+    order, first, last, places, normals, areas, inner, reach, starts, near,
+    least_cosine, least_count, least_area, labels, queue, label, sums,
+):  # fmt: skip
+    """Grow regions from the seeds order[first:last], in that order; the next free label.
+
+    An element joins where its normal is within the angle of the region's plane and its place
+    within its own `reach` of it. The plane is fitted anew as the region grows by a half. Regions
+    of fewer elements than least_count are dissolved unless they have least_area. labels : -1 for
+    free, -2 for elements that take no part
+    """
+    for seed in range(first, last):
+        s = order[seed]
+        if labels[s] != -1:
+            continue
+        ox, oy, oz = places[s, 0], places[s, 1], places[s, 2]
+        nx, ny, nz = normals[s, 0], normals[s, 1], normals[s, 2]
+        cx, cy, cz = 0.0, 0.0, 0.0
+        _reset(sums)
+        _add(sums, areas[s], 0.0, 0.0, 0.0, inner, s)
+        labels[s] = label
+        queue[0] = s
+        head, tail, again = 0, 1, 8
+        while head < tail:
+            e = queue[head]
+            head += 1
+            for at in range(starts[e], starts[e + 1]):
+                o = near[at]
+                if labels[o] != -1:
+                    continue
+                c = nx * normals[o, 0] + ny * normals[o, 1] + nz * normals[o, 2]
+                if not abs(c) >= least_cosine:
+                    continue
+                x, y, z = places[o, 0] - ox, places[o, 1] - oy, places[o, 2] - oz
+                off = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
+                if not abs(off) <= reach[o]:
+                    continue
+                labels[o] = label
+                queue[tail] = o
+                tail += 1
+                _add(sums, areas[o], x, y, z, inner, o)
+                if tail >= again:
+                    again = tail + tail // 2
+                    found = _plane_of(sums)
+                    if found[6] > 1e-6 * found[7]:
+                        nx, ny, nz = found[0], found[1], found[2]
+                        cx, cy, cz = found[3], found[4], found[5]
+        if tail < least_count and sums[0] < least_area:
+            for at in range(tail):
+                labels[queue[at]] = -1
+        else:
+            label += 1
+    return label
+
+
+@kernel(
+    "i8(f8[:,::1], f8[:,::1], f8[::1], i8[::1], i4[::1], f8, f8[:,::1], f8[:,::1], f8[::1],"
+    "i4[::1], i4[::1])"
+)
+def settle(  # type: ignore[no-untyped-def]
+    places, normals, reach, starts, near, least_cosine, centres, facing, limits, labels, out
+):
+    """Give every element to the nearest plane among its own and its neighbours', or to none.
+
+    centres, facing (f, 3), limits (f,) : of the facets' planes; beyond its limit or the element's
+    own reach an element is none of it. Where its normal is off by more than the angle, as at an
+    edge that two faces share, it must lie twice as near. Returns how many have changed.
+    """
+    changed = 0
+    for e in range(len(labels)):
+        best, least = -1, math.inf
+        if labels[e] == -2:
+            out[e] = -2
+            continue
+        for turn in range(starts[e] - 1, starts[e + 1]):
+            f = labels[e] if turn < starts[e] else labels[near[turn]]
+            if f < 0 or f == best:
+                continue
+            off = abs(
+                (places[e, 0] - centres[f, 0]) * facing[f, 0]
+                + (places[e, 1] - centres[f, 1]) * facing[f, 1]
+                + (places[e, 2] - centres[f, 2]) * facing[f, 2]
+            )
+            limit = min(reach[e], limits[f])
+            c = abs(
+                normals[e, 0] * facing[f, 0]
+                + normals[e, 1] * facing[f, 1]
+                + normals[e, 2] * facing[f, 2]
+            )
+            if not c >= least_cosine:
+                limit *= 0.5
+                if not c >= 0.5:
+                    continue
+            if off <= limit and off < least:
+                best, least = f, off
+        out[e] = best
+        if best != labels[e]:
+            changed += 1
+    return changed
+
+
+@kernel("void(f8[:,::1], f8[::1], f8[:,::1], i4[::1], f8[:,::1], b1[::1], f8[:,::1], i8[::1])")
+def sums_of(  # type: ignore[no-untyped-def]
+    places, areas, inner, labels, about, known, sums, count
+):
+    """Add the moments of each facet's elements about the first of them: weight, first and second
+    moments (f, 10), and how many they are. `about` and `known` come as zeros."""
+    for e in range(len(labels)):
+        f = labels[e]
+        if f < 0:
+            continue
+        if not known[f]:
+            known[f] = True
+            about[f, 0], about[f, 1], about[f, 2] = places[e, 0], places[e, 1], places[e, 2]
+        count[f] += 1
+        _add(
+            sums[f], areas[e],
+            places[e, 0] - about[f, 0], places[e, 1] - about[f, 1], places[e, 2] - about[f, 2],
+            inner, e,
+        )  # fmt: skip

@@ -1,0 +1,362 @@
+"""A surface as a graph, for paths along it: the edges of a mesh, the neighbours in a cloud.
+
+The whole graph is made when it is first needed and kept. Between two places that are near each
+other only a corridor is needed: an ellipse with its foci there. Where a mesh wears textures, the
+faces of the corridor are divided until their edges are a few pixels long, so that a path follows
+what is seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.extraction.texture_colours import TextureColours
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.coincident_points import welded
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+    from scipy.spatial import cKDTree
+
+Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+NEIGHBOURS = 10
+# A neighbour farther off than this many usual distances is across a gap.
+_GAP = 3.0
+_MOST_NODES = 150_000
+_DEEPEST = 9
+_PIXELS_AN_EDGE = 3.0
+_BLOCK = 200_000
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """n nodes: places (n, 3) float64 from the surface's origin on; arcs of lengths in metres, each
+    stored once or twice; colours (n, 3) 0 to 255 or None; fields (n,) by name; rough gives the
+    roughness (n,): how sharply the surface bends there, radians on a mesh and the surface variation
+    of a cloud; row (n,) of the point or vertex of the model, -1 for places within faces."""
+
+    places: Array
+    arcs: csr_array
+    colours: Array | None
+    fields: Mapping[str, Array]
+    rough: Callable[[], Array]
+    row: Ints
+
+    @cached_property
+    def roughness(self) -> Array:
+        """(n,)"""
+        return self.rough()
+
+
+class SurfaceGraph:
+    """data : in World or in the file's frame; lengths are in its unit. Raises GeometryError where
+    there is no surface."""
+
+    def __init__(self, data: Mesh | PointCloud) -> None:
+        self.data = data
+        points = data.vertices if isinstance(data, Mesh) else data.points
+        sound = np.isfinite(points).all(axis=1)
+        if isinstance(data, Mesh) and len(data.faces):
+            used = np.zeros(len(points), np.bool_)
+            used[np.asarray(data.faces).ravel()] = True
+            sound &= used
+        rows = np.flatnonzero(sound)
+        if len(rows) < 2 or not np.ptp(points[rows], axis=0).any():
+            raise GeometryError(tr("The model has no surface that a path could follow."))
+        self.origin: Array = np.floor(points[rows].min(axis=0))
+        local = points[rows] - self.origin
+        which = welded(local)
+        first = np.full(int(which.max()) + 1, -1, np.int64)
+        first[which[::-1]] = np.arange(len(which))[::-1]
+        self.places: Array = np.ascontiguousarray(local[first], np.float64)
+        self.row: Ints = rows[first]
+        self._node = np.full(len(points), -1, np.int64)
+        self._node[rows] = which
+        self._scratch = np.full(len(self.places), -1, np.int64)
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """Of the nodes' places."""
+        from scipy.spatial import cKDTree
+
+        return cKDTree(self.places, leafsize=24, compact_nodes=False, balanced_tree=False)
+
+    @cached_property
+    def textures(self) -> TextureColours | None:
+        """Of a mesh that wears them and has no colours of its own."""
+        if isinstance(self.data, Mesh) and self.data.colors is None:
+            found = TextureColours(self.data)
+            return found if found.any else None
+        return None
+
+    @cached_property
+    def is_mesh(self) -> bool:
+        """Faces hang it together; else the distances of its points do."""
+        return isinstance(self.data, Mesh) and len(self.data.faces) > 0
+
+    # --- the whole ---------------------------------------------------------------------------
+    @cached_property
+    def whole(self) -> Graph:
+        """All of it, with the colours of its points."""
+        return self._of_nodes(np.arange(len(self.places)))
+
+    @cached_property
+    def _faces(self) -> Ints:
+        """Faces of a mesh by nodes, those that are none left out."""
+        faces = self._node[np.asarray(self.data.faces, np.int64)]  # type: ignore[union-attr]
+        return np.asarray(faces)
+
+    @cached_property
+    def _sound_faces(self) -> npt.NDArray[np.bool_]:
+        a, b, c = self._faces.T
+        return np.asarray((self._faces >= 0).all(axis=1) & (a != b) & (b != c) & (c != a))
+
+    @cached_property
+    def _mesh_arcs(self) -> tuple[Ints, Ints]:
+        """(first, second) node of each edge, once, sorted by the first; and its starts are found
+        by searching."""
+        faces = self._faces[self._sound_faces]
+        ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+        n = len(self.places)
+        key = np.unique(ends.min(axis=1) * n + ends.max(axis=1))
+        return key // n, key % n
+
+    @cached_property
+    def _faces_of(self) -> tuple[Ints, Ints]:
+        """Faces at each node: rows into one array, and its starts."""
+        rows = np.flatnonzero(self._sound_faces)
+        nodes = self._faces[rows].ravel()
+        order = np.argsort(nodes, kind="stable")
+        starts = np.concatenate([[0], np.cumsum(np.bincount(nodes, minlength=len(self.places)))])
+        return rows[order // 3], starts
+
+    @cached_property
+    def _near(self) -> npt.NDArray[np.int32]:
+        """(n, k) neighbours of a cloud's nodes, -1 for those across a gap."""
+        n = len(self.places)
+        k = min(NEIGHBOURS, n - 1)
+        near, far = np.empty((n, k), np.int32), np.empty((n, k), np.float32)
+        for first in range(0, n, _BLOCK):
+            part = slice(first, first + _BLOCK)
+            distance, rows = self.tree.query(self.places[part], k=k + 1, workers=-1)
+            near[part], far[part] = rows[:, 1:], distance[:, 1:]
+        usual = np.median(far[near[:, 0], min(3, k - 1)])
+        own = np.maximum(far[:, min(3, k - 1)], usual)
+        near[far > _GAP * own[:, None]] = -1
+        return near
+
+    def snapped(self, places: Array) -> Array:
+        """(w,) distance of places (w, 3), in the frame of the data, from its nearest point."""
+        given = np.asarray(places, np.float64).reshape(-1, 3) - self.origin
+        return np.asarray(self.tree.query(given)[0], np.float64)
+
+    def prepare(self) -> None:
+        """Make what paths need, which takes seconds for millions of points; any thread."""
+        _ = self.tree, self.textures
+        if self.is_mesh:
+            _ = self._faces_of if self.textures is not None else self._mesh_arcs
+        else:
+            _ = self._near
+
+    # --- a part ------------------------------------------------------------------------------
+    def world(self, graph: Graph, nodes: Ints) -> Array:
+        """(k, 3) places of a graph's nodes in the frame of the data, its own points to the bit."""
+        points = self.data.vertices if isinstance(self.data, Mesh) else self.data.points
+        found = graph.places[nodes] + self.origin
+        own = graph.row[nodes]
+        found[own >= 0] = points[own[own >= 0]]
+        return np.asarray(found)
+
+    def corridor(self, one: Array, other: Array, stretch: float, margin: float) -> Graph:
+        """What lies within an ellipse around two places (3,), from the origin on: all paths from
+        one to the other that are at most `stretch` times as long as the straight line, and a
+        margin."""
+        apart = float(np.linalg.norm(other - one))
+        reach = stretch * apart + margin
+        rows = np.asarray(
+            self.tree.query_ball_point((one + other) / 2.0, reach / 2.0, return_sorted=True),
+            np.int64,
+        )
+        near = self.places[rows]
+        inside = np.linalg.norm(near - one, axis=1) + np.linalg.norm(near - other, axis=1) <= reach
+        rows = rows[inside]
+        ends = np.asarray(self.tree.query(np.stack([one, other]))[1], np.int64)
+        rows = np.union1d(rows, ends)
+        if self.is_mesh and self.textures is not None:
+            return self._refined(rows)
+        return self._of_nodes(rows)
+
+    def _of_nodes(self, rows: Ints) -> Graph:
+        from scipy.sparse import csr_array
+
+        n, every = len(rows), len(rows) == len(self.places)
+        scratch = self._scratch
+        scratch[rows] = np.arange(n)
+        try:
+            if self.is_mesh:
+                source, target = self._edges_among(rows, every)
+            else:
+                near = self._near[rows]
+                there = near >= 0
+                source = np.repeat(np.arange(n), there.sum(axis=1))
+                target = scratch[near[there]]
+        finally:
+            scratch[rows] = -1
+        kept = target >= 0
+        source, target = source[kept], target[kept]
+        places = self.places[rows]
+        length = np.linalg.norm(places[source] - places[target], axis=1)
+        arcs = csr_array((length, (source, target)), shape=(n, n))
+        row = self.row[rows]
+        return Graph(
+            places, arcs, self._colours_of(row), self._fields_of(row),
+            lambda: self._roughness(rows, places), row,
+        )  # fmt: skip
+
+    def _edges_among(self, rows: Ints, every: bool) -> tuple[Ints, Ints]:
+        first, second = self._mesh_arcs
+        if every:
+            return first, second
+        low = np.searchsorted(first, rows)
+        count = np.searchsorted(first, rows, side="right") - low
+        at = np.repeat(low - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
+        return np.repeat(np.arange(len(rows)), count), self._scratch[second[at]]
+
+    def _refined(self, rows: Ints) -> Graph:
+        """The faces at these nodes, divided until an edge is some pixels long."""
+        assert isinstance(self.data, Mesh)
+        assert self.textures is not None
+        by_node, starts = self._faces_of
+        first, count = starts[rows], starts[rows + 1] - starts[rows]
+        at = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
+        faces = np.unique(by_node[at])
+        corners = np.asarray(self.data.faces[faces], np.int64)
+        used, which = np.unique(corners, return_inverse=True)
+        places = np.asarray(self.data.vertices[used], np.float64) - self.origin
+        rough = self._vertex_roughness[self._node[used]]
+        extra = np.column_stack([self.textures.uv[used], rough, *self._fields_of(used).values()])
+        triangles = which.reshape(-1, 3)
+        material = self.textures.material_of(faces)
+        level = self._level(places, extra[:, :2], triangles, material)
+        row = used
+        for _ in range(level):
+            places, extra, triangles, fresh = _divided(places, extra, triangles)
+            row = np.concatenate([row, np.full(fresh, -1)])
+            material = np.tile(material, 4)
+        colours = self.textures.at(extra[:, :2], triangles, material, level)
+        return self._welded_graph(places, triangles, colours, extra[:, 2:], row)
+
+    def _welded_graph(
+        self, places: Array, triangles: Ints, colours: Array, extra: Array, row: Ints
+    ) -> Graph:
+        from scipy.sparse import csr_array
+
+        node = welded(places)
+        n = int(node.max()) + 1
+        first = np.full(n, -1, np.int64)
+        first[node[::-1]] = np.arange(len(node))[::-1]
+        number = np.bincount(node, minlength=n)
+        mean = np.stack([np.bincount(node, colours[:, i], n) / number for i in range(3)], axis=1)
+        corners = node[triangles]
+        ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
+        key = np.unique(ends.min(axis=1) * n + ends.max(axis=1))
+        source, target = key // n, key % n
+        own = places[first]
+        length = np.linalg.norm(own[source] - own[target], axis=1)
+        names = list(self.data.fields)
+        return Graph(
+            own,
+            csr_array((length, (source, target)), shape=(n, n)),
+            mean,
+            {name: extra[first, 1 + i] for i, name in enumerate(names)},
+            lambda: extra[first, 0],
+            row[first],
+        )
+
+    def _level(self, places: Array, uv: Array, triangles: Ints, material: Ints) -> int:
+        """How often to divide the faces: to some pixels an edge, while the nodes stay few."""
+        assert self.textures is not None
+        pixels = self.textures.edge_pixels(uv, triangles, material)
+        level = int(np.clip(np.ceil(np.log2(max(pixels / _PIXELS_AN_EDGE, 1.0))), 0, _DEEPEST))
+        while level > 0 and len(triangles) / 2 * 4**level > _MOST_NODES:
+            level -= 1
+        return level
+
+    def _colours_of(self, row: Ints) -> Array | None:
+        if self.data.colors is not None:
+            return np.asarray(self.data.colors[row], np.float64)
+        if self.textures is not None:
+            return self.textures.of_vertices[row]
+        return None
+
+    def _fields_of(self, row: Ints) -> dict[str, Array]:
+        return {
+            name: np.asarray(values[row], np.float64) for name, values in self.data.fields.items()
+        }
+
+    @cached_property
+    def _vertex_roughness(self) -> Array:
+        """Of a mesh's nodes: the widest angle between the normals of faces at them, radians."""
+        rows = np.flatnonzero(self._sound_faces)
+        faces = self._faces[rows]
+        a, b, c = (self.places[faces[:, i]] for i in range(3))
+        normal = np.cross(b - a, c - a)
+        size = np.linalg.norm(normal, axis=1)
+        unit = normal / np.where(size > 0.0, size, 1.0)[:, None]
+        n = len(self.places)
+        ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+        key = ends.min(axis=1) * n + ends.max(axis=1)
+        order = np.argsort(key, kind="stable")
+        same = np.flatnonzero(np.diff(key[order]) == 0)
+        one, two = order[same], order[same + 1]
+        cosine = np.clip((unit[one // 3] * unit[two // 3]).sum(axis=1), -1.0, 1.0)
+        angle = np.zeros(n)
+        for end in ends[one].T:
+            np.maximum.at(angle, end, np.arccos(cosine))
+        return angle
+
+    def _roughness(self, rows: Ints, places: Array) -> Array:
+        if self.is_mesh:
+            return self._vertex_roughness[rows]
+        from vomstudio.extraction.kernels import local_planes
+
+        near = np.where(self._near[rows] < 0, rows[:, None], self._near[rows])
+        found = np.empty((len(rows), 3)), np.empty(len(rows))
+        local_planes(self.places, places, np.ascontiguousarray(near, np.int32), *found)
+        return np.nan_to_num(found[1])
+
+
+def _divided(places: Array, extra: Array, triangles: Ints) -> tuple[Array, Array, Ints, int]:
+    """Every triangle in four, with nodes at the middles of its edges; how many these are."""
+    n = len(places)
+    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    key, which = np.unique(ends.min(axis=1) * n + ends.max(axis=1), return_inverse=True)
+    one, two = key // n, key % n
+    middle = n + which.reshape(-1, 3)
+    a, b, c = triangles.T
+    ab, bc, ca = middle.T
+    four = np.concatenate(
+        [
+            np.stack([a, ab, ca], axis=1),
+            np.stack([ab, b, bc], axis=1),
+            np.stack([ca, bc, c], axis=1),
+            np.stack([ab, bc, ca], axis=1),
+        ]
+    )
+    return (
+        np.concatenate([places, (places[one] + places[two]) / 2.0]),
+        np.concatenate([extra, (extra[one] + extra[two]) / 2.0]),
+        four,
+        len(key),
+    )

@@ -1,0 +1,120 @@
+"""Colours of places on a textured mesh."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.mesh import Mesh
+
+Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+_GREY = 128.0
+
+
+class TextureColours:
+    """Pictures are read when they are first needed; one that cannot be is grey.
+
+    any : the mesh wears a texture; uv : (n, 2) of its vertices
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        self._mesh = mesh
+        self.any = mesh.uv is not None and any(m.texture is not None for m in mesh.materials)
+        self.uv: Array = (
+            np.zeros((len(mesh.vertices), 2))
+            if mesh.uv is None
+            else np.asarray(mesh.uv, np.float64)
+        )
+        self._pictures: dict[tuple[int, int], npt.NDArray[np.uint8] | None] = {}
+
+    def material_of(self, faces: Ints) -> Ints:
+        """(k,) material of faces, -1 for none."""
+        offsets = np.asarray(self._mesh.material_offsets, np.int64)
+        found = np.searchsorted(offsets, faces, side="right") - 1
+        return np.where(found < len(self._mesh.materials), found, -1)
+
+    def edge_pixels(self, uv: Array, triangles: Ints, material: Ints) -> float:
+        """Pixels along an edge, at the median."""
+        sizes = np.array([self._size(int(m)) for m in np.unique(material)], np.float64)
+        scale = sizes[np.searchsorted(np.unique(material), material)]
+        a, b = uv[triangles[:, 0]] * scale, uv[triangles[:, 1]] * scale
+        length = np.linalg.norm(a - b, axis=1)
+        length = length[np.isfinite(length)]
+        return float(np.median(length)) if len(length) else 1.0
+
+    def at(self, uv: Array, triangles: Ints, material: Ints, level: int) -> Array:
+        """(n, 3) colours of vertices with these coordinates, averaged over about half of an edge.
+
+        level : how often the faces of the mesh were divided
+        """
+        colours = np.full((len(uv), 3), _GREY)
+        pixels = self.edge_pixels(uv, triangles, material)
+        halvings = int(np.clip(np.floor(np.log2(max(pixels / 2.0, 1.0))), 0, 8))
+        for m in np.unique(material).tolist():
+            picture = self._picture(m, halvings)
+            rows = np.unique(triangles[material == m])
+            if picture is not None:
+                colours[rows] = _bilinear(picture, uv[rows])
+            elif m >= 0 and (diffuse := self._mesh.materials[m].diffuse) is not None:
+                colours[rows] = 255.0 * np.asarray(diffuse)
+        return colours
+
+    @cached_property
+    def of_vertices(self) -> Array:
+        """(n, 3) of the mesh's vertices, averaged over about half of an edge."""
+        faces = np.arange(len(self._mesh.faces))
+        return self.at(self.uv, np.asarray(self._mesh.faces, np.int64), self.material_of(faces), 0)
+
+    def _size(self, material: int) -> tuple[int, int]:
+        picture = self._picture(material, 0)
+        return (1, 1) if picture is None else (picture.shape[1], picture.shape[0])
+
+    def _picture(self, material: int, halvings: int) -> npt.NDArray[np.uint8] | None:
+        key = (material, halvings)
+        if key not in self._pictures:
+            self._pictures[key] = self._read(material, halvings)
+        return self._pictures[key]
+
+    def _read(self, material: int, halvings: int) -> npt.NDArray[np.uint8] | None:
+        if material < 0 or self._mesh.materials[material].texture is None:
+            return None
+        if halvings:
+            fine = self._picture(material, 0)
+            if fine is None:
+                return None
+            from PIL import Image
+
+            return np.asarray(Image.fromarray(fine).reduce(2**halvings))
+        from vomstudio.errors import InputError
+        from vomstudio.io.photos.pixels import opened
+
+        try:
+            with opened(self._mesh.materials[material].texture or "") as image:
+                return np.asarray(image.convert("RGB"))
+        except InputError:
+            # The reader of the model has said so already.
+            return None
+
+
+def _bilinear(picture: npt.NDArray[np.uint8], uv: Array) -> Array:
+    """Colours at texture coordinates, origin at the lower left; the picture is repeated."""
+    height, width = picture.shape[:2]
+    known = np.asarray(np.isfinite(uv).all(axis=1))
+    safe = np.where(known[:, None], uv, 0.0)
+    inside = np.where((safe >= 0.0) & (safe <= 1.0), safe, safe - np.floor(safe))
+    x = np.clip(inside[:, 0] * width - 0.5, 0.0, width - 1.0)
+    y = np.clip((1.0 - inside[:, 1]) * height - 0.5, 0.0, height - 1.0)
+    i, j = x.astype(np.int64), y.astype(np.int64)
+    i1, j1 = np.minimum(i + 1, width - 1), np.minimum(j + 1, height - 1)
+    fx, fy = (x - i)[:, None], (y - j)[:, None]
+    found = (
+        picture[j, i] * (1 - fx) * (1 - fy)
+        + picture[j, i1] * fx * (1 - fy)
+        + picture[j1, i] * (1 - fx) * fy
+        + picture[j1, i1] * fx * fy
+    )
+    return np.asarray(np.where(known[:, None], found, _GREY))

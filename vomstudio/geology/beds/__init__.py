@@ -1,0 +1,1 @@
+"""Several traces of beds together."""

@@ -1,0 +1,121 @@
+"""Domains of a structure, each with its own axis, and whether one axis serves all of them.
+
+Where no direction is valid for all (fig. 31c), a section projects each domain along its own. One
+great circle through all poles is tested against one for each domain by F (the extra sum of squares
+of nested fits); a domain of one dip has no axis of its own, and is asked only how far its mean pole
+lies from the common great circle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.geology.folds import AxisFigures, FoldAxis, fold_axis
+from vomstudio.geology.orientation import Array, angle_between_lines, planes_to_poles
+from vomstudio.geology.populations.chances import f_tail
+from vomstudio.geology.statistics import flip_to, orientation_tensor
+from vomstudio.words import tr
+
+APART_P, APART_DEG = 0.05, 5.0
+"""Domains have their own axes below this chance, and from so many degrees apart on."""
+
+
+@dataclass(frozen=True)
+class DomainFigures:
+    """A domain: how many planes, and its axis, or the reason why it has none."""
+
+    n: int
+    axis: AxisFigures | None
+    reason: str | None
+
+
+@dataclass(frozen=True)
+class OneAxisFigures:
+    """Whether one axis serves all domains. F, p: of the extra sum of squares, None where there is
+    nothing to test. apart_deg: the largest angle between the axes of two domains, or between the
+    common axis and the bed of a domain of one dip."""
+
+    serves_all: bool
+    F: float | None
+    p: float | None
+    apart_deg: float | None
+    reasons: tuple[str, ...]
+
+
+def domain_axes(
+    beds: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
+    pooled: FoldAxis,
+    waviness_deg: float | None = None,
+) -> tuple[dict[str, DomainFigures], OneAxisFigures]:
+    """beds : by domain, dip directions and dips (n,) in degrees. pooled : the axis of all."""
+    beta = pooled.beta.vector()
+    figures: dict[str, DomainFigures] = {}
+    own: dict[str, FoldAxis] = {}
+    separate, parameters, n = 0.0, 0, 0
+    together, off = 0.0, [0.0]
+    for name, (azimuth, dip) in beds.items():
+        poles = planes_to_poles(azimuth, dip).reshape(-1, 3)
+        n += len(poles)
+        together += _square(poles @ beta)
+        found, reason = _own_axis(azimuth, dip, waviness_deg)
+        if found is not None and found.verdict != "homoclinal" and len(poles) > 2:
+            own[name] = found
+            separate += _square(poles @ found.beta.vector())
+            parameters += 2
+        else:
+            axes = orientation_tensor(poles)[1]
+            along = flip_to(poles, axes[0]) @ beta
+            separate += float(np.sum((along - along.mean()) ** 2))
+            parameters += 1
+            off.append(math.degrees(math.asin(min(abs(float(axes[0] @ beta)), 1.0))))
+        figures[name] = DomainFigures(len(poles), None if found is None else found.figures, reason)
+    off += [angle_between_lines(a.beta, b.beta) for a, b in combinations(own.values(), 2)]
+    return figures, _judged(together, separate, parameters, n, max(off))
+
+
+def _own_axis(
+    azimuth: npt.ArrayLike, dip: npt.ArrayLike, waviness_deg: float | None
+) -> tuple[FoldAxis | None, str | None]:
+    try:
+        return fold_axis(azimuth, dip, waviness_deg=waviness_deg), None
+    except GeometryError as error:
+        return None, error.message
+
+
+def _square(along: Array) -> float:
+    return float(np.sum(np.arcsin(np.clip(along, -1.0, 1.0)) ** 2))
+
+
+def _judged(
+    together: float, separate: float, parameters: int, n: int, apart: float
+) -> OneAxisFigures:
+    extra, free = parameters - 2, n - parameters
+    if extra <= 0 or free <= 0:
+        said = tr(
+            "two domains of one dip each always share an axis, the line in which they meet; a "
+            "fault between them is judged with --sets"
+        )
+        return OneAxisFigures(True, None, None, apart, (said,))
+    variance = max(separate / free, 1e-12)
+    ratio = max(together - separate, 0.0) / extra / variance
+    p = f_tail(extra, free, ratio)
+    apart_words = tr(
+        "{apart:.0f} degrees apart at most; chance of that where one axis serves all: p {p}",
+        apart=apart,
+        p="< 0.001" if p < 0.001 else f"= {p:.3f}",
+    )
+    if p < APART_P and apart >= APART_DEG:
+        said = tr(
+            "the domains have axes of their own, {apart}: project each along its own",
+            apart=apart_words,
+        )
+        return OneAxisFigures(False, ratio, p, apart, (said,))
+    said = tr("one axis serves all domains, {apart}", apart=apart_words)
+    return OneAxisFigures(True, ratio, p, apart, (said,))

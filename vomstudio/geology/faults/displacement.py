@@ -1,0 +1,325 @@
+"""Displacement on a fault: what pairs of points on both sides of it tell, and how well.
+
+Two points that were one (piercing points) give the net slip. Two points of one bed on both sides
+give only what the bed allows: along a slip direction that is known, the net slip; else separations,
+which are no slip (Hill 1959, Journal of Geology 67, 641-653; Yamada & Sakaguchi 1995). Errors are
+propagated to first order from those of the points, the fault, the bed and the slip direction.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.geology.orientation import Line, Plane, normals_to_planes, planes_to_normals
+from vomstudio.words import tr
+
+Floats = npt.NDArray[np.float64]
+
+_Z95 = 1.959963984540054
+_CONE95 = math.sqrt(-2.0 * math.log(0.05))
+"""Half-angle of the cone that holds 95 % of a direction, in standard deviations along one axis."""
+_STEP = 1e-6
+_PARALLEL_DEG = 5.0
+
+
+@dataclass(frozen=True)
+class Measured:
+    """value, and half of its 95 % interval, by itself; None where nothing is known of errors"""
+
+    value: float
+    error95: float | None
+
+
+@dataclass(frozen=True)
+class Errors:
+    """sigma_m : standard deviation of each coordinate of a point; fault95_deg, bed95_deg : half-
+    angles of the 95 % cones of their normals; rake95_deg : 95 % of the slip's rake"""
+
+    sigma_m: float = 0.0
+    fault95_deg: float = 0.0
+    bed95_deg: float = 0.0
+    rake95_deg: float = 0.0
+
+    @property
+    def known(self) -> bool:
+        return any((self.sigma_m, self.fault95_deg, self.bed95_deg, self.rake95_deg))
+
+
+NO_ERRORS = Errors()
+"""Nothing is known of them."""
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """How the hanging wall moved against the footwall, metres.
+
+    what : net slip, or separation where the slip is unknown; net_m : its length; throw_m : down
+    positive; heave_m : horizontal, across the strike, positive where the walls moved apart;
+    strike_slip_m : along the right-hand-rule strike, positive sinistral; dip_slip_m : up the dip,
+    positive reverse; slip_rake_deg : -180 to 180, positive with a reverse part; direction : trend
+    and plunge of the motion; off_fault_m : how far the vector leaves the fault plane
+    """
+
+    what: str
+    net_m: Measured
+    throw_m: Measured
+    heave_m: Measured
+    strike_slip_m: Measured
+    dip_slip_m: Measured
+    slip_rake_deg: float | None
+    trend_deg: float | None
+    plunge_deg: float | None
+    off_fault_m: float
+
+    def as_dict(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Separations:
+    """Of one bed across a fault whose slip is unknown, metres: stratigraphic, across the bed; dip
+    separation, along the fault's dip, with its throw and heave; strike separation, along its
+    strike, positive sinistral. None where the bed runs along that direction."""
+
+    stratigraphic_m: Measured
+    dip: Displacement | None
+    strike_m: Measured | None
+
+
+def net_slip_of_piercing_points(
+    hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike, fault: Plane, errors: Errors = NO_ERRORS
+) -> Displacement:  # fmt: skip
+    """From two places (3,) in World that were one. Raises GeometryError for places that are not
+    finite."""
+    points = _points(hanging_wall, footwall)
+
+    def vector(p: Floats) -> tuple[Floats, Floats]:
+        return p[:3] - p[3:6], _tilted(fault, p[6:8])
+
+    spread = _spread(errors, fault95=errors.fault95_deg)
+    return _displacement("net slip", vector, np.concatenate([points, np.zeros(2)]), spread, errors)
+
+
+def net_slip_of_cutoffs(
+    hanging_wall: npt.ArrayLike,
+    footwall: npt.ArrayLike,
+    fault: Plane,
+    bed: Plane,
+    slip_rake_deg: float,
+    errors: Errors = NO_ERRORS,
+    *,
+    what: str = "net slip",
+) -> Displacement:
+    """From one point (3,) of the same bed on each side and the rake of the slip, an axis: which way
+    it went follows. bed : its attitude, the same on both sides.
+
+    The hanging wall is moved back along the slip until its point lies in the footwall's bed. Raises
+    GeometryError where the slip is within 5 degrees of the bed, which then says nothing of it.
+    """
+    points = _points(hanging_wall, footwall)
+    bed_normal = planes_to_normals(bed.dip_direction_deg, bed.dip_deg).ravel()
+    if abs(_along(fault, slip_rake_deg) @ bed_normal) < math.sin(math.radians(_PARALLEL_DEG)):
+        raise GeometryError(
+            tr(
+                "The slip is within {limit:g} degrees of the bed, whose cut-offs say nothing of "
+                "it. Use another marker.",
+                limit=_PARALLEL_DEG,
+            )
+        )
+
+    def vector(p: Floats) -> tuple[Floats, Floats]:
+        normal, across = _tilted(fault, p[6:8]), _tilted(bed, p[8:10])
+        along = _in_plane(normal, math.radians(slip_rake_deg) + p[10])
+        return (p[:3] - p[3:6]) @ across / (along @ across) * along, normal
+
+    spread = _spread(
+        errors, fault95=errors.fault95_deg, bed95=errors.bed95_deg, rake95=errors.rake95_deg
+    )
+    return _displacement(what, vector, np.concatenate([points, np.zeros(5)]), spread, errors)
+
+
+def separations(
+    hanging_wall: npt.ArrayLike,
+    footwall: npt.ArrayLike,
+    fault: Plane,
+    bed: Plane,
+    errors: Errors = NO_ERRORS,
+) -> Separations:
+    """What can be said where the slip is unknown. Raises GeometryError for a bed parallel to the
+    fault."""
+    points = _points(hanging_wall, footwall)
+    fault_normal = planes_to_normals(fault.dip_direction_deg, fault.dip_deg).ravel()
+    bed_normal = planes_to_normals(bed.dip_direction_deg, bed.dip_deg).ravel()
+    if np.linalg.norm(np.cross(fault_normal, bed_normal)) < math.sin(math.radians(_PARALLEL_DEG)):
+        raise GeometryError(
+            tr("The bed is within {limit:g} degrees of the fault and has no cut-off there.",
+               limit=_PARALLEL_DEG)
+        )  # fmt: skip
+
+    def across(p: Floats) -> Floats:
+        return np.array([(p[:3] - p[3:6]) @ _tilted(bed, p[6:8])])
+
+    at = np.concatenate([points, np.zeros(2)])
+    value, error = _propagated(across, at, _spread(errors, bed95=errors.bed95_deg))
+    found: dict[float, Displacement | None] = {}
+    known = Errors(errors.sigma_m, errors.fault95_deg, errors.bed95_deg)
+    for rake in (90.0, 0.0):
+        try:
+            found[rake] = net_slip_of_cutoffs(
+                hanging_wall, footwall, fault, bed, rake, known, what="separation"
+            )
+        except GeometryError:
+            found[rake] = None
+    strike = found[0.0]
+    return Separations(
+        _measured(abs(float(value[0])), float(error[0]), errors),
+        found[90.0],
+        None if strike is None else strike.strike_slip_m,
+    )
+
+
+@dataclass(frozen=True)
+class ThreePoints:
+    """The plane through three points, with the 95 % errors of its dip and dip direction, each by
+    itself, and the half-angle of its 95 % cone in the worst direction; None where nothing is known
+    of the points' errors. A dip direction uncertain by more than 90 degrees is None."""
+
+    plane: Plane
+    dip_error_deg: float | None
+    dip_direction_error_deg: float | None
+    max_error95_deg: float | None
+
+
+def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreePoints:
+    """The three-point problem: points (3, 3) in World on one surface, sigma_m the standard
+    deviation of each coordinate. Raises GeometryError for points on one line."""
+    p = np.asarray(points, np.float64)
+    if p.shape != (3, 3) or not np.isfinite(p).all():
+        raise GeometryError(tr("Three points with finite x, y, z are needed."))
+    sides = p[1:] - p[0]
+    longest = float(np.linalg.norm(sides, axis=1).max())
+    normal = np.cross(*sides)
+    if np.linalg.norm(normal) <= 1e-9 * longest**2:
+        raise GeometryError(tr("The three points lie on one line, which has many planes."))
+    direction, dip, _ = normals_to_planes(normal)
+    plane = Plane(float(direction[0]), float(dip[0]))
+    if sigma_m <= 0:
+        return ThreePoints(plane, None, None, None)
+    up, down_dip, strike = _axes(plane)
+
+    def tilts(q: Floats) -> Floats:
+        n = np.cross(*(q.reshape(3, 3)[1:] - q.reshape(3, 3)[0]))
+        n = n / np.linalg.norm(n)
+        n = n if n @ up > 0 else -n
+        return np.array([n @ down_dip, n @ strike])
+
+    slope = _slopes(tilts, (p - p.mean(axis=0)).ravel(), _STEP * longest)
+    cov = sigma_m**2 * slope @ slope.T
+    dip_error = _Z95 * math.sqrt(cov[0, 0])
+    sine = math.sin(math.radians(plane.dip_deg))
+    turn = _Z95 * math.sqrt(cov[1, 1]) / sine if sine > 1e-9 else math.inf
+    worst = _CONE95 * math.sqrt(float(np.linalg.eigvalsh(cov)[-1]))
+    return ThreePoints(
+        plane,
+        math.degrees(dip_error),
+        math.degrees(turn) if turn < math.pi / 2 else None,
+        math.degrees(min(worst, math.pi / 2)),
+    )
+
+
+# --- vectors --------------------------------------------------------------------------------------
+def _points(hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike) -> Floats:
+    """(6,) both, around the footwall's: a northing would cost the steps their digits."""
+    h, f = (np.asarray(v, np.float64).ravel() for v in (hanging_wall, footwall))
+    if h.shape != (3,) or f.shape != (3,) or not np.isfinite([*h, *f]).all():
+        raise GeometryError(tr("A pair is two points with finite x, y, z."))
+    return np.concatenate([h - f, np.zeros(3)])
+
+
+def _axes(plane: Plane) -> tuple[Floats, Floats, Floats]:
+    """Upward normal, down the dip, along the right-hand-rule strike."""
+    normal = planes_to_normals(plane.dip_direction_deg, plane.dip_deg).ravel()
+    return normal, plane.dip_vector(), plane.strike_vector()
+
+
+def _tilted(plane: Plane, tilt_rad: Floats) -> Floats:
+    """The upward normal, turned by small angles down the dip and along the strike."""
+    up, down, strike = _axes(plane)
+    n = up + math.tan(tilt_rad[0]) * down + math.tan(tilt_rad[1]) * strike
+    return np.asarray(n / np.linalg.norm(n))
+
+
+def _in_plane(normal: Floats, rake_rad: float) -> Floats:
+    """Unit vector of a slip's rake in the plane of a normal: 0 along the strike, 90 up the dip."""
+    level = np.array([normal[0], normal[1], 0.0])
+    size = np.linalg.norm(level)
+    level = level / size if size > 1e-12 else np.array([0.0, 1.0, 0.0])
+    strike = np.array([-level[1], level[0], 0.0])
+    up_dip = np.cross(normal, strike)
+    up_dip = up_dip if up_dip[2] >= 0 else -up_dip
+    return np.asarray(math.cos(rake_rad) * strike + math.sin(rake_rad) * up_dip)
+
+
+def _along(fault: Plane, rake_deg: float) -> Floats:
+    return _in_plane(_axes(fault)[0], math.radians(rake_deg))
+
+
+# --- errors ---------------------------------------------------------------------------------------
+def _spread(errors: Errors, **cones: float) -> Floats:
+    """Standard deviations of the parameters: six coordinates, then tilts and the rake."""
+    parts = [np.full(6, errors.sigma_m)]
+    for name, value in cones.items():
+        one = math.radians(value)
+        parts.append(np.array([one / _Z95]) if name == "rake95" else np.full(2, one / _CONE95))
+    return np.concatenate(parts)
+
+
+def _slopes(f: Callable[[Floats], Floats], at: Floats, step: float = _STEP) -> Floats:
+    steps = step * np.eye(len(at))
+    return np.array([(f(at + s) - f(at - s)) / (2 * step) for s in steps]).T
+
+
+def _propagated(f: Callable[[Floats], Floats], at: Floats, spread: Floats) -> tuple[Floats, Floats]:
+    """Values and their standard deviations."""
+    slope = _slopes(f, at) * spread
+    return f(at), np.sqrt(np.sum(slope**2, axis=1))
+
+
+def _measured(value: float, sigma: float, errors: Errors) -> Measured:
+    return Measured(value, _Z95 * sigma if errors.known else None)
+
+
+def _displacement(
+    what: str,
+    vector: Callable[[Floats], tuple[Floats, Floats]],
+    at: Floats,
+    spread: Floats,
+    errors: Errors,
+) -> Displacement:
+    def figures(p: Floats) -> Floats:
+        d, normal = vector(p)
+        strike, up_dip = _in_plane(normal, 0.0), _in_plane(normal, math.pi / 2)
+        level = -up_dip * [1, 1, 0]
+        size = np.linalg.norm(level)
+        outward = level / size if size > 1e-9 else np.cross(strike, [0.0, 0.0, 1.0])
+        return np.array([np.linalg.norm(d), -d[2], d @ outward, d @ strike, d @ up_dip])
+
+    values, sigmas = _propagated(figures, at, spread)
+    net, throw, heave, strike, dip = (
+        _measured(float(v), float(s), errors) for v, s in zip(values, sigmas, strict=True)
+    )
+    d, normal = vector(at)
+    moved = float(np.linalg.norm(d)) > 1e-9
+    line = Line.from_vector(d, directed=True) if moved else None
+    rake = math.degrees(math.atan2(dip.value, strike.value)) if moved else None
+    return Displacement(
+        what, net, throw, heave, strike, dip, rake,
+        line.trend_deg if line else None, line.plunge_deg if line else None, float(d @ normal),
+    )  # fmt: skip

@@ -1,0 +1,120 @@
+"""Displacements of many pairs on one fault: what `vomstudio displacement` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geology.faults.displacement import (
+    NO_ERRORS,
+    Displacement,
+    Errors,
+    Separations,
+    net_slip_of_cutoffs,
+    net_slip_of_piercing_points,
+    separations,
+)
+from vomstudio.geology.orientation import Plane
+from vomstudio.reprs import Shown
+from vomstudio.words import tr
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """One of the two is None."""
+
+    name: str
+    displacement: Displacement | None
+    separations: Separations | None
+
+
+@dataclass(frozen=True, repr=False)
+class Displacements(Shown):
+    """what : net slip, or separation where the slip is unknown; mean_net_m, mean_throw_m,
+    mean_heave_m with the standard deviation of the pairs, None of one pair; of separations the dip
+    separation. skipped : pairs without a result, with the reason"""
+
+    what: str
+    n: int
+    pairs: tuple[Pair, ...]
+    mean_net_m: float
+    std_net_m: float | None
+    mean_throw_m: float
+    std_throw_m: float | None
+    mean_heave_m: float
+    std_heave_m: float | None
+    skipped: tuple[dict[str, str], ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return asdict(self)
+
+
+def displacements(
+    names: Sequence[str],
+    hanging_wall: Floats,
+    footwall: Floats,
+    fault: Plane,
+    *,
+    bed: Plane | None = None,
+    slip_rake_deg: float | None = None,
+    errors: Errors = NO_ERRORS,
+) -> Displacements:
+    """hanging_wall, footwall : (n, 3) World, metres. Without a bed the points of a pair were one.
+    Raises GeometryError where no pair has a result, UsageError for a slip without a bed."""
+    if bed is None and slip_rake_deg is not None:
+        raise UsageError(
+            tr("A slip direction needs the bed whose cut-offs were measured."), field="--bed"
+        )
+    if min(errors.sigma_m, errors.fault95_deg, errors.bed95_deg, errors.rake95_deg) < 0:
+        raise UsageError(tr("Errors must not be negative."), field="--sigma")
+    found, skipped = [], []
+    for name, h, f in zip(names, hanging_wall, footwall, strict=True):
+        try:
+            found.append(_pair(name, h, f, fault, bed, slip_rake_deg, errors))
+        except GeometryError as error:
+            skipped.append({"id": name, "reason": error.message})
+    told = [d for d in map(_vector, found) if d is not None]
+    if not told and skipped:
+        raise GeometryError(skipped[0]["reason"])
+    if not told:
+        raise GeometryError(
+            tr("The bed runs down the dip of the fault: its cut-offs tell no dip separation.")
+        )
+
+    def mean(name: str) -> tuple[float, float | None]:
+        values = [getattr(d, name).value for d in told]
+        return float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else None
+
+    return Displacements(
+        told[0].what, len(found), tuple(found), *mean("net_m"), *mean("throw_m"), *mean("heave_m"),
+        tuple(skipped),
+    )  # fmt: skip
+
+
+def _vector(pair: Pair) -> Displacement | None:
+    """The slip, or the dip separation where that is all there is."""
+    return pair.displacement if pair.separations is None else pair.separations.dip
+
+
+def _pair(
+    name: str,
+    h: Floats,
+    f: Floats,
+    fault: Plane,
+    bed: Plane | None,
+    rake: float | None,
+    errors: Errors,
+) -> Pair:
+    if bed is None:
+        return Pair(name, net_slip_of_piercing_points(h, f, fault, errors), None)
+    if rake is None:
+        return Pair(name, None, separations(h, f, fault, bed, errors))
+    return Pair(name, net_slip_of_cutoffs(h, f, fault, bed, rake, errors), None)

@@ -1,0 +1,362 @@
+"""What a set of poles could be: on a great circle, a small circle, two great circles, in a cluster.
+
+Residuals are angles from the curve. The great circle is that of the orientation tensor; the small
+one (of a conical fold) is fitted by least squares of the angles (Gray, Geiser & Geiser 1980,
+Mathematical Geology 12, 173-184), axially: a pole may stand for its opposite. That the small circle
+is better is tested by F with 1 and n - 3 degrees of freedom, as there. Two great circles are a
+mixture (expectation and maximisation), compared by Schwarz's (1978) criterion.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vomstudio.geology.orientation import Array, Line
+from vomstudio.geology.populations.chances import f_tail, t95
+from vomstudio.geology.statistics import flip_to, orientation_tensor, vollmer
+
+NO_SCATTER_DEG = 1e-3
+"""Poles that lie on the curve to this are taken as exact: there is nothing to test."""
+
+FLAT_LIMBS = 2.5
+
+LIMBS_APART = 6.0
+"""Two limbs: their poles lie apart by so many times their scatter along the great circle (those of
+an evenly bent arc, cut in the middle, by 3.5)."""
+
+
+@dataclass(frozen=True)
+class Cone:
+    """A small circle: axis, angle between axis and poles (90 is a great circle), RMS of the angles
+    from it; p: chance of so much better a fit than the great circle's where that is true;
+    half_width_deg: 95 % of the angle, infinite where the poles do not tell a cone from a cylinder.
+    """
+
+    axis: Line
+    half_angle_deg: float
+    rms_deg: float
+    p: float
+    half_width_deg: float
+
+    @property
+    def off_deg(self) -> float:
+        """By how much it is no great circle."""
+        return abs(90.0 - self.half_angle_deg)
+
+
+@dataclass(frozen=True)
+class TwoCircles:
+    """Two great circles: their axes, how many poles are nearer to each, RMS of the angles from the
+    nearer one; gain: by how much Schwarz's criterion prefers them to one curve (over 10 is very
+    strong, Kass & Raftery 1995)."""
+
+    first: Line
+    second: Line
+    counts: tuple[int, int]
+    angle_deg: float
+    rms_deg: float
+    gain: float
+    arcs_deg: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Limbs:
+    """Two limbs by their mean poles (2, 3) and numbers of planes; by how much they lie apart along
+    the great circle, and how far (RMS) the poles stray along and across it from their means."""
+
+    poles: tuple[Array, Array]
+    counts: tuple[int, int]
+    apart_deg: float
+    along_deg: float
+    across_deg: float
+
+    @property
+    def flat(self) -> bool:
+        """Whether each limb has one dip: its poles stray along the great circle hardly more than
+        across it, and so do not tell which way the curve that they lie on goes on."""
+        return self.along_deg <= FLAT_LIMBS * self.across_deg
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """What the poles (n, 3) look like, with the axes of their tensor.
+
+    within90_deg: nine tenths of the poles lie closer to the great circle. spread_deg: RMS angle
+    from their axial mean. cluster: Vollmer's P is the largest of his three indexes. cone,
+    two_circles, limbs: None where there are too few, or none.
+    """
+
+    poles: Array
+    axes: Array
+    rms_deg: float
+    within90_deg: float
+    spread_deg: float
+    arc_deg: float
+    indexes: tuple[float, float, float]
+    cone: Cone | None
+    limbs: Limbs | None
+
+    @property
+    def n(self) -> int:
+        return len(self.poles)
+
+    @cached_property
+    def two_circles(self) -> TwoCircles | None:
+        """Looked for only where it is asked for: it takes the longest."""
+        return two_great_circles(self.poles, self.axes)
+
+    @property
+    def cluster(self) -> bool:
+        return self.indexes[0] >= max(self.indexes[1:])
+
+
+def shape_of(poles: Array, values: Array, axes: Array) -> Shape:
+    """Of unit poles (n, 3) with their tensor."""
+    off = np.degrees(np.abs(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))))
+    spread = np.degrees(np.arccos(np.minimum(np.abs(poles @ axes[0]), 1.0)))
+    return Shape(
+        poles,
+        axes,
+        rms(off),
+        float(np.quantile(off, 0.9)),
+        rms(spread),
+        arc_deg(poles, axes),
+        vollmer(values),
+        small_circle(poles, axes),
+        limbs_of(poles, axes),
+    )
+
+
+def rms(values: Array) -> float:
+    return math.sqrt(float(np.mean(np.asarray(values) ** 2)))
+
+
+def arc_deg(poles: Array, axes: Array) -> float:
+    """Shortest arc of the great circle that holds all poles: half a turn less the widest gap
+    between neighbours, axially."""
+    along = _along_deg(poles, axes)
+    gaps = np.diff(np.append(along, along[0] + 180.0))
+    return float(180.0 - gaps.max())
+
+
+def _along_deg(poles: Array, axes: Array) -> Array:
+    """Angles along the great circle, sorted, from 0 to 180."""
+    return np.sort(np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0)
+
+
+def _one_sided(poles: Array, axes: Array) -> Array:
+    """The poles, each by that end which lies in the arc that holds all of them."""
+    angle = np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0
+    along = np.sort(angle)
+    gaps = np.diff(np.append(along, along[0] + 180.0))
+    first = int(np.argmax(gaps))
+    middle = along[first] + gaps[first] + (180.0 - gaps[first]) / 2.0
+    turn = math.radians(middle)
+    return flip_to(poles, math.cos(turn) * axes[0] + math.sin(turn) * axes[1])
+
+
+# A small circle ---------------------------------------------------------------------------------
+
+
+def small_circle(poles: Array, axes: Array) -> Cone | None:
+    """The best small circle; None of fewer than four poles.
+
+    Which end of a pole lies on it is not free for each pole, or any scatter would fit two small
+    circles about a great one: all by their ends in the arc that holds them, or all upward (a dome,
+    whose poles go all around).
+    """
+    n = len(poles)
+    if n < 4:
+        return None
+    upward = np.where(poles[:, 2:] < 0, -poles, poles)
+    found = [_fitted_circle(given) for given in (_one_sided(poles, axes), upward)]
+    axis, half_angle, residuals = min(found, key=lambda each: float(np.sum(each[2] ** 2)))
+    p, width = _cone_test(poles, axes, residuals)
+    half = math.degrees(half_angle)
+    line = Line.from_vector(axis)
+    return Cone(line, min(half, 180.0 - half), rms(np.degrees(residuals)), p, width)
+
+
+def _fitted_circle(x: Array) -> tuple[Array, float, Array]:
+    """Axis (3,), half-angle and residuals (n,), radians, of directions (n, 3)."""
+    mean = x.mean(axis=0)
+    axis = np.linalg.svd(x - mean, full_matrices=False)[2][2]
+    half_angle = math.acos(min(max(float(mean @ axis), -1.0), 1.0))
+    for _ in range(50):
+        residuals = np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
+        design, across = _design(x, axis)
+        step = np.linalg.lstsq(design, residuals, rcond=1e-6)[0]
+        longest = float(np.abs(step).max())
+        step *= min(1.0, 0.3 / max(longest, 1e-300))
+        half_angle += float(step[0])
+        axis = axis + across.T @ step[1:]
+        axis = axis / np.linalg.norm(axis)
+        if longest < 1e-9:
+            break
+    return axis, half_angle, np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
+
+
+def _design(x: Array, axis: Array) -> tuple[Array, Array]:
+    """By how much the angles grow with the half-angle and with tilts of the axis: (n, 3), and the
+    directions (2, 3) of the tilts."""
+    across = np.linalg.svd(axis[None])[2][1:]
+    flat = x @ across.T
+    length = np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12)
+    return np.column_stack([np.ones(len(x)), flat / length]), across
+
+
+def _cone_test(poles: Array, axes: Array, residuals: Array) -> tuple[float, float]:
+    """p of the great circle against the small one, and the 95 % half-width of the half-angle; by
+    where the poles lie along the great circle, as its error would be if that were the truth."""
+    n = len(poles)
+    design, _ = _design(_one_sided(poles, axes), axes[2])
+    singular = np.linalg.svd(design, compute_uv=False)
+    told = bool(singular[-1] > 1e-6 * singular[0])
+    on_great = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
+    better, worse = float(np.sum(residuals**2)), float(np.sum(on_great**2))
+    exact = math.degrees(math.sqrt(worse / n)) < NO_SCATTER_DEG
+    if exact or not told:
+        return 1.0, 0.0 if exact and told else math.inf
+    free = n - 3
+    variance = better / free
+    if math.degrees(math.sqrt(variance)) < NO_SCATTER_DEG:
+        return 0.0, 0.0
+    p = f_tail(1, free, max(worse - better, 0.0) / variance)
+    spread = float(np.linalg.inv(design.T @ design)[0, 0])
+    return p, math.degrees(t95(free) * math.sqrt(variance * spread))
+
+
+# Two great circles ------------------------------------------------------------------------------
+
+_STARTS = 40
+_FEWEST_FOR_TWO = 12
+
+
+def two_great_circles(poles: Array, axes: Array) -> TwoCircles | None:
+    """The best two great circles; None of fewer than twelve poles, and where no two are much nearer
+    to the poles than the best one."""
+    n = len(poles)
+    single = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
+    if n < _FEWEST_FOR_TWO or math.degrees(rms(single)) < NO_SCATTER_DEG:
+        return None
+    rng = np.random.default_rng(1)
+    # More poles than these do not change where the circles are sought.
+    few = poles if n <= 500 else poles[rng.choice(n, 500, replace=False)]
+    pairs = rng.integers(0, len(few), (_STARTS, 2))
+    normals = np.cross(few[pairs[:, 0]], few[pairs[:, 1]])
+    length = np.linalg.norm(normals, axis=1)
+    normals = normals[length > 1e-3] / length[length > 1e-3, None]
+    if len(normals) < 2:
+        return None
+    off = np.abs(np.arcsin(np.clip(few @ normals.T, -1.0, 1.0)))
+    first, second = np.triu_indices(len(normals), 1)
+    # Least of absolute distances: poles of the other circle pull less.
+    cost = np.concatenate(
+        [
+            np.minimum(off[:, first[k : k + 100]], off[:, second[k : k + 100]]).sum(axis=0)
+            for k in range(0, len(first), 100)
+        ]
+    )
+    found = []
+    best_of_one = float(np.sum(np.abs(np.arcsin(np.clip(few @ axes[2], -1.0, 1.0)))))
+    if float(cost.min()) > 0.8 * best_of_one:
+        return None
+    for best in np.argsort(cost)[:3]:
+        start = np.array([normals[first[best]], normals[second[best]]])
+        found.append(_mixture(few, start, rms(single)))
+    normals, logs = max(found, key=lambda each: each[1])
+    if len(few) < n:
+        normals, logs = _mixture(poles, normals, rms(single))
+    return _two_circles(poles, axes, normals, logs, single)
+
+
+def _mixture(poles: Array, normals: Array, sigma: float) -> tuple[Array, float]:
+    """Normals (2, 3) and log likelihood."""
+    n, share = len(poles), 0.5
+    likelihood = -math.inf
+    for _ in range(100):
+        off = np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0))
+        logs = -0.5 * (off / sigma) ** 2 - math.log(sigma) + np.log([share, 1.0 - share])
+        top = logs.max(axis=1, keepdims=True)
+        belong = np.exp(logs - top)
+        total = belong.sum(axis=1, keepdims=True)
+        new = float(np.sum(top[:, 0] + np.log(total[:, 0])))
+        belong /= total
+        if new - likelihood < 1e-5 * n:
+            break
+        likelihood = new
+        share = float(np.clip(belong[:, 0].mean(), 1e-3, 1.0 - 1e-3))
+        tensors = np.stack([(poles * belong[:, [k]]).T @ poles for k in (0, 1)])
+        normals = np.linalg.eigh(tensors)[1][:, :, 0]
+        off = np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0))
+        sigma = max(math.sqrt(float(np.sum(belong * off**2)) / n), math.radians(NO_SCATTER_DEG))
+    return normals, likelihood
+
+
+def _two_circles(
+    poles: Array, axes: Array, normals: Array, likelihood: float, single: Array
+) -> TwoCircles:
+    n = len(poles)
+    off = np.abs(np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0)))
+    nearer = np.argmin(off, axis=1)
+    counts = (int((nearer == 0).sum()), int((nearer == 1).sum()))
+    arcs = []
+    for k in (0, 1):
+        members = poles[nearer == k]
+        arcs.append(arc_deg(members, orientation_tensor(members)[1]) if len(members) > 1 else 0.0)
+    cone = small_circle(poles, axes)
+    one = _criterion(n, rms(single), 2)
+    if cone is not None:
+        one = min(one, _criterion(n, math.radians(cone.rms_deg), 3))
+    two = -2.0 * likelihood + 5.0 * math.log(n)
+    angle = math.degrees(math.acos(min(abs(float(normals[0] @ normals[1])), 1.0)))
+    return TwoCircles(
+        Line.from_vector(normals[0]), Line.from_vector(normals[1]), counts, angle,
+        math.degrees(rms(off.min(axis=1))), one - two, (arcs[0], arcs[1]),
+    )  # fmt: skip
+
+
+def _criterion(n: int, sigma: float, parameters: int) -> float:
+    """Schwarz's criterion of one curve; as `_mixture`, less what is common to both."""
+    sigma = max(sigma, math.radians(NO_SCATTER_DEG))
+    return n + 2.0 * n * math.log(sigma) + (parameters + 1) * math.log(n) - math.log(n)
+
+
+# Limbs ------------------------------------------------------------------------------------------
+
+
+def limbs_of(poles: Array, axes: Array) -> Limbs | None:
+    """Two limbs, where the poles are two groups along the great circle; else None."""
+    if len(poles) < 4:
+        return None
+    one_sided = _one_sided(poles, axes)
+    middle = one_sided.sum(axis=0)
+    middle -= axes[2] * (middle @ axes[2])
+    middle /= np.linalg.norm(middle)
+    along = np.arctan2(one_sided @ np.cross(axes[2], middle), one_sided @ middle)
+    order = np.argsort(along)
+    t = along[order]
+    # The cut that leaves the least scatter within both groups.
+    n = np.arange(1, len(t))
+    left = np.cumsum(t)[:-1]
+    right, total = t.sum() - left, float(np.sum(t**2))
+    within = total - left**2 / n - right**2 / (len(t) - n)
+    cut = int(np.argmin(within[1:-1])) + 2 if len(t) > 4 else int(np.argmin(within)) + 1
+    groups = order[:cut], order[cut:]
+    if min(map(len, groups)) < 2:
+        return None
+    apart = float(along[groups[1]].mean() - along[groups[0]].mean())
+    scatter = math.sqrt(max(float(within[cut - 1]), 0.0) / (len(t) - 2))
+    if apart < math.radians(20.0) or apart < LIMBS_APART * scatter:
+        return None
+    means = [orientation_tensor(poles[group])[1][0] for group in groups]
+    off = one_sided @ axes[2]
+    across = rms(np.concatenate([off[group] - off[group].mean() for group in groups]))
+    return Limbs(
+        (means[0], means[1]), (len(groups[0]), len(groups[1])),
+        math.degrees(apart), math.degrees(scatter), math.degrees(across),
+    )  # fmt: skip

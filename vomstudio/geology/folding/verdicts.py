@@ -1,0 +1,242 @@
+"""Whether planes of one kind have one axis to look along, with the numbers behind it.
+
+The names are those of the textbook's section 4.2 and figure 31, and of what else folds are:
+cylindrical, conical, homoclinal, two axes, scattered; or undetermined, where the planes do not
+tell. A cone, or two axes, are believed where they fit better than the great circle significantly
+and by some degrees; else the simplest is. How often each verdict is right is counted in
+`tests/geology/test_fold_verdicts.py`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.geology.folding.shapes import Cone, Shape, TwoCircles
+from vomstudio.words import tr
+
+CYLINDRICAL_DEG, NEARLY_CYLINDRICAL_DEG = 10.0, 20.0
+"""Nine tenths of the poles are no farther from the great circle (Ramsay & Huber 1987)."""
+
+KNOWN_AXIS_DEG = 10.0
+"""A 95 % error of beta up to this costs 1.5 % of length at most."""
+
+WEAK_AXIS_DEG = 20.0
+"""A semi-axis over this: beta is not known well enough to project anything along it, and its
+region, which is drawn for small angles, is too narrow."""
+
+SHORT_ARC_DEG = 30.0
+"""Poles within an arc shorter than this say little of the great circle they lie on."""
+
+FEW_PLANES = 5
+"""Under this many planes neither the scatter nor its shape can be told (an axis can)."""
+
+ONE_DIP_DEG = 20.0
+"""Poles of one dip stray by no more than this (RMS) from their mean."""
+
+CONE_P, CONE_OFF_DEG, CONE_LEAST_DEG = 0.01, 5.0, 30.0
+"""A cone is believed below this chance, from so many degrees off a great circle on, and from so
+large a half-angle on: a smaller one is a ring about a cluster."""
+
+CONE_OPEN_DEG, CONE_UNTOLD_DEG = 25.0, 60.0
+"""A cone that differs by so much from the cylinder would fit as well: over the first the verdict
+holds under conditions, over the second the poles do not tell a cone from a cylinder."""
+
+TWO_GAIN, TWO_ANGLE_DEG, TWO_ARC_DEG, TWO_SHARE, TWO_BETTER_DEG = 10.0, 15.0, 20.0, 0.2, 2.0
+"""Two great circles are believed with such a gain, so far apart, each with such an arc and share
+of the poles, and where the fit is better by so many degrees RMS."""
+
+UNIFORM_P = 0.01
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """name: of the verdict; valid: yes, conditional or no; reasons: sentences with numbers."""
+
+    name: str
+    valid: str
+    reasons: tuple[str, ...]
+
+
+def verdict_of(
+    shape: Shape, error95_deg: float | None, uniform_p: float | None, waviness_deg: float | None
+) -> Verdict:
+    """Of poles of one kind: what they look like, the 95 % error of beta, the chance of a uniform
+    scatter that is as uneven, and the natural waviness (standard deviation of a pole about the
+    curve) where it is known."""
+    near, far = _limits(waviness_deg)
+    if _one_dip(shape, error95_deg):
+        return Verdict("homoclinal", "conditional", (_said_one_dip(shape),))
+    even = uniform_p is not None and shape.n >= 10 and uniform_p > UNIFORM_P
+    if even and shape.within90_deg > near and not shape.cluster:
+        said = tr(
+            "no orientation is preferred: a uniform scatter is as uneven with a chance of {p:.2f}",
+            p=uniform_p or 0.0,
+        )
+        return Verdict("scattered", "no", (said,))
+    if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
+        return _cylinder(shape, error95_deg, near, far)
+    if _two(shape):
+        assert shape.two_circles is not None
+        return Verdict("two axes", "no", (_said_two(shape.two_circles, shape.rms_deg),))
+    cone = shape.cone
+    if cone is not None and _conical(cone):
+        return Verdict("conical", "no", (_said_cone(cone, shape.rms_deg),))
+    if shape.within90_deg > far:
+        said = tr(
+            "nine tenths of the poles lie within {within:.0f} degrees of the great circle only "
+            "({limit:.0f} wanted), and no cone and no two axes fit",
+            within=shape.within90_deg,
+            limit=far,
+        )
+        return Verdict("scattered", "no", (said,))
+    return _cylinder(shape, error95_deg, near, far)
+
+
+def _cylinder(shape: Shape, error95_deg: float | None, near: float, far: float) -> Verdict:
+    """Nothing speaks against a cylinder: does enough speak for it?"""
+    doubts = []
+    if error95_deg is None or shape.n < FEW_PLANES:
+        doubts.append(tr("only {n} planes: the shape of the scatter cannot be told", n=shape.n))
+    elif error95_deg > WEAK_AXIS_DEG:
+        doubts.append(
+            tr("the axis is known to {error:.0f} degrees only: too weak", error=error95_deg)
+        )
+        return Verdict("undetermined", "no", tuple(doubts))
+    cone = shape.cone
+    width = float("inf") if cone is None else cone.half_width_deg
+    if shape.limbs is not None and (shape.limbs.flat or width > CONE_OPEN_DEG):
+        doubts.append(
+            tr(
+                "two dip domains, {apart:.0f} degrees apart, always lie on a great circle: whether "
+                "the fold is cylindrical cannot be tested; beta is where the limbs meet",
+                apart=shape.limbs.apart_deg,
+            )
+        )
+    elif width > CONE_UNTOLD_DEG and not doubts:
+        doubts.append(
+            tr("the poles do not tell a cone from a cylinder: too few, or too short an arc")
+        )
+    if shape.arc_deg < SHORT_ARC_DEG:
+        doubts.append(
+            tr("the poles cover less than {limit:.0f} degrees: nearly one dip", limit=SHORT_ARC_DEG)
+        )
+    if doubts:
+        return Verdict("undetermined", "conditional", tuple(doubts))
+    return _believed(shape, error95_deg or 0.0, width, near, far)
+
+
+def _believed(shape: Shape, error95_deg: float, width: float, near: float, far: float) -> Verdict:
+    reasons, conditions = list[str](), list[str]()
+    within = tr(
+        "nine tenths of the poles lie within {within:.1f} degrees of the great circle "
+        "({limit:.0f} wanted)",
+        within=shape.within90_deg,
+        limit=near,
+    )
+    (conditions if shape.within90_deg > near else reasons).append(
+        within if shape.within90_deg <= near else tr("{text}: nearly cylindrical", text=within)
+    )
+    cone = shape.cone
+    assert cone is not None
+    told = tr(
+        "no cone fits better: angle to the axis {angle:.0f} ± {width:.0f} degrees (95 %), "
+        "p = {p:.2f}",
+        angle=cone.half_angle_deg,
+        width=width,
+        p=cone.p,
+    )
+    if width > CONE_OPEN_DEG:
+        conditions.append(tr("{text}: the poles hardly tell", text=told))
+    else:
+        reasons.append(told)
+    if error95_deg > KNOWN_AXIS_DEG:
+        conditions.append(
+            tr(
+                "the axis is known to {error:.0f} degrees ({limit:.0f} wanted)",
+                error=error95_deg,
+                limit=KNOWN_AXIS_DEG,
+            )
+        )
+    return Verdict("cylindrical", "conditional" if conditions else "yes", (*conditions, *reasons))
+
+
+def _limits(waviness_deg: float | None) -> tuple[float, float]:
+    """Of the distance that holds nine tenths of the poles: of normal scatter that is 1.645
+    standard deviations."""
+    if waviness_deg is None:
+        return CYLINDRICAL_DEG, NEARLY_CYLINDRICAL_DEG
+    return 1.645 * 1.2 * waviness_deg, 2.0 * 1.645 * 1.2 * waviness_deg
+
+
+def _one_dip(shape: Shape, error95_deg: float | None) -> bool:
+    if not shape.cluster or shape.spread_deg > ONE_DIP_DEG or shape.n < 3:
+        return False
+    if shape.spread_deg <= 5.0:
+        return True
+    return shape.limbs is None and (error95_deg is None or error95_deg > KNOWN_AXIS_DEG)
+
+
+def _conical(cone: Cone) -> bool:
+    return (
+        cone.p < CONE_P
+        and cone.off_deg >= CONE_OFF_DEG
+        and cone.half_angle_deg >= CONE_LEAST_DEG
+        and cone.off_deg > cone.half_width_deg
+    )
+
+
+def _two(shape: Shape) -> bool:
+    if shape.rms_deg < TWO_BETTER_DEG:
+        return False
+    two = shape.two_circles
+    return (
+        two is not None
+        and two.gain > TWO_GAIN
+        and two.angle_deg >= TWO_ANGLE_DEG
+        and min(two.arcs_deg) >= TWO_ARC_DEG
+        and min(two.counts) >= TWO_SHARE * shape.n
+        and shape.rms_deg - two.rms_deg >= TWO_BETTER_DEG
+        and two.rms_deg < 0.6 * shape.rms_deg
+    )
+
+
+def _said_one_dip(shape: Shape) -> str:
+    return tr(
+        "one dip: the poles stray by {spread:.1f} degrees (RMS) from their mean; any direction in "
+        "the bed shows true thickness, such as its strike or where it meets a fault; beta is only "
+        "one of them",
+        spread=shape.spread_deg,
+    )
+
+
+def _said_cone(cone: Cone, rms_deg: float) -> str:
+    return tr(
+        "a cone fits better than a cylinder: {cone:.1f} degrees RMS against {great:.1f}; its "
+        "half-angle is {angle:.0f} ± {width:.0f} degrees (95 %; 90 is a cylinder) about "
+        "{trend:03.0f}/{plunge:02.0f}, p {p}",
+        cone=cone.rms_deg,
+        great=rms_deg,
+        angle=cone.half_angle_deg,
+        width=cone.half_width_deg,
+        trend=cone.axis.trend_deg,
+        plunge=cone.axis.plunge_deg,
+        p="< 0.001" if cone.p < 0.001 else f"= {cone.p:.3f}",
+    )
+
+
+def _said_two(two: TwoCircles, rms_deg: float) -> str:
+    return tr(
+        "two axes fit better than one: {two:.1f} degrees RMS against {great:.1f}; "
+        "{first_trend:03.0f}/{first_plunge:02.0f} of {first_n} planes and "
+        "{second_trend:03.0f}/{second_plunge:02.0f} of {second_n}, {angle:.0f} degrees apart; tell "
+        "the domains apart and give each its own axis",
+        two=two.rms_deg,
+        great=rms_deg,
+        first_trend=two.first.trend_deg,
+        first_plunge=two.first.plunge_deg,
+        first_n=two.counts[0],
+        second_trend=two.second.trend_deg,
+        second_plunge=two.second.plunge_deg,
+        second_n=two.counts[1],
+        angle=two.angle_deg,
+    )

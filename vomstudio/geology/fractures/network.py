@@ -1,0 +1,385 @@
+"""A map of fracture traces in figures: what `vomstudio fractures` prints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from vomstudio.errors import GeometryError
+from vomstudio.geology.fractures.length_laws import LEAST_COMPLETE, Fit, Parameter, fit_laws
+from vomstudio.geology.fractures.nodes import Mended, NodeCounts, nodes_of
+from vomstudio.geology.fractures.pieces import Flags, Floats, Ints, Pieces, Shapes, pieces_of
+from vomstudio.geology.fractures.scanlines import (
+    Crossings,
+    Spacing,
+    axial_mean_deg,
+    crossings_of,
+    spacing_of,
+)  # fmt: skip
+from vomstudio.geology.fractures.windows import (
+    CircleEstimates,
+    IntensityAtSize,
+    circle_estimates,
+    directions_of,
+    intensity_by_size,
+    mean_by_ends,
+    window_of,
+)  # fmt: skip
+from vomstudio.reprs import Shown
+from vomstudio.words import tr, tr_n
+
+UNASSIGNED = "unassigned"
+_Z95 = 1.959963984540054
+
+
+@dataclass(frozen=True)
+class Counted:
+    """What a map is counted in. area : a shapely polygon, or None; circle : x, y and radius where
+    the area is one; scanlines : (k,) shapely lines, or None"""
+
+    area: Any = None
+    circle: tuple[float, float, float] | None = None
+    scanlines: Shapes | None = None
+
+
+@dataclass(frozen=True)
+class Errors95:
+    """Half of the 95 % intervals of the densities, were the traces placed independently of each
+    other: clustered ones scatter more"""
+
+    P20_1_per_m2: float
+    P20_nodes_1_per_m2: float
+    P21_1_per_m: float
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """mean_m : of whole traces, corrected for the edge of the area (see `windows.mean_by_ends`),
+    with its 95 % interval mean_95_m; naive_mean_m : of the pieces as they are; censored_share : of
+    the pieces with an end on the edge; kaplan_meier_mean_m, kaplan_meier_median_m : of the pieces
+    taken as lengths cut off by chance, the mean up to the longest; distribution, parameters and
+    parameters_95 : the law with the least AIC, in an area with the likelihood of a window;
+    fits : all laws; uncorrected : the same taken as lengths cut off by chance, which in a window
+    makes them too long; reason : why nothing was fitted"""
+
+    n: int
+    mean_m: float | None
+    mean_95_m: tuple[float | None, float | None]
+    naive_mean_m: float | None
+    longest_m: float | None
+    censored_share: float | None
+    kaplan_meier_mean_m: float | None
+    kaplan_meier_median_m: float | None
+    distribution: str | None
+    parameters: Mapping[str, float]
+    parameters_95: Mapping[str, tuple[float | None, float | None]]
+    fits: tuple[Fit, ...]
+    uncorrected: tuple[Fit, ...]
+    reason: str | None
+
+
+@dataclass(frozen=True)
+class FractureSet:
+    """n pieces; strike_deg : mean azimuth by length, 0 to 180, with its resultant; densities None
+    without an area, spacing None without a scanline"""
+
+    name: str
+    n: int
+    strike_deg: float | None
+    resultant: float
+    length_m: float
+    P20_1_per_m2: float | None
+    P21_1_per_m: float | None
+    spacing: Spacing | None
+
+
+@dataclass(frozen=True, repr=False)
+class FractureNetwork(Shown):
+    """See docs/cli.md; None is what cannot be stated. P21_unclipped_1_per_m : with all that the
+    traces have outside the area, which is too much."""
+
+    traces: int
+    pieces: int
+    area_m2: float | None
+    P10_1_per_m: float | None
+    P20_1_per_m2: float | None
+    P20_nodes_1_per_m2: float | None
+    P21_1_per_m: float | None
+    P21_unclipped_1_per_m: float | None
+    error95: Errors95 | None
+    nodes: NodeCounts
+    mended: tuple[Mended, ...]
+    snap_m: float
+    length: Lengths
+    sets: tuple[FractureSet, ...]
+    P21_by_size: tuple[IntensityAtSize, ...]
+    circle: CircleEstimates | None
+    scanline: Spacing | None
+    scanline_m: float | None
+    terzaghi_cap: float | None
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Mapped:
+    """The figures, with the pieces they are of, for pictures."""
+
+    found: FractureNetwork
+    counted: Counted
+    pieces: Pieces
+    sets: tuple[str, ...]
+    set_of: Ints
+
+
+def fracture_network(
+    lines: Shapes,
+    counted: Counted | None = None,
+    *,
+    sets: Sequence[str] | None = None,
+    snap_m: float = 0.0,
+    terzaghi_cap: float | None = None,
+    warnings: Sequence[str] = (),
+) -> Mapped:
+    """The figures of traces (n,), shapely lines in metres, x East and y North.
+
+    sets : (n,) the set of each trace, "" for none. Raises GeometryError where the area has no
+    traces near it or no size, and for tolerances that cannot be.
+    """
+    import shapely
+
+    counted = counted or Counted()
+    said = list(warnings)
+    _check(lines, counted, snap_m, terzaghi_cap)
+    area = counted.area
+    pieces = pieces_of(lines, area, snap_m)
+    nodes = nodes_of(pieces, snap_m, area)
+    said += _noticed(lines, pieces, nodes.overlaps, nodes.counts.other)
+    lengths = pieces.lengths()
+    crossings = None
+    if counted.scanlines is not None:
+        crossings = crossings_of(lines, counted.scanlines, terzaghi_cap)
+        if not len(crossings.trace):
+            said.append(tr("No trace crosses the scanline."))
+        if crossings.capped:
+            said.append(
+                tr_n(
+                    "{count} Terzaghi weight was lowered to the cap of {cap:g}.",
+                    "{count} Terzaghi weights were lowered to the cap of {cap:g}.",
+                    crossings.capped, cap=terzaghi_cap,
+                )
+            )  # fmt: skip
+    names, set_of = _set_rows(sets, len(lines))
+    size = None if area is None else float(shapely.area(area))
+    everywhere = np.ones(len(crossings.trace), np.bool_) if crossings is not None else None
+    whole = spacing_of(crossings, everywhere, terzaghi_cap) if crossings is not None else None  # type: ignore[arg-type]
+    ends = 2.0 - pieces.cut.sum(axis=1)
+    found = FractureNetwork(
+        traces=len(lines),
+        pieces=len(pieces),
+        area_m2=size,
+        P10_1_per_m=None if whole is None else whole.P10_1_per_m,
+        P20_1_per_m2=None if size is None else len(pieces) / size,
+        P20_nodes_1_per_m2=None if size is None else (nodes.counts.I + nodes.counts.Y) / 2 / size,
+        P21_1_per_m=None if size is None else float(lengths.sum()) / size,
+        P21_unclipped_1_per_m=None if size is None else float(shapely.length(lines).sum()) / size,
+        error95=None if size is None else _errors(lengths, ends, size),
+        nodes=nodes.counts,
+        mended=nodes.mended,
+        snap_m=snap_m,
+        length=length_figures(pieces, area),
+        sets=_sets(names, set_of, pieces, lengths, size, crossings, terzaghi_cap),
+        P21_by_size=() if area is None else intensity_by_size(pieces, area),
+        circle=None if counted.circle is None else circle_estimates(pieces, counted.circle[2]),
+        scanline=whole,
+        scanline_m=None if crossings is None else crossings.length_m,
+        terzaghi_cap=terzaghi_cap,
+        warnings=tuple(said),
+        notes=(
+            tr(
+                "All of this rests on one face: fractures nearly parallel to it are missed, and "
+                "lengths are those of traces, not of planes."
+            ),
+        ),
+    )
+    return Mapped(found, counted, pieces, names, set_of[pieces.trace])
+
+
+def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
+    """How long whole traces are, by their pieces in an area (None: nothing is cut off)."""
+    lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
+    n = len(lengths)
+    if not n:
+        none = tr("There are no traces in the area.")
+        return Lengths(0, None, (None, None), *(None,) * 6, {}, {}, (), (), none)
+    window = None if area is None or not cut.any() else window_of(pieces, area)
+    by_chance = fit_laws(lengths, cut)
+    fits = by_chance if window is None else fit_laws(lengths, cut, window)
+    mean = mean_by_ends(lengths, cut.astype(np.float64))
+    km_mean, km_median = kaplan_meier(lengths, cut > 0)
+    best = fits[0] if fits else None
+    reason = None
+    if best is None:
+        reason = tr(
+            "A distribution needs at least {count} different lengths that were seen whole.",
+            count=LEAST_COMPLETE,
+        )
+    return Lengths(
+        n=n,
+        mean_m=mean.value if mean else None,
+        mean_95_m=_ends_of(mean) if mean else (None, None),
+        naive_mean_m=float(lengths.mean()),
+        longest_m=float(lengths.max()),
+        censored_share=float((cut > 0).mean()),
+        kaplan_meier_mean_m=km_mean,
+        kaplan_meier_median_m=km_median,
+        distribution=best.distribution if best else None,
+        parameters={k: p.value for k, p in best.parameters.items()} if best else {},
+        parameters_95={k: _ends_of(p) for k, p in best.parameters.items()} if best else {},
+        fits=tuple(fits),
+        uncorrected=tuple(by_chance) if window is not None else (),
+        reason=reason,
+    )
+
+
+def kaplan_meier(lengths: Floats, censored: Flags) -> tuple[float | None, float | None]:
+    """Mean (up to the longest length) and median by Kaplan & Meier (1958); None where more than
+    half is cut off before the median, or nothing was seen whole."""
+    from scipy.stats import CensoredData, ecdf
+
+    if censored.all():
+        return None, None
+    found = ecdf(CensoredData.right_censored(lengths, censored)).sf
+    steps = np.concatenate([[0.0], found.quantiles])
+    held = np.concatenate([[1.0], found.probabilities])
+    mean = float(np.sum(np.diff(steps) * held[:-1]))
+    below = np.flatnonzero(found.probabilities <= 0.5)
+    return mean, float(found.quantiles[below[0]]) if len(below) else None
+
+
+def _ends_of(parameter: Parameter) -> tuple[float | None, float | None]:
+    return parameter.low, parameter.high
+
+
+def _check(lines: Shapes, counted: Counted, snap_m: float, cap: float | None) -> None:
+    import shapely
+
+    if not (math.isfinite(snap_m) and snap_m >= 0):
+        raise GeometryError(tr("The tolerance must be 0 or more, in metres."), field="--snap")
+    if cap is not None and not (math.isfinite(cap) and cap >= 1):
+        raise GeometryError(
+            tr("Terzaghi weights begin at 1; the cap cannot be lower."), field="--terzaghi-cap"
+        )
+    if counted.area is None:
+        return
+    if not shapely.area(counted.area) > 0:
+        raise GeometryError(tr("The area has no size. Draw a polygon around the traces."))
+    if not shapely.intersects(shapely.box(*shapely.total_bounds(lines)), counted.area):
+        raise GeometryError(
+            tr(
+                "The area lies outside the map of traces. Check that both are in the same "
+                "coordinate reference system."
+            )
+        )
+
+
+def _noticed(lines: Shapes, pieces: Pieces, overlaps: int, others: int) -> list[str]:
+    import shapely
+
+    said = []
+    if not len(pieces):
+        said.append(tr("There are no traces in the area."))
+    selfish = np.flatnonzero(~shapely.is_simple(lines))
+    if len(selfish):
+        said.append(
+            tr_n(
+                "{count} trace crosses itself, which makes no node ({rows}).",
+                "{count} traces cross themselves, which makes no nodes ({rows}).",
+                len(selfish), rows=_few(selfish + 1),
+            )
+        )  # fmt: skip
+    if overlaps:
+        said.append(
+            tr_n(
+                "{count} pair of traces runs over each other, which makes no node there and counts "
+                "the length twice.",
+                "{count} pairs of traces run over each other, which makes no node there and counts "
+                "the length twice.",
+                overlaps,
+            )
+        )
+    if others:
+        said.append(
+            tr_n(
+                "At {count} place more than four branches meet. It is no I, Y or X node; a "
+                "tolerance that is too wide makes such places.",
+                "At {count} places more than four branches meet. They are no I, Y or X nodes; a "
+                "tolerance that is too wide makes such places.",
+                others,
+            )
+        )
+    return said
+
+
+def _few(rows: Ints) -> str:
+    shown = ", ".join(str(int(row)) for row in rows[:5])
+    return shown if len(rows) <= 5 else f"{shown}, ..."
+
+
+def _errors(lengths: Floats, ends: Floats, size: float) -> Errors95:
+    return Errors95(
+        _Z95 * math.sqrt(len(lengths)) / size,
+        _Z95 * math.sqrt(float(np.sum((ends / 2) ** 2))) / size,
+        _Z95 * math.sqrt(float(np.sum(lengths**2))) / size,
+    )
+
+
+def _set_rows(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], Ints]:
+    """Names in order of appearance, those without a set last, and the set of each trace."""
+    if sets is None:
+        return ("all",), np.zeros(n, np.int64)
+    named = [name or UNASSIGNED for name in sets]
+    names = list(dict.fromkeys(named))
+    if UNASSIGNED in names:
+        names.remove(UNASSIGNED)
+        names.append(UNASSIGNED)
+    row = {name: i for i, name in enumerate(names)}
+    return tuple(names), np.array([row[name] for name in named], np.int64)
+
+
+def _sets(
+    names: tuple[str, ...],
+    set_of: Ints,
+    pieces: Pieces,
+    lengths: Floats,
+    size: float | None,
+    crossings: Crossings | None,
+    cap: float | None,
+) -> tuple[FractureSet, ...]:
+    x, y = directions_of(pieces).T
+    azimuth = np.degrees(np.arctan2(x, y)) % 180.0
+    own = set_of[pieces.trace]
+    found = []
+    for i, name in enumerate(names):
+        mine = own == i
+        strike, resultant = axial_mean_deg(azimuth[mine], lengths[mine])
+        spacing = None
+        if crossings is not None:
+            spacing = spacing_of(crossings, set_of[crossings.trace] == i, cap)
+        total = float(lengths[mine].sum())
+        found.append(
+            FractureSet(
+                name, int(mine.sum()), strike, resultant, total,
+                None if size is None else float(mine.sum()) / size,
+                None if size is None else total / size, spacing,
+            )
+        )  # fmt: skip
+    return tuple(found)

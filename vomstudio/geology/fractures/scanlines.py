@@ -1,0 +1,143 @@
+"""Traces along scanlines: frequency, spacing, and what the angle of the line does to both."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vomstudio.geology.fractures.pieces import Flags, Floats, Ints, Shapes, segments_of
+
+
+@dataclass(frozen=True, eq=False)
+class Crossings:
+    """Where traces meet scanlines, in order along each.
+
+    trace, scanline : (n,) rows; along_m : (n,) from the start of the scanline; angle_deg : (n,)
+    acute, between trace and scanline; weight : (n,) Terzaghi's 1 / sin of it, no more than the cap
+    where there is one; length_m : of all scanlines together; capped : weights that the cap lowered
+    """
+
+    trace: Ints
+    scanline: Ints
+    along_m: Floats
+    angle_deg: Floats
+    weight: Floats
+    length_m: float
+    capped: int
+    overlaps: int
+
+
+@dataclass(frozen=True)
+class Spacing:
+    """Of n crossings on scanlines. P10_1_per_m : n over the length; mean_m, std_m : gaps between
+    neighbours along the line, of which there are `gaps`; cv : their ratio, near 1 where places are
+    random, below where regular, above where clustered; true_mean_m : across the traces, by the sine
+    of each gap's mean angle; P21_1_per_m : sum of the weights over the length, Terzaghi's (1965)
+    correction, which in a plane estimates the length of traces per area; capped : weights that were
+    lowered to the cap"""
+
+    n: int
+    gaps: int
+    P10_1_per_m: float
+    mean_m: float | None
+    std_m: float | None
+    cv: float | None
+    true_mean_m: float | None
+    P21_1_per_m: float
+    capped: int
+
+
+def crossings_of(lines: Shapes, scanlines: Shapes, cap: float | None = None) -> Crossings:
+    """Where traces (n,) meet scanlines (k,). cap : the largest weight, None for none. Traces that
+    run along a scanline make no crossing and are counted as overlaps."""
+    import shapely
+
+    start, end, own = segments_of(lines)
+    a, b, line = segments_of(scanlines)
+    traces = shapely.linestrings(np.stack([start, end], axis=1))
+    parts = shapely.linestrings(np.stack([a, b], axis=1))
+    before = np.zeros(len(a))
+    steps = np.hypot(*(b - a).T)
+    for k in range(len(scanlines)):
+        mine = np.flatnonzero(line == k)
+        before[mine] = np.cumsum(steps[mine]) - steps[mine]
+    part, segment = shapely.STRtree(traces).query(parts, predicate="intersects")
+    where = shapely.intersection(parts[part], traces[segment])
+    point = shapely.get_type_id(where) == 0
+    overlaps = len(np.unique(own[segment[~point]]))
+    part, segment = part[point], segment[point]
+    xy = shapely.get_coordinates(where[point])
+    along = before[part] + np.hypot(*(xy - a[part]).T)
+    one, two = end[segment] - start[segment], b[part] - a[part]
+    cross = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
+    sine = cross / np.maximum(np.hypot(*one.T) * np.hypot(*two.T), 1e-300)
+    order = np.lexsort((along, line[part]))
+    trace, scanline = own[segment][order], line[part][order]
+    along, sine = along[order], sine[order]
+    # A vertex of the trace on the line is met by both of its segments.
+    again = np.zeros(len(order), np.bool_)
+    for back in range(1, min(4, len(order))):
+        again[back:] |= (
+            (trace[back:] == trace[:-back])
+            & (scanline[back:] == scanline[:-back])
+            & (along[back:] - along[:-back] < 1e-9 * max(1.0, float(along.max(initial=0.0))))
+        )
+    trace, scanline, along, sine = (v[~again] for v in (trace, scanline, along, sine))
+    weight = 1.0 / np.maximum(sine, 1e-12)
+    capped = 0
+    if cap is not None:
+        capped = int(np.sum(weight > cap))
+        weight = np.minimum(weight, cap)
+    return Crossings(
+        trace, scanline, along, np.degrees(np.arcsin(np.minimum(sine, 1.0))), weight,
+        float(steps.sum()), capped, overlaps,
+    )  # fmt: skip
+
+
+def spacing_of(crossings: Crossings, members: Flags, cap: float | None = None) -> Spacing:
+    """Of those crossings (n,) that are members of a set."""
+    line, along = crossings.scanline[members], crossings.along_m[members]
+    sine = np.sin(np.radians(crossings.angle_deg[members]))
+    same = line[1:] == line[:-1]
+    gaps = (along[1:] - along[:-1])[same]
+    true = gaps * ((sine[1:] + sine[:-1]) / 2)[same]
+    mean = float(gaps.mean()) if len(gaps) else None
+    std = float(gaps.std(ddof=1)) if len(gaps) > 1 else None
+    weights = crossings.weight[members]
+    return Spacing(
+        n=len(along),
+        gaps=len(gaps),
+        P10_1_per_m=len(along) / crossings.length_m,
+        mean_m=mean,
+        std_m=std,
+        cv=std / mean if std is not None and mean else None,
+        true_mean_m=float(true.mean()) if len(true) else None,
+        P21_1_per_m=float(weights.sum()) / crossings.length_m,
+        capped=0 if cap is None else int(np.sum(1.0 / np.maximum(sine, 1e-12) > cap * (1 + 1e-12))),
+    )
+
+
+def axial_mean_deg(azimuth_deg: Floats, weights: Floats) -> tuple[float | None, float]:
+    """Mean of azimuths whose two ends are alike, 0 to 180, and its resultant, 0 to 1."""
+    total = float(weights.sum())
+    if total <= 0:
+        return None, 0.0
+    turn = np.radians(2 * azimuth_deg)
+    east, north = float(weights @ np.sin(turn)) / total, float(weights @ np.cos(turn)) / total
+    length = math.hypot(east, north)
+    if length < 1e-9:
+        return None, length
+    return math.degrees(math.atan2(east, north)) / 2 % 180.0, min(length, 1.0)
+
+
+def in_ranges(azimuth_deg: Floats, ranges: Sequence[tuple[float, float]]) -> Ints:
+    """(n,) the range, clockwise, that holds each azimuth or its opposite; -1 where none does."""
+    found = np.full(len(azimuth_deg), -1, np.int64)
+    for i, (low, high) in enumerate(ranges):
+        width = (high - low) % 180.0 or 180.0
+        held = (azimuth_deg - low) % 180.0 <= width
+        found[held & (found < 0)] = i
+    return found

@@ -1,0 +1,233 @@
+"""What distributions say of a set of orientations: how concentrated, how sure, and do they fit.
+
+The tests of uniformity are Bingham's of axes and Rayleigh's of directions, this one corrected for
+small samples (Mardia & Jupp 2000, Directional Statistics, 10.4.1 and 10.7.1). Confidence of the
+tensor's axes free of a model is that of Prentice (1984, Biometrika 71, 361-365; Fisher, Lewis &
+Embleton 1987, 6.3.1); that of Bingham's model is Bingham's (1974), sigma_ij^2 =
+1 / (2 n (Si - Sj) (ki - kj)), as Tanaka (1999) corrected the factor which is often quoted. All of
+them are joint, 95 %, with F(2, n - 2) in place of chi-square, and mean nothing where two
+eigenvalues are nearly the same: the axes are then any two of a plane.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vomstudio.geology.orientation import Array, Line
+from vomstudio.geology.populations.chances import chi2_tail
+from vomstudio.geology.populations.sphere_models import (
+    FEW_FOR_FIT,
+    Bingham,
+    bingham_fit,
+    bingham_of,
+    fisher_fit,
+    kent_fit,
+    kent_of,
+)
+from vomstudio.words import tr
+
+ELONGATED_P = 0.05
+"""Below this a cluster is called elongated, and Kent's distribution is given."""
+
+
+@dataclass(frozen=True)
+class LineFigures:
+    """An axis: trend in [0, 360), plunge downward, degrees."""
+
+    trend_deg: float
+    plunge_deg: float
+
+
+@dataclass(frozen=True)
+class AxisConfidence:
+    """Semi-axes of the joint 95 % region of an axis, degrees, and the direction of the larger."""
+
+    max_deg: float
+    min_deg: float
+    toward: LineFigures
+
+
+@dataclass(frozen=True)
+class BinghamFigures:
+    """Bingham's distribution: concentrations k1 <= k2 <= 0 along the tensor's third and second
+    axis (the first has 0); the 95 % regions of the three axes under it; fit_p : chance of a scatter
+    as unlike it as this one, None where it was not tested."""
+
+    k1: float
+    k2: float
+    confidence95: tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]
+    fit_p: float | None
+
+
+@dataclass(frozen=True)
+class KentFigures:
+    """Kent's distribution of an elongated cluster: its mean, the direction in which it is longest,
+    kappa and beta, the semi-axes of the joint 95 % ellipse of the mean (the larger along `major`).
+    elongated_p : chance of a round cluster as long as this one; fit_p : as in `BinghamFigures`."""
+
+    trend_deg: float
+    plunge_deg: float
+    kappa: float
+    beta: float
+    major: LineFigures
+    max_confidence95_deg: float
+    min_confidence95_deg: float
+    elongated_p: float
+    fit_p: float | None
+
+
+@dataclass(frozen=True)
+class UniformityFigures:
+    """test : "Bingham" of axes, "Rayleigh" of directions; p : chance of so uneven a scatter where
+    no orientation is preferred, None of fewer than 5."""
+
+    test: str
+    statistic: float
+    degrees_of_freedom: int
+    p: float | None
+
+
+def line_figures(vector: Array) -> LineFigures:
+    """Of a vector (3,), taken as an axis."""
+    line = Line.from_vector(vector)
+    return LineFigures(line.trend_deg, line.plunge_deg)
+
+
+def f95(bottom: float) -> float:
+    """The 95 % point of F with (2, bottom) degrees of freedom, which has a closed form."""
+    return bottom / 2.0 * math.expm1(2.0 / bottom * math.log(20.0))
+
+
+def uniformity(v: Array, directed: bool) -> UniformityFigures:
+    """Of unit vectors (n, 3)."""
+    n = len(v)
+    if directed:
+        raw = 3.0 * n * float(np.sum(v.mean(axis=0) ** 2))
+        statistic = (1.0 - 0.5 / n) * raw + raw**2 / (10.0 * n)
+        free, name = 3, "Rayleigh"
+    else:
+        tensor = v.T @ v / n
+        statistic = 7.5 * n * (float(np.sum(tensor**2)) - 1.0 / 3.0)
+        free, name = 5, "Bingham"
+    p = chi2_tail(free, statistic) if n >= 5 else None
+    return UniformityFigures(name, statistic, free, p)
+
+
+def axes_confidence(
+    v: Array, values: Array, axes: Array, weights: Array | None = None
+) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
+    """Of the tensor's axes, from the data alone (n, 3): None of fewer than 5, and where two
+    eigenvalues are the same."""
+    n = len(v)
+    w = np.ones(n) if weights is None else weights / weights.mean()
+    along = v @ axes.T
+
+    def of(i: int) -> AxisConfidence | None:
+        j, k = (other for other in range(3) if other != i)
+        apart = np.array([values[i] - values[j], values[i] - values[k]])
+        if n < 5 or float(np.abs(apart).min()) < 1e-12:
+            return None
+        pull = along[:, [i]] * along[:, [j, k]] / apart * w[:, None]
+        return _confidence(pull.T @ pull / (n * (n - 2.0)), axes[[j, k]], n)
+
+    return of(0), of(1), of(2)
+
+
+def _confidence(covariance: Array, across: Array, n: int) -> AxisConfidence | None:
+    """Of a covariance (2, 2), radians squared, along two axes (2, 3)."""
+    squares, turns = np.linalg.eigh(covariance)
+    reach = np.sqrt(np.maximum(squares, 0.0) * 2.0 * f95(n - 2.0))
+    small, large = np.degrees(np.arctan(reach)).tolist()
+    return AxisConfidence(large, small, line_figures(turns[:, 1] @ across))
+
+
+def bingham(
+    v: Array, values: Array, axes: Array, weights: Array | None = None
+) -> tuple[BinghamFigures | None, str | None]:
+    """Of axes (n, 3) with their tensor; or why there is none."""
+    n = len(v)
+    if n < 4:
+        return None, tr("n = {n}: Bingham's distribution needs at least 4", n=n)
+    model = bingham_of(values)
+    if model is None:
+        return None, tr("all lie in one plane or line: the concentration is infinite")
+    fit = None if n < FEW_FOR_FIT or weights is not None else bingham_fit(model, v @ axes.T)
+    return BinghamFigures(
+        model.k1, model.k2, _bingham_confidence(model, values, axes, n), fit
+    ), None
+
+
+def _bingham_confidence(
+    model: Bingham, values: Array, axes: Array, n: int
+) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
+    k = np.array([0.0, model.k2, model.k1])
+
+    def of(i: int) -> AxisConfidence | None:
+        others = [j for j in range(3) if j != i]
+        apart = np.array([(values[i] - values[j]) * (k[i] - k[j]) for j in others])
+        if n < 5 or float(apart.min()) < 1e-12:
+            return None
+        return _confidence(np.diag(1.0 / (2.0 * (n - 2.0) * apart)), axes[others], n)
+
+    return of(0), of(1), of(2)
+
+
+def fisher_p(v: Array, mean: Array, kappa: float | None) -> float | None:
+    """Chance of a scatter of directions (n, 3) as unlike Fisher's law as this one; None of few, and
+    of those that are all the same or hardly clustered."""
+    if kappa is None or kappa < 5.0 or len(v) < FEW_FOR_FIT:
+        return None
+    return fisher_fit(kappa, v @ _about(mean).T)
+
+
+def kent(
+    v: Array, directed: bool, weights: Array | None = None
+) -> tuple[KentFigures | None, str | None]:
+    """Of a cluster of directions (n, 3), axes turned to one side; or why there is none."""
+    n = len(v)
+    if n < 5:
+        return None, tr("n = {n}: Kent's distribution needs at least 5", n=n)
+    if weights is not None:
+        return None, tr("weighted: Kent's distribution is that of equal weights")
+    model = kent_of(v)
+    if model is None:
+        return None, tr("not clustered tightly enough for Kent's distribution (kappa under 5)")
+    x = v @ model.axes.T
+    squares = np.mean(x[:, 1:] ** 2, axis=0)
+    resultant = float(x[:, 0].mean())
+    p = _elongated_p(n, 1.0 / (1.0 - resultant), float(squares[0] - squares[1]))
+    if p >= ELONGATED_P:
+        return None, tr("a round cluster: Fisher's mean describes it (p = {p:.2f})", p=p)
+    # Kent's (1982) region of the mean, in the form of Hotelling.
+    reach = np.sqrt(squares * 2.0 * f95(n - 2.0) / (n - 2.0)) / resultant
+    largest, smallest = np.degrees(np.arcsin(np.minimum(reach, 1.0))).tolist()
+    mean = Line.from_vector(model.axes[0], directed=directed)
+    return KentFigures(
+        mean.trend_deg,
+        mean.plunge_deg,
+        model.kappa,
+        model.beta,
+        line_figures(model.axes[1]),
+        largest,
+        smallest,
+        p,
+        None if n < FEW_FOR_FIT else kent_fit(model, x),
+    ), None
+
+
+def _elongated_p(n: int, kappa: float, longer: float) -> float:
+    """Kent's (1982) test of a round cluster: n (kappa/2)^2 I(1/2) / I(5/2) (kappa) longer^2 is
+    chi-square with 2 degrees of freedom; longer: the mean square along less that across."""
+    # I(5/2) / I(1/2) in closed form.
+    ratio = 1.0 / (1.0 + 3.0 / kappa**2 - 3.0 / (kappa * math.tanh(kappa)))
+    return chi2_tail(2, n * (kappa / 2.0) ** 2 * ratio * longer**2)
+
+
+def _about(mean: Array) -> Array:
+    """(3, 3) rows: the mean and two directions across it."""
+    first = np.cross(mean, np.eye(3)[int(np.argmin(np.abs(mean)))])
+    first /= np.linalg.norm(first)
+    return np.array([mean, first, np.cross(mean, first)])

@@ -1,0 +1,305 @@
+"""Bingham's and Kent's distributions: fitted by maximum likelihood, and whether they fit.
+
+Bingham's (1974, Annals of Statistics 2, 1201-1225) is that of axes, with the density
+exp(k1 (x.v3)^2 + k2 (x.v2)^2), k1 <= k2 <= 0, about the axes v1, v2, v3 of the orientation tensor:
+a cluster, a girdle (k2 near 0) and everything between. Kent's (1982, Journal of the Royal
+Statistical Society B 44, 71-80) is that of directions in one elongated cluster:
+exp(kappa x.g1 + beta ((x.g2)^2 - (x.g3)^2)), 2 beta < kappa. Constants and moments are sums over
+nodes of Gauss and Legendre that follow the density, so that they hold from uniform scatter to
+clusters of a thousandth of a degree.
+
+Goodness of fit is the smooth test (Neyman 1937; for directions Boulerice & Ducharme 1997, Journal
+of Multivariate Analysis 60, 154-175): the harmonics, or moments, of the next degrees, beyond those
+that the fit uses up, against their values under the fitted model, as chi-square.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geology.orientation import Array
+from vomstudio.geology.populations.chances import chi2_tail
+
+_REACH = 7.0
+"""Standard deviations either side that the nodes cover."""
+_NODES = 64
+_BROAD = 30.0
+"""Up to this concentration the nodes cover all of the sphere closely enough."""
+FEW_FOR_FIT = 20
+"""Under this many the chi-square of the smooth test is not yet that of its table."""
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """Places on the sphere (m, 3) in the model's frame, and the probability of each under it."""
+
+    places: Array
+    shares: Array
+    log_constant: float
+
+    def mean(self, values: Array) -> Array:
+        """Expectation of values (m, ...)."""
+        return np.asarray(np.tensordot(self.shares, values, axes=(0, 0)))
+
+
+@dataclass(frozen=True)
+class Bingham:
+    """k1 <= k2 <= 0: concentrations along the third and the second axis of the tensor."""
+
+    k1: float
+    k2: float
+    nodes: Nodes
+
+
+@dataclass(frozen=True)
+class Kent:
+    """kappa, beta as above; axes (3, 3): rows are mean, major and minor axis."""
+
+    kappa: float
+    beta: float
+    axes: Array
+    nodes: Nodes
+
+
+def bingham_nodes(k1: float, k2: float) -> Nodes:
+    """In the frame (first, second, third axis); the half of the sphere that has first > 0."""
+    a, b = -k1, -k2
+    x, wx = _legendre(-1.0, 1.0, _width(a))
+    turn, wt = _legendre(-math.pi / 2, math.pi / 2, _width(b))
+    flat = np.sqrt(np.maximum(1.0 - x**2, 0.0))
+    places = np.stack(
+        [
+            (flat[:, None] * np.cos(turn)).ravel(),
+            (flat[:, None] * np.sin(turn)).ravel(),
+            np.repeat(x, len(turn)),
+        ],
+        axis=-1,
+    )
+    log_density = -a * places[:, 2] ** 2 - b * places[:, 1] ** 2
+    return _nodes(places, log_density, (wx[:, None] * wt).ravel(), 2.0)
+
+
+def bingham_of(eigenvalues: npt.ArrayLike) -> Bingham | None:
+    """By maximum likelihood: the model whose mean squares along the axes are S2 and S3 of the
+    tensor. None where S3 is 0, for which the concentration is infinite."""
+    given = np.asarray(eigenvalues, dtype=np.float64)
+    _, s2, s3 = (float(s) for s in given / given.sum())
+    if s3 < 1e-12:
+        return None
+    wanted = np.array([s3, s2])
+    # In logarithms of (a - b) and b, both of which stay positive; a and b are -k1 and -k2.
+    guess = 0.5 / np.maximum(wanted, 1e-12) - 1.5
+    a, b = max(float(guess[0]), 1e-3), max(float(guess[1]), 0.0)
+    for _ in range(200):
+        nodes = bingham_nodes(-a, -b)
+        squares = np.stack([nodes.places[:, 2] ** 2, nodes.places[:, 1] ** 2], axis=-1)
+        mean = nodes.mean(squares)
+        spread = nodes.mean(squares[:, :, None] * squares[:, None, :]) - np.outer(mean, mean)
+        # d mean / d(-a, -b) = spread: Newton's step, halved until it stays where it may.
+        step = np.linalg.solve(spread + 1e-300 * np.eye(2), mean - wanted)
+        if b <= 0.0 and b + step[1] <= 0.0:
+            step = np.array([(mean[0] - wanted[0]) / spread[0, 0], 0.0])
+        new_a = a + float(step[0]) if a + step[0] > 0.2 * a else 0.2 * a
+        new_b = b + float(step[1])
+        new_b = max(new_b, 0.2 * b if b > 1e-9 else 0.0)
+        if new_b < 1e-12:
+            new_b = 0.0
+        new_a, new_b = min(new_a, 5.0 * a + 1.0), min(new_b, 5.0 * b + 1.0)
+        new_a = max(new_a, new_b)
+        done = abs(new_a - a) <= 1e-10 * (1 + a) and abs(new_b - b) <= 1e-10 * (1 + b)
+        a, b = new_a, new_b
+        if done:
+            break
+    return Bingham(-a, -b, bingham_nodes(-a, -b))
+
+
+def kent_nodes(kappa: float, beta: float) -> Nodes:
+    """In the frame (mean, major, minor axis), by the equal-area plane about the mean."""
+    major = 1.0 / math.sqrt(kappa - 2.0 * beta)
+    minor = 1.0 / math.sqrt(kappa + 2.0 * beta)
+    # A flat top along the major axis (2 beta near kappa) falls off by its fourth power only.
+    major = min(major, 1.6 * kappa**-0.25)
+    p, wp = _legendre(-2.0, 2.0, major)
+    q, wq = _legendre(-2.0, 2.0, minor)
+    u, v = (grid.ravel() for grid in np.meshgrid(p, q, indexing="ij"))
+    weights = (wp[:, None] * wq).ravel()
+    square = u**2 + v**2
+    inside = square <= 4.0
+    u, v, square, weights = u[inside], v[inside], square[inside], weights[inside]
+    scale = np.sqrt(1.0 - square / 4.0)
+    places = np.stack([1.0 - square / 2.0, u * scale, v * scale], axis=-1)
+    log_density = -kappa * square / 2.0 + beta * (places[:, 1] ** 2 - places[:, 2] ** 2)
+    made = _nodes(places, log_density, weights, 1.0)
+    return Nodes(made.places, made.shares, made.log_constant + kappa)
+
+
+def kent_of(directions: npt.ArrayLike) -> Kent | None:
+    """By maximum likelihood along the axes that Kent's moments give (his section 4): mean, and the
+    longest spread across it. None where the directions are no cluster (kappa under 5) or do not
+    spread two ways."""
+    x = np.asarray(directions, dtype=np.float64)
+    mean = x.mean(axis=0)
+    length = float(np.linalg.norm(mean))
+    axis = mean / length
+    first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    first /= np.linalg.norm(first)
+    second = np.cross(axis, first)
+    flat = np.stack([x @ first, x @ second], axis=-1)
+    squares, turns = np.linalg.eigh(flat.T @ flat / len(x))
+    if squares[0] < 1e-14:
+        return None
+    major = turns[0, 1] * first + turns[1, 1] * second
+    axes = np.array([axis, major, np.cross(axis, major)])
+    lack = float(np.mean(0.5 * np.sum((x - axis) ** 2, axis=1)))
+    found = kent_concentrations(1.0 - lack, float(squares[1] - squares[0]))
+    return None if found is None else Kent(*found, axes, kent_nodes(*found))
+
+
+def kent_concentrations(resultant: float, longer: float) -> tuple[float, float] | None:
+    """kappa and beta by maximum likelihood, from the mean resultant length and the difference of
+    the mean squares along the major and the minor axis; None where kappa is under 5."""
+    lack = 1.0 - resultant
+    small, large = 1.0 / (2 * lack + longer), 1.0 / max(2 * lack - longer, 1e-300)
+    kappa, beta = large + small, 0.5 * (large - small)
+    if kappa < 5.0:
+        return None
+    for _ in range(100):
+        nodes = kent_nodes(kappa, beta)
+        p = nodes.places
+        sufficient = np.stack([-(1.0 - p[:, 0]), p[:, 1] ** 2 - p[:, 2] ** 2], axis=-1)
+        expected = nodes.mean(sufficient)
+        spread = nodes.mean(sufficient[:, :, None] * sufficient[:, None, :])
+        spread -= np.outer(expected, expected)
+        step = np.linalg.solve(spread, np.array([-lack, longer]) - expected)
+        part = 1.0
+        while part > 1e-6 and not _in_kent(kappa + part * step[0], beta + part * step[1]):
+            part *= 0.5
+        kappa, beta = kappa + part * float(step[0]), max(beta + part * float(step[1]), 0.0)
+        if float(np.abs(step).max()) <= 1e-10 * kappa or part <= 1e-6:
+            break
+    return (kappa, beta) if kappa >= 5.0 else None
+
+
+def _in_kent(kappa: float, beta: float) -> bool:
+    return kappa > 0.0 and -1e-9 * kappa <= beta < 0.4999 * kappa
+
+
+def _width(concentration: float) -> float:
+    """Standard deviation of exp(-concentration x^2); infinite where all of the sphere counts."""
+    return 1.0 / math.sqrt(2.0 * concentration) if concentration > _BROAD else math.inf
+
+
+@cache
+def _gauss() -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(_NODES)
+
+
+def _legendre(low: float, high: float, sigma: float) -> tuple[Array, Array]:
+    """Nodes and weights over the range, or the part about 0 that a density of this width fills."""
+    if math.isfinite(sigma):
+        low, high = max(low, -_REACH * sigma), min(high, _REACH * sigma)
+    nodes, weights = _gauss()
+    half = (high - low) / 2.0
+    return nodes * half + (high + low) / 2.0, weights * half
+
+
+def _nodes(places: Array, log_density: Array, weights: Array, fold: float) -> Nodes:
+    top = float(log_density.max())
+    mass = np.exp(log_density - top) * weights
+    total = float(mass.sum())
+    return Nodes(places, mass / total, math.log(total * fold) + top)
+
+
+# Goodness of fit -------------------------------------------------------------------------------
+
+
+def smooth_test(data: Array, used: Array, nodes: Array, used_at: Array, shares: Array) -> float:
+    """p value of the smooth test.
+
+    data (n, k), nodes (m, k): the further functions of the data, and at the nodes of the fitted
+    model with their shares (m,). used (n, j), used_at (m, j): those that the fit has used up
+    (the derivatives of the log density by its parameters).
+    """
+    n = len(data)
+    used_mean = shares @ used_at
+    mean = shares @ nodes
+    scores = used_at - used_mean
+    further = nodes - mean
+    information = scores.T @ (scores * shares[:, None])
+    cross = scores.T @ (further * shares[:, None])
+    regress = np.linalg.lstsq(_scaled(information), _rows(cross, information), rcond=1e-12)[0]
+    regress = regress / np.sqrt(np.diag(information))[:, None]
+    at = further - scores @ regress
+    own = (data - mean) - (used - used_mean) @ regress
+    spread = at.T @ (at * shares[:, None])
+    scale = np.sqrt(np.maximum(np.diag(spread), 1e-300))
+    values, axes = np.linalg.eigh(spread / np.outer(scale, scale))
+    kept = values > 1e-6 * values.max()
+    total = (own.sum(axis=0) / scale) @ axes[:, kept]
+    statistic = float(np.sum(total**2 / values[kept])) / n
+    return chi2_tail(int(kept.sum()), statistic)
+
+
+def _scaled(matrix: Array) -> Array:
+    root = np.sqrt(np.diag(matrix))
+    return np.asarray(matrix / np.outer(root, root))
+
+
+def _rows(cross: Array, matrix: Array) -> Array:
+    return np.asarray(cross / np.sqrt(np.diag(matrix))[:, None])
+
+
+def bingham_fit(model: Bingham, x: Array) -> float:
+    """p value of Bingham's model for axes (n, 3) in its frame: harmonics of the fourth degree."""
+    at = model.nodes.places
+    return smooth_test(_quartic(x), _products(x), _quartic(at), _products(at), model.nodes.shares)
+
+
+def kent_fit(model: Kent, x: Array) -> float:
+    """p value of Kent's model for directions (n, 3) in its frame: skewness and kurtosis along and
+    across."""
+    at = model.nodes.places
+    return smooth_test(
+        _tangent(x, 2), _kent_scores(x), _tangent(at, 2), _kent_scores(at), model.nodes.shares
+    )
+
+
+def fisher_fit(kappa: float, x: Array) -> float:
+    """p value of Fisher's model for directions (n, 3), the mean being their first coordinate: an
+    elongated or skew cluster, or one with another fall-off, fails it."""
+    nodes = kent_nodes(kappa, 0.0)
+    at = nodes.places
+    return smooth_test(_tangent(x, 1), x, _tangent(at, 1), at, nodes.shares)
+
+
+def _products(x: Array) -> Array:
+    a, b, c = x[:, 0], x[:, 1], x[:, 2]
+    return np.stack([b * b, c * c, a * b, a * c, b * c], axis=-1)
+
+
+def _quartic(x: Array) -> Array:
+    a, b, c = x[:, 0], x[:, 1], x[:, 2]
+    return np.stack(
+        [b**4, c**4, b * b * c * c, b**3 * c, b * c**3, a * b**3, a * c**3, a * b * c * c,
+         a * b * b * c], axis=-1,
+    )  # fmt: skip
+
+
+def _kent_scores(x: Array) -> Array:
+    a, b, c = x[:, 0], x[:, 1], x[:, 2]
+    return np.stack([a, b, c, b * b - c * c, b * c, a * b, a * c], axis=-1)[:, :5]
+
+
+def _tangent(x: Array, beyond: int) -> Array:
+    """Functions of the coordinates across the mean that a fit leaves over: of the second degree
+    (beyond = 1), and third and fourth."""
+    b, c = x[:, 1], x[:, 2]
+    square = b * b + c * c
+    if beyond == 1:
+        return np.stack([b * b - c * c, b * c, b * square, c * square, square**2], axis=-1)
+    return np.stack([b**3, c**3, b * b * c, b * c * c, b**4, c**4, b * b * c * c], axis=-1)

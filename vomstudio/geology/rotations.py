@@ -1,0 +1,43 @@
+"""Orientations turned back: untilting by a plane, and turning about any axis.
+
+Untilting turns the plane to the horizontal about its strike, by its dip: poles of the beds that it
+stands for become vertical (Fisher, Lewis & Embleton 1987, 2.5; Ramsay 1961, Journal of Geology 69,
+84-100). Which way up the beds are does not matter to axes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geology.orientation import Array, Line, Plane, sin_cos_deg
+
+
+def turned(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> Array:
+    """Vectors (n, 3) turned about an axis, clockwise as seen along its downward end (right-hand
+    rule), by Rodrigues' formula."""
+    v = np.asarray(vectors, dtype=np.float64)
+    k = axis.vector()
+    sine, cosine = sin_cos_deg(angle_deg)
+    along = (v @ k)[..., None] * k
+    return np.asarray(v * cosine + np.cross(k, v) * sine + along * (1.0 - cosine))
+
+
+def untilted(vectors: npt.ArrayLike, plane: Plane) -> Array:
+    """Vectors (n, 3) after the plane has been turned to the horizontal about its strike."""
+    if plane.undefined:
+        return np.array(vectors, dtype=np.float64)
+    # About the right-hand-rule strike, from which the plane dips to the right: turned up again.
+    return turned(vectors, Line(plane.strike_rhr_deg, 0.0), -plane.dip_deg)
+
+
+def meetings(poles: npt.ArrayLike, least_deg: float = 1.0) -> Array:
+    """Lines (m, 3), pointing down, in which each two of n planes meet, by their poles (n, 3); pairs
+    that are parallel within `least_deg` are left out, for their line is chance."""
+    p = np.asarray(poles, dtype=np.float64)
+    first, second = np.triu_indices(len(p), 1)
+    lines = np.cross(p[first], p[second])
+    length = np.linalg.norm(lines, axis=1)
+    kept = length > float(np.sin(np.radians(least_deg)))
+    lines = lines[kept] / length[kept, None]
+    return np.asarray(np.where(lines[:, 2:] > 0, -lines, lines))

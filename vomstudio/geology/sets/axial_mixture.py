@@ -1,0 +1,223 @@
+"""Sets of planes found among poles: a mixture of clusters on the sphere and of an even scatter.
+
+Each cluster is a Bingham (1974) distribution, which may be longer than wide and has the same
+density for a pole and its opposite, so that sets of steep planes, whose poles lie on both sides of
+the net, need no care of their own; what belongs to none is spread evenly. The mixture is fitted
+by expectation and maximisation, cluster after cluster: each new one begins where poles are densest
+among those that no cluster holds, or as half of one that is there. How many there are is chosen by
+the integrated completed likelihood (Biernacki, Celeux & Govaert 2000, IEEE Transactions PAMI 22,
+719-725): BIC with a price on clusters that overlap each other. The same poles always give the same
+sets.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geology.statistics import orientation_tensor
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+LEAST_MEMBERS = 5
+"""Of a set that is proposed."""
+_WIDEST, _NARROWEST = 4.0, 5000.0
+"""Concentrations: a spread of 20 degrees, beyond which a set is no set, and of 0.6, below which
+planes are not measured."""
+_SEED = 25.0
+_ROUNDS, _SETTLED = 200, 1e-6
+_MOST_COMPARED, _MOST_SEARCHED = 2000, 3000
+_TRIED = 3
+_PARAMETERS = 6
+"""Of a cluster: three of its axes, two of its spread, its weight."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mixture:
+    """axes (k, 3, 3) of the clusters, rows the mean axis, the direction of the wider and that of
+    the narrower spread; concentrations (k, 2) along the two; weights (k + 1,), the last that of the
+    even scatter; posterior (n, k + 1) probability of each pole to be of each; log_likelihood
+    against an even scatter; icl : the less the better"""
+
+    axes: Floats
+    concentrations: Floats
+    weights: Floats
+    posterior: Floats
+    log_likelihood: float
+    icl: float
+
+    @property
+    def k(self) -> int:
+        return len(self.axes)
+
+    def assigned(self) -> Ints:
+        """(n,) the most probable cluster of each pole, -1 where it is the even scatter."""
+        best = np.argmax(self.posterior, axis=1)
+        return np.where(best == self.k, -1, best)
+
+
+def propose_clusters(poles: Floats, most: int) -> tuple[Mixture, list[float]]:
+    """The best mixture of unit vectors (n, 3) with 0 to `most` clusters, and the criterion of each
+    number that was tried."""
+    some = poles
+    if len(poles) > _MOST_SEARCHED:
+        rows = np.random.default_rng(0).permutation(len(poles))[:_MOST_SEARCHED]
+        some = poles[np.sort(rows)]
+    best = tried = _none(len(some))
+    criteria = [tried.icl]
+    worse = 0
+    for _ in range(most):
+        found = [_settled(some, *start) for start in _one_more(some, tried)]
+        sound = [m for m in found if _is_sound(m)]
+        if not sound:
+            break
+        tried = min(sound, key=lambda m: m.icl)
+        criteria.append(tried.icl)
+        if tried.icl < best.icl:
+            best, worse = tried, 0
+        else:
+            worse += 1
+            if worse > 2:
+                break
+    if some is not poles:
+        best = _settled(poles, best.axes, best.concentrations, best.weights)
+    return best, criteria
+
+
+def clusters_from_seeds(poles: Floats, seeds: Floats) -> Mixture:
+    """The mixture with one cluster for each seed (k, 3), in their order."""
+    k = len(seeds)
+    weights = np.append(np.full(k, 0.9 / k), 0.1)
+    axes = np.array([_frame(seed) for seed in seeds])
+    return _settled(poles, axes, np.full((k, 2), _SEED), weights)
+
+
+def _none(n: int) -> Mixture:
+    return Mixture(np.zeros((0, 3, 3)), np.zeros((0, 2)), np.ones(1), np.ones((n, 1)), 0.0, 0.0)
+
+
+def _frame(axis: Floats) -> Floats:
+    """Rows: the axis, and two directions at right angles to it."""
+    _, _, rows = np.linalg.svd(axis[None])
+    return np.vstack([axis, rows[1:]])
+
+
+def _one_more(poles: Floats, mixture: Mixture) -> Iterator[tuple[Floats, Floats, Floats]]:
+    """Start values with one cluster more: out of the even scatter, or out of a wide cluster."""
+    half = 0.5 * mixture.weights[-1]
+    for axis in _dense_places(poles, mixture.posterior):
+        yield (
+            np.concatenate([mixture.axes, _frame(axis)[None]]),
+            np.concatenate([mixture.concentrations, [[_SEED, _SEED]]]),
+            np.concatenate([mixture.weights[:-1], [half, half]]),
+        )
+    for j in np.argsort(mixture.concentrations[:, 0], kind="stable")[:_TRIED]:
+        mean, wide, _ = mixture.axes[j]
+        spread = 1.0 / math.sqrt(2.0 * mixture.concentrations[j, 0])
+        one, other = (_frame(mean + side * spread * wide) for side in (1.0, -1.0))
+        axes, weights = mixture.axes.copy(), mixture.weights.copy()
+        concentrations = mixture.concentrations.copy()
+        axes[j], weights[j] = one / np.linalg.norm(one, axis=1)[:, None], 0.5 * weights[j]
+        concentrations[j] = concentrations[j, 1]
+        yield (
+            np.concatenate([axes, (other / np.linalg.norm(other, axis=1)[:, None])[None]]),
+            np.concatenate([concentrations, concentrations[j : j + 1]]),
+            np.concatenate([weights[:-1], [weights[j], weights[-1]]]),
+        )
+
+
+def _dense_places(poles: Floats, posterior: Floats) -> list[Floats]:
+    """Up to three poles, far from each other, around which the unassigned are densest."""
+    step = max(1, -(-len(poles) // _MOST_COMPARED))
+    some, loose = poles[::step], posterior[::step, -1]
+    density = np.exp(_SEED * ((some @ some.T) ** 2 - 1.0)) @ loose
+    found: list[Floats] = []
+    for i in np.argsort(-density, kind="stable"):
+        if all(abs(float(some[i] @ other)) < math.cos(math.radians(25)) for other in found):
+            found.append(some[i])
+        if len(found) == _TRIED:
+            break
+    return found
+
+
+def _settled(poles: Floats, axes: Floats, concentrations: Floats, weights: Floats) -> Mixture:
+    """Expectation and maximisation until the likelihood stands still."""
+    n, last = len(poles), -math.inf
+    axes, concentrations = axes.copy(), concentrations.copy()
+    for _ in range(_ROUNDS):
+        logs = np.zeros((n, len(axes) + 1))
+        for j in range(len(axes)):
+            logs[:, j] = _log_density(poles @ axes[j, 1:].T, concentrations[j])
+        logs += np.log(weights)
+        top = logs.max(axis=1, keepdims=True)
+        posterior = np.exp(logs - top)
+        total = posterior.sum(axis=1, keepdims=True)
+        posterior /= total
+        likelihood = float(np.sum(top + np.log(total)))
+        if likelihood - last < _SETTLED * n:
+            break
+        last = likelihood
+        size = posterior.sum(axis=0)
+        # The scatter never dies out: an outlier must find it.
+        size[-1] = max(float(size[-1]), 0.5)
+        size[:-1] = np.maximum(size[:-1], 1e-9)
+        weights = size / size.sum()
+        for j in range(len(axes)):
+            tensor = (poles * posterior[:, j, None]).T @ poles / size[j]
+            values, vectors = np.linalg.eigh(tensor)
+            axes[j] = vectors[:, ::-1].T
+            concentrations[j] = _concentration(values[1::-1])
+    inside = posterior[:, :-1]
+    share = inside / np.maximum(inside.sum(axis=1, keepdims=True), 1e-300)
+    overlap = -float(np.sum(inside * np.log(np.maximum(share, 1e-300))))
+    free = _PARAMETERS * len(axes)
+    icl = free * math.log(max(n, 2)) - 2.0 * likelihood + 2.0 * overlap
+    return Mixture(axes, concentrations, weights, posterior, likelihood, icl)
+
+
+def _log_density(across: Floats, concentrations: Floats) -> Floats:
+    """(n,) of Bingham's distribution over that of an even scatter, exp(-k1 a^2 - k2 b^2) / N, at
+    poles with the components a, b (n, 2) across the mean axis. N is the root of the product of
+    Watson's, D(sqrt k) / sqrt k with Dawson's integral D: exact where k1 = k2, and in the limit of
+    narrow clusters."""
+    from scipy.special import dawsn
+
+    root = np.sqrt(concentrations)
+    return np.asarray(-(across**2) @ concentrations - 0.5 * np.log(dawsn(root) / root).sum())
+
+
+@functools.cache
+def _spreads() -> tuple[Floats, Floats]:
+    """Variances of Watson's distribution along one direction, ascending, and the logarithms of the
+    concentrations: half of 1 - (1 / (2 sqrt k D(sqrt k)) - 1 / 2k)."""
+    from scipy.special import dawsn
+
+    k = np.geomspace(_NARROWEST, _WIDEST, 4000)
+    root = np.sqrt(k)
+    return 0.5 * (1.0 - 1.0 / (2.0 * root * dawsn(root)) + 1.0 / (2.0 * k)), np.log(k)
+
+
+def _concentration(variance: Floats) -> Floats:
+    """Of Watson's distribution by maximum likelihood, from variances along one direction."""
+    return np.asarray(np.exp(np.interp(variance, *_spreads())))
+
+
+def _is_sound(mixture: Mixture) -> bool:
+    """No cluster too small to be one, and none in the place of another."""
+    assigned = mixture.assigned()
+    if (np.bincount(assigned[assigned >= 0], minlength=mixture.k) < LEAST_MEMBERS).any():
+        return False
+    mean = mixture.axes[:, 0]
+    near = np.abs(mean @ mean.T) > math.cos(math.radians(3.0))
+    return not (near & ~np.eye(mixture.k, dtype=bool)).any()
+
+
+def mean_axes(poles: Floats, rows: Sequence[Ints]) -> Floats:
+    """(k, 3) first axis of the orientation tensor of each group of rows."""
+    return np.array([orientation_tensor(poles[row])[1][0] for row in rows]).reshape(-1, 3)

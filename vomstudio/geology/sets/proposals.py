@@ -1,0 +1,204 @@
+"""Sets proposed among the planes of a table: what `vomstudio sets` prints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, UsageError, VomError
+from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
+from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.sets.axial_mixture import (
+    LEAST_MEMBERS,
+    Mixture,
+    clusters_from_seeds,
+    propose_clusters,
+)
+from vomstudio.geology.statistics import fisher
+from vomstudio.reprs import Shown
+from vomstudio.words import tr, tr_n
+
+Floats = npt.NDArray[np.float64]
+
+MOST_SETS = 8
+"""Looked for where nothing is said."""
+
+
+@dataclass(frozen=True)
+class ProposedSet:
+    """n planes; dip_direction_deg, dip_deg : of the mean, Fisher's after flipping into one
+    hemisphere; kappa : None where all are alike; cone95_deg : half-angle of the cone that holds
+    the true mean with 95 %, None of one plane; spacing_m : mean gap of the places along the mean
+    normal, spacing_cv : their standard deviation over it; None without places"""
+
+    name: str
+    n: int
+    dip_direction_deg: float
+    dip_deg: float
+    kappa: float | None
+    cone95_deg: float | None
+    spacing_m: float | None
+    spacing_cv: float | None
+
+
+@dataclass(frozen=True, repr=False)
+class SetProposal(Shown):
+    """n planes, of which `unassigned` are in no set; criteria : integrated completed likelihood of
+    0, 1, 2... sets, the less the better, empty where seeds were given; assignment : (n,) of the
+    rows that were used, the name of the set, "" for none, with its probability; rows : (n,) their
+    places in the table"""
+
+    n: int
+    sets: tuple[ProposedSet, ...]
+    unassigned: int
+    criteria: tuple[float, ...]
+    convention: str
+    dropped_lines: tuple[int, ...]
+    warnings: tuple[str, ...]
+    assignment: tuple[str, ...] = field(default=())
+    probability: tuple[float, ...] = field(default=())
+    rows: tuple[int, ...] = field(default=())
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON; rows one by one stand in the table."""
+        made = asdict(self)
+        for name in ("assignment", "probability", "rows"):
+            made.pop(name)
+        return made
+
+
+def propose_sets(
+    table: OrientationRows,
+    *,
+    most: int | None = None,
+    seeds: Sequence[Plane] = (),
+    places: Floats | None = None,
+) -> SetProposal:
+    """most : sets looked for at most, MOST_SETS without it; seeds : planes, one for each set, in
+    place of a proposed number; places : (rows of the table, 3) in metres, NaN where unknown.
+
+    Sets are named S1, S2... by their size, or in the order of the seeds. Lines are left out. Raises
+    GeometryError for tables without planes, UsageError for numbers that cannot be.
+    """
+    rows = np.flatnonzero(table.is_plane)
+    warnings = list(table.warnings)
+    if not len(rows):
+        raise GeometryError(tr("The table has no planes; sets are made of planes."),
+                            file=table.path)  # fmt: skip
+    if len(rows) < len(table):
+        warnings.append(
+            tr_n("{count} line is left out.", "{count} lines are left out.", len(table) - len(rows))
+        )
+    poles = table.vectors()[rows]
+    mixture, criteria = _mixture(poles, most, seeds)
+    group = mixture.assigned()
+    order = list(range(mixture.k))
+    if not seeds:
+        order.sort(key=lambda j: (-int(np.sum(group == j)), j))
+    sets: list[ProposedSet] = []
+    names = {-1: ""}
+    for number, j in enumerate(order, start=1):
+        members = np.flatnonzero(group == j)
+        names[j] = f"S{number}"
+        if not len(members):
+            warnings.append(
+                tr("No plane belongs to the seed {number}; it makes no set.", number=number)
+            )
+            continue
+        where = None if places is None else places[rows[members]]
+        sets.append(_described(names[j], poles[members], where))
+    if not sets and not seeds:
+        warnings.append(
+            tr(
+                "No set stands out from an even scatter. A set needs at least {count} planes; "
+                "--seeds takes yours.",
+                count=LEAST_MEMBERS,
+            )
+        )
+    probability = mixture.posterior[np.arange(len(rows)), group]
+    return SetProposal(
+        n=len(rows),
+        sets=tuple(sets),
+        unassigned=int(np.sum(group < 0)),
+        criteria=tuple(criteria),
+        convention=table.convention,
+        dropped_lines=tuple(table.dropped),
+        warnings=tuple(warnings),
+        assignment=tuple(names[int(j)] for j in group),
+        probability=tuple(float(p) for p in probability),
+        rows=tuple(int(row) for row in rows),
+    )
+
+
+def parse_seeds(text: str | None) -> tuple[Plane, ...]:
+    """Planes as typed, 120/45,300/80. Raises UsageError."""
+    found = []
+    for word in [] if text is None else text.split(","):
+        direction, _, dip = word.partition("/")
+        try:
+            found.append(Plane(float(direction), float(dip)))
+        except (ValueError, VomError) as error:
+            raise UsageError(
+                tr("“{text}” is no plane; write dip direction/dip, like 120/45,300/80.", text=word),
+                field="--seeds",
+            ) from error
+    return tuple(found)
+
+
+def _mixture(
+    poles: Floats, most: int | None, seeds: Sequence[Plane]
+) -> tuple[Mixture, list[float]]:
+    if most is not None and most < 1:
+        raise UsageError(tr("At least one set must be allowed."), field="--max-sets")
+    if not seeds:
+        return propose_clusters(poles, MOST_SETS if most is None else most)
+    if most is not None and len(seeds) > most:
+        raise UsageError(
+            tr("{count} seeds make more sets than {most}.", count=len(seeds), most=most),
+            field="--seeds",
+        )
+    axes = planes_to_poles([s.dip_direction_deg for s in seeds], [s.dip_deg for s in seeds])
+    near = np.abs(axes @ axes.T) > math.cos(math.radians(1.0))
+    if (near & ~np.eye(len(axes), dtype=bool)).any():
+        raise UsageError(
+            tr("Two seeds are less than 1 degree apart; they would make the same set."),
+            field="--seeds",
+        )
+    return clusters_from_seeds(poles, axes), []
+
+
+def _described(name: str, poles: Floats, places: Floats | None) -> ProposedSet:
+    found = fisher(poles, directed=False)
+    normal = found.mean.vector()
+    direction, dip, _ = normals_to_planes(normal)
+    gap, cv = spacing_along(normal, places)
+    return ProposedSet(
+        name,
+        len(poles),
+        float(direction[0]),
+        float(dip[0]),
+        found.kappa,
+        found.alpha95_deg,
+        gap,
+        cv,
+    )
+
+
+def spacing_along(normal: Floats, places: Floats | None) -> tuple[float | None, float | None]:
+    """Mean gap of places (n, 3) along a normal, and the standard deviation of the gaps over it, as
+    if every plane reached past all others; None where fewer than two have a place."""
+    if places is None:
+        return None, None
+    known = places[np.isfinite(places).all(axis=1)]
+    if len(known) < 2:
+        return None, None
+    gaps = np.diff(np.sort((known - known.mean(axis=0)) @ normal))
+    mean = float(gaps.mean())
+    if len(gaps) < 2 or mean <= 0:
+        return mean, None
+    return mean, float(gaps.std(ddof=1)) / mean

@@ -1,0 +1,269 @@
+"""The kinematic analysis of a slope with the planes of a table: what `vomstudio slope` prints."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.geology.notation import parse_plane
+from vomstudio.geology.orientation import Plane
+from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.slopes import (
+    LATERAL_DEG,
+    SlopeFace,
+    Zones,
+    count_pairs,
+    direct_toppling,
+    flexural_toppling,
+    in_face_frame,
+    planar_sliding,
+)
+from vomstudio.geology.tilted_planes import TiltedPlanes, tilted_planes
+from vomstudio.reprs import Shown
+from vomstudio.words import tr, tr_n
+
+SEED = 1
+_MOST_DRAWS = 4096
+_PLANES = 1_500_000
+_PAIRS = 30_000_000
+"""Drawn planes, and drawn intersections, that are looked at: they set the number of draws."""
+_FEWEST_DRAWS = 4
+_TOGETHER = 65_536
+"""Drawn planes kept at a time."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One way to fail. critical of all `of` planes, or intersections, are in its zone; share =
+    critical / of, None of nothing; probability : the share that is to be expected with each plane's
+    own error, None where planes carry none; secondary : as `Zones` has it"""
+
+    critical: int
+    of: int
+    share: float | None
+    probability: float | None
+    secondary: int
+
+
+@dataclass(frozen=True)
+class PlanesMode(Mode):
+    """ids : of the critical planes"""
+
+    ids: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PairsMode(Mode):
+    """parallel : pairs of planes that do not meet, which are not counted in `of`"""
+
+    parallel: int
+
+
+@dataclass(frozen=True)
+class TopplingMode(PairsMode):
+    """bases : planes that can be the base of toppling blocks. secondary : oblique toppling"""
+
+    bases: PlanesMode
+
+
+@dataclass(frozen=True)
+class Face:
+    """Angles of the face, degrees."""
+
+    dip_direction_deg: float
+    dip_deg: float
+    strike_rhr_deg: float
+
+
+@dataclass(frozen=True, repr=False)
+class TableSlope(Shown):
+    """n : planes. left_out : lines of the table, which are not used. with_error : planes whose
+    error is known; draws : of the planes with their errors, for the share of planes and of
+    intersections (None without errors). convention, dropped_lines, warnings : of the table as it
+    was read"""
+
+    n: int
+    left_out: int
+    face: Face
+    friction_deg: float
+    lateral_deg: float
+    limits: str
+    planar: PlanesMode
+    wedge: PairsMode
+    flexural_toppling: PlanesMode
+    direct_toppling: TopplingMode
+    with_error: int
+    draws: tuple[int, int] | None
+    convention: str
+    dropped_lines: tuple[int, ...]
+    warnings: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return asdict(self)
+
+
+def slope_face(
+    face: str | Plane,
+    friction_deg: float,
+    lateral_deg: float | None = None,
+    limits: str = "curved",
+) -> SlopeFace:
+    """face : a plane, or its text as in "135/70" (dip direction/dip). Raises UsageError."""
+    try:
+        plane = parse_plane(face, "dipdir/dip") if isinstance(face, str) else face
+    except (InputError, GeometryError) as error:
+        raise UsageError(error.message, field="--face") from error
+    return SlopeFace(
+        plane, friction_deg, LATERAL_DEG if lateral_deg is None else lateral_deg, limits
+    )
+
+
+def table_slope(table: OrientationRows, face: SlopeFace) -> TableSlope:
+    """Planes, and intersections of all pairs of them, in the critical zones of a face. Raises
+    GeometryError for a table without planes."""
+    rows = np.flatnonzero(table.is_plane)
+    if not len(rows):
+        raise GeometryError(
+            tr("The table has only lines. Kinematic analysis needs planes."),
+            file=table.path,
+            field="geometry",
+        )
+    planes = tilted_planes(table, rows)
+    ids = [table.ids[row] for row in rows]
+    normals = in_face_frame(face, planes.normals)
+    zones = _plane_zones(face, normals)
+    pairs = count_pairs(face, normals[None])
+    expected = _expected(face, planes)
+    of_planes = [
+        PlanesMode(
+            int(zone.critical.sum()), len(rows), float(zone.critical.mean()), share,
+            int(zone.secondary.sum()), tuple(ids[i] for i in np.flatnonzero(zone.critical)),
+        )
+        for zone, share in zip(zones, expected.planes, strict=True)
+    ]  # fmt: skip
+    planar, flexural, bases = of_planes
+    of, parallel = int(pairs.of[0]), int(pairs.parallel[0])
+    known = int(planes.known.sum())
+    wedge, topple = int(pairs.wedge[0]), int(pairs.toppling[0])
+    return TableSlope(
+        n=len(rows),
+        left_out=len(table) - len(rows),
+        face=Face(
+            face.plane.dip_direction_deg, face.plane.dip_deg, face.plane.strike_rhr_deg
+        ),
+        friction_deg=float(face.friction_deg),
+        lateral_deg=float(face.lateral_deg),
+        limits=face.limits,
+        planar=planar,
+        wedge=PairsMode(
+            wedge, of, _share(wedge, of), expected.pairs[0], int(pairs.wedge_secondary[0]), parallel
+        ),
+        flexural_toppling=flexural,
+        direct_toppling=TopplingMode(
+            topple, of, _share(topple, of), expected.pairs[1], int(pairs.oblique[0]), parallel,
+            bases,
+        ),
+        with_error=known,
+        draws=expected.draws,
+        convention=table.convention,
+        dropped_lines=tuple(table.dropped),
+        warnings=(*table.warnings, *_noticed(face, len(rows), len(table), known, of, parallel)),
+    )  # fmt: skip
+
+
+def _plane_zones(face: SlopeFace, normals: npt.NDArray[np.float64]) -> tuple[Zones, Zones, Zones]:
+    """Planar sliding, flexural toppling, bases of direct toppling."""
+    return (
+        planar_sliding(face, normals),
+        flexural_toppling(face, normals),
+        direct_toppling(face, 0.0 - normals),
+    )
+
+
+def _share(critical: int, of: int) -> float | None:
+    return critical / of if of else None
+
+
+@dataclass(frozen=True)
+class _Expected:
+    """Shares to be expected: of the three zones of planes, and of wedges and direct toppling."""
+
+    planes: tuple[float | None, float | None, float | None] = (None, None, None)
+    pairs: tuple[float | None, float | None] = (None, None)
+    draws: tuple[int, int] | None = None
+
+
+def _expected(face: SlopeFace, planes: TiltedPlanes) -> _Expected:
+    """By drawing the planes with their errors, with a fixed seed: many times where they are few.
+    Planes without a known error stay as they are."""
+    if not planes.known.any():
+        return _Expected()
+    n = len(planes.normals)
+    draws = _draws(_PLANES, n)
+    generator = np.random.default_rng(SEED)
+    critical = np.zeros(3)
+    for portion in _portions(draws, n):
+        normals = in_face_frame(face, planes.drawn(portion, generator))
+        critical += [zone.critical.sum() for zone in _plane_zones(face, normals)]
+    a, b, c = (critical / (draws * n)).tolist()
+    if n < 2:
+        return _Expected((a, b, c), draws=(draws, 0))
+    pair_draws = _draws(_PAIRS, n * (n - 1) // 2)
+    of = wedge = topple = 0
+    for portion in _portions(pair_draws, n):
+        found = count_pairs(face, in_face_frame(face, planes.drawn(portion, generator)))
+        of += int(found.of.sum())
+        wedge += int(found.wedge.sum())
+        topple += int(found.toppling.sum())
+    return _Expected((a, b, c), (_share(wedge, of), _share(topple, of)), (draws, pair_draws))
+
+
+def _draws(budget: int, each: int) -> int:
+    return int(np.clip(budget // each, _FEWEST_DRAWS, _MOST_DRAWS))
+
+
+def _portions(draws: int, n: int) -> list[int]:
+    most = max(1, _TOGETHER // n)
+    return [min(most, draws - start) for start in range(0, draws, most)]
+
+
+def _noticed(face: SlopeFace, n: int, rows: int, known: int, of: int, parallel: int) -> list[str]:
+    """What a reader of the figures must know of them."""
+    said = []
+    if rows > n:
+        said.append(tr_n("{count} line is not used.", "{count} lines are not used.", rows - n))
+    if not face.slides:
+        said.append(
+            tr(
+                "The face dips by {dip:g} degrees, no steeper than the friction angle of "
+                "{friction:g} degrees: nothing slides, and no layers topple.",
+                dip=face.plane.dip_deg,
+                friction=face.friction_deg,
+            )
+        )
+    if parallel:
+        said.append(
+            tr_n(
+                "{count} pair of planes is parallel and has no intersection.",
+                "{count} pairs of planes are parallel and have no intersection.",
+                parallel,
+            )
+        )
+    if not of:
+        said.append(
+            tr("Wedges and direct toppling need two planes that meet; add planes to the table.")
+        )
+    if 0 < known < n:
+        said.append(
+            tr_n(
+                "The error of {count} plane is not known; its probability takes it as exact.",
+                "The errors of {count} planes are not known; the probabilities take them as exact.",
+                n - known,
+            )
+        )
+    return said

@@ -1,0 +1,1 @@
+"""Files that other programs for structural geology read: their columns, their words."""

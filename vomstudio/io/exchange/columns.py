@@ -1,0 +1,56 @@
+"""Rows as text with delimiters, in the columns of another program."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from vomstudio.files.atomic import atomic_group
+
+Row = Mapping[str, Any]
+
+
+def write_tables(tables: Mapping[Path, str], *, force: bool) -> list[Path]:
+    """Texts as UTF-8 files, all or none. Raises TargetError."""
+    paths = list(tables)
+    with atomic_group(paths, force) as temporaries:
+        for temporary, text in zip(temporaries, tables.values(), strict=True):
+            temporary.write_bytes(text.encode("utf-8", "replace"))
+    return paths
+
+
+def as_text(names: Sequence[str], rows: Iterable[Sequence[Any]], delimiter: str) -> str:
+    """A line of names, and one for each row; cells that hold the delimiter are quoted."""
+    out = io.StringIO()
+    writer = csv.writer(out, delimiter=delimiter, lineterminator="\n")
+    writer.writerow(names)
+    writer.writerows([_cell(value) for value in row] for row in rows)
+    return out.getvalue()
+
+
+def _cell(value: Any) -> str:
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return ""
+    if isinstance(value, float):
+        # Far finer than any measurement; the zeros of rounding say nothing.
+        return f"{value:.12g}"
+    return " ".join(str(value).split())
+
+
+def degrees(value: float | None) -> float | None:
+    """An angle without the digits that rounding makes."""
+    return None if value is None else round(float(value), 6) + 0.0
+
+
+def label(row: Row) -> str:
+    """What a feature is called."""
+    return str(row["name"] or row["id"] or "")
+
+
+def beside(out: Path, name: str) -> Path:
+    """NAME_name.ending."""
+    return out.with_name(f"{out.stem}_{name}{out.suffix}")

@@ -1,0 +1,69 @@
+"""Fault slips for FaultKin and Win-Tensor.
+
+- FaultKin (R. W. Allmendinger, R. A. Marrett, T. Cladouhos): tab-separated text under a line of
+  names: strike and dip of the fault by the right-hand rule, trend and plunge of the striae, and the
+  sense of slip as two letters, T (thrust) or N (normal) and R (right-lateral) or L (left-lateral).
+- Win-Tensor (D. Delvaux): the columns of its data sheet, tab-separated, to be pasted into it:
+  format 11 (fault with striae), dip and dip direction, plunge and azimuth of the striae, sense N,
+  I, S, D or X (unknown), confidence C, P, S or X.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane
+from vomstudio.io.exchange.columns import Row, as_text, degrees, label
+
+FAULTKIN = ("strike", "dip", "trend", "plunge", "sense", "label")
+WINTENSOR = (
+    "Id", "Format", "Dip", "DipDir", "Plunge", "Azimuth", "Sense", "Confidence", "Weight",
+    "Comment",
+)  # fmt: skip
+FAULT_WITH_STRIAE = 11
+_TENSOR_SENSE = {"normal": "N", "reverse": "I", "sinistral": "S", "dextral": "D"}
+_TENSOR_CONFIDENCE = {"certain": "C", "probable": "P", "supposed": "S"}
+
+
+def on_a_fault(row: Row) -> bool:
+    """Whether it is a line on a plane that is known."""
+    return row["geometry"] == "line" and row["on_plane_dip_deg"] is not None
+
+
+def faultkin(rows: Sequence[Row]) -> str:
+    """Of lines on planes whose slip has a direction."""
+    return as_text(FAULTKIN, [_faultkin(row) for row in rows], "\t")
+
+
+def _faultkin(row: Row) -> list[object]:
+    plane = Plane(row["on_plane_dip_direction_deg"], row["on_plane_dip_deg"])
+    return [
+        degrees(plane.strike_rhr_deg), degrees(plane.dip_deg), degrees(row["trend_deg"]),
+        degrees(row["plunge_deg"]), faultkin_sense(row["slip_rake_deg"]), label(row),
+    ]  # fmt: skip
+
+
+def faultkin_sense(slip_rake_deg: float) -> str:
+    """Two letters of a directed rake. Where the slip has no part of one kind, its letter says
+    nothing: N, and L."""
+    strike_slip = abs(slip_rake_deg) % 180.0 < ANGLE_TOLERANCE_DEG
+    thrust = slip_rake_deg > 0.0 and not strike_slip
+    right = abs(slip_rake_deg) > 90.0 + ANGLE_TOLERANCE_DEG
+    return ("T" if thrust else "N") + ("R" if right else "L")
+
+
+def wintensor(rows: Sequence[Row]) -> str:
+    """Of lines on planes; a sense that nobody has seen is X."""
+    return as_text(WINTENSOR, [_wintensor(n, row) for n, row in enumerate(rows, 1)], "\t")
+
+
+def _wintensor(number: int, row: Row) -> list[object]:
+    sense = _TENSOR_SENSE.get(row["slip_sense"] or "", "X")
+    known = sense != "X" and row["slip_rake_deg"] is not None
+    return [
+        number, FAULT_WITH_STRIAE, degrees(row["on_plane_dip_deg"]),
+        degrees(row["on_plane_dip_direction_deg"]), degrees(row["plunge_deg"]),
+        degrees(row["trend_deg"]), sense if known else "X",
+        _TENSOR_CONFIDENCE.get(row["slip_confidence"] or "", "X") if known else "X", 1,
+        label(row),
+    ]  # fmt: skip

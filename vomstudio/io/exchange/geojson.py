@@ -1,0 +1,69 @@
+"""Layers as GeoJSON, one file each, in the CRS of the project.
+
+RFC 7946 knows longitude and latitude only, in which an outcrop loses millimetres and everything
+that is measured on a map; the coordinates are therefore those of the project, with the `crs` member
+of the specification of 2008, which GDAL and QGIS read and write. Of a local frame it is null: a
+file without the member would be taken for degrees.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vomstudio.io.exchange.columns import beside
+from vomstudio.tables.project_layers import Layer
+
+_GEOMETRY = {"point": "Point", "line": "LineString", "ring": "Polygon"}
+
+
+def geojson_files(out: Path, layers: Sequence[Layer], crs: str | None) -> dict[Path, str]:
+    """`planes` as `out` itself, the other layers as NAME_layer beside it."""
+    names = [out if layer.name == "planes" else beside(out, layer.name) for layer in layers]
+    return {path: _collection(layer, crs) for path, layer in zip(names, layers, strict=True)}
+
+
+def _collection(layer: Layer, crs: str | None) -> str:
+    features = [
+        {
+            "type": "Feature",
+            "properties": {name: _plain(column[row]) for name, column in layer.columns.items()},
+            "geometry": {"type": _GEOMETRY[layer.kind], "coordinates": _coordinates(layer, shape)},
+        }
+        for row, shape in enumerate(layer.shapes)
+    ]
+    named = None if crs is None else {"type": "name", "properties": {"name": _urn(crs)}}
+    whole = {"type": "FeatureCollection", "name": layer.name, "crs": named, "features": features}
+    return json.dumps(whole, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _urn(crs: str) -> str:
+    """How GeoJSON names an EPSG code; other systems by their text."""
+    authority, _, code = crs.partition(":")
+    return f"urn:ogc:def:crs:EPSG::{code}" if authority == "EPSG" and code.isdigit() else crs
+
+
+def _coordinates(layer: Layer, shape: Any) -> list[Any]:
+    points: list[list[float]] = shape.tolist()
+    if layer.kind == "point":
+        return points[0]
+    # A ring ends where it began.
+    return points if layer.kind == "line" else [[*points, points[0]]]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
+
+
+def properties_of(layer: Layer, row: int) -> Mapping[str, Any]:
+    """The figures of one feature that are there."""
+    values = {name: _plain(column[row]) for name, column in layer.columns.items()}
+    return {name: value for name, value in values.items() if value not in (None, "")}

@@ -1,0 +1,87 @@
+"""Orientations and points of surfaces for GemPy and LoopStructural.
+
+- GemPy 3 (`gempy.API.io_API`): orientations as X, Y, Z, azimuth (of the dip), dip, polarity (-1
+  where overturned) and formation; points of surfaces as X, Y, Z, formation. `nugget` is the
+  variance that GemPy adds to an orientation's gradient: that of the plane's own error (its 95 %
+  region has the half-angle of 2.45 standard deviations), and GemPy's default of 0.01 where it is
+  not known.
+- LoopStructural (`GeologicalModel.data`): X, Y, Z, feature_name, and nx, ny, nz of the upward
+  normal (downward where a bed is overturned: toward the younger side); points of surfaces by
+  `interface`, one number for each surface of a feature.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from vomstudio.geometry.tilts import CHI2_TWO
+from vomstudio.io.exchange.columns import Row, as_text, degrees
+from vomstudio.tables.project_layers import Layer
+
+UNKNOWN_NUGGET = 0.01
+ORIENTATIONS = ("X", "Y", "Z", "azimuth", "dip", "polarity", "formation", "nugget")
+POINTS = ("X", "Y", "Z", "formation")
+LOOP = ("X", "Y", "Z", "feature_name", "nx", "ny", "nz", "interface")
+
+
+def surface_name(kind: object, set_name: object) -> str:
+    """The surface that a feature belongs to: its set, else its type."""
+    return str(set_name or kind or "surface")
+
+
+def gempy_orientations(rows: Sequence[Row]) -> str:
+    """Of planes with a place."""
+    return as_text(ORIENTATIONS, [_gempy(row) for row in rows], ",")
+
+
+def _gempy(row: Row) -> list[Any]:
+    return [
+        row["x"], row["y"], row["z"], degrees(row["dip_direction_deg"]), degrees(row["dip_deg"]),
+        -1 if row["overturned"] else 1, surface_name(row["kind"], row["set"]), nugget(row),
+    ]  # fmt: skip
+
+
+def nugget(row: Row) -> float:
+    """Variance of a component of the plane's unit normal."""
+    error = row["total95_deg"]
+    return UNKNOWN_NUGGET if error is None else math.radians(error) ** 2 / CHI2_TWO
+
+
+def gempy_points(layers: Sequence[Layer]) -> str:
+    """The vertices of traces."""
+    rows = [
+        (*point.tolist(), surface_name(kind, set_name))
+        for kind, set_name, points in _traces(layers)
+        for point in points
+    ]
+    return as_text(POINTS, rows, ",")
+
+
+def loopstructural(rows: Sequence[Row], layers: Sequence[Layer]) -> str:
+    """Planes with a place by their normals, and the vertices of traces by their surface."""
+    out: list[list[Any]] = []
+    for row in rows:
+        sign = -1.0 if row["overturned"] else 1.0
+        normal = [sign * row[f"normal_{axis}"] + 0.0 for axis in "xyz"]
+        name = str(row["kind"] or "surface")
+        out.append([row["x"], row["y"], row["z"], name, *normal, None])
+    numbers: dict[tuple[str, str], int] = {}
+    for kind, set_name, points in _traces(layers):
+        surface = str(kind or "surface"), surface_name(kind, set_name)
+        number = numbers.setdefault(surface, sum(key[0] == surface[0] for key in numbers))
+        out += [[*point.tolist(), surface[0], None, None, None, number] for point in points]
+    return as_text(LOOP, out, ",")
+
+
+def _traces(layers: Sequence[Layer]) -> list[tuple[object, object, Any]]:
+    """Type, set and vertices of each trace."""
+    found: list[tuple[object, object, Any]] = []
+    for layer in layers:
+        if layer.name != "traces":
+            continue
+        none = [None] * len(layer.shapes)
+        kinds, sets = (layer.columns.get(name, none) for name in ("kind", "set"))
+        found += list(zip(kinds, sets, layer.shapes, strict=True))
+    return found

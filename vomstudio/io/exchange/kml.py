@@ -1,0 +1,136 @@
+"""Layers as KML 2.2 for Google Earth and the like: longitude and latitude of WGS 84.
+
+Planes and lines are drawn as the symbols of a map, at their heights; traces, lineations and patches
+as they are. Each type of feature has its colour. Heights are those of the project: above the geoid
+where its CRS has them so, which is what KML means by them.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geology.map_symbols import strike_and_dip, symbol_size, trend_arrow
+from vomstudio.io.exchange.geojson import properties_of
+from vomstudio.io.gis.crs import to_degrees
+from vomstudio.tables.project_layers import Layer
+from vomstudio.words import tr
+
+_SPACE = "http://www.opengis.net/kml/2.2"
+_WHITE = "#ffffff"
+Floats = npt.NDArray[np.float64]
+
+
+def kml_text(
+    out: Path, layers: Sequence[Layer], crs: str | None, colors: Mapping[str, str], title: str
+) -> str:
+    """colors : of the types of features, by their names in lower case, as "#rrggbb". Raises
+    InputError where the project has no CRS, or a place is outside what it covers."""
+    if crs is None:
+        raise InputError(
+            tr(
+                "KML needs longitude and latitude, and the project has no coordinate reference "
+                "system for all of its models. Register them, or export another format."
+            ),
+            file=out,
+        )
+    places = [shape for layer in layers for shape in layer.shapes]
+    size = symbol_size(np.concatenate(places)) if places else 1.0
+    root = ElementTree.Element("kml", xmlns=_SPACE)
+    document = _add(root, "Document")
+    _add(document, "name", title)
+    styles: dict[str, str] = {}
+    for layer in layers:
+        for kind in dict.fromkeys(_kinds(layer)):
+            if kind not in styles:
+                styles[kind] = f"style{len(styles)}"
+                _style(document, styles[kind], colors.get(kind.casefold(), _WHITE))
+    for layer in layers:
+        folder = _add(document, "Folder")
+        _add(folder, "name", layer.name)
+        for row, kind in enumerate(_kinds(layer)):
+            _placemark(folder, layer, row, styles[kind], _parts(layer, row, size), crs, out)
+    ElementTree.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(
+        root, encoding="unicode"
+    )
+
+
+def _kinds(layer: Layer) -> list[str]:
+    return [str(kind) for kind in layer.columns.get("kind", [""] * len(layer.shapes))]
+
+
+def _parts(layer: Layer, row: int, size: float) -> list[Floats]:
+    """The lines by which a feature is drawn."""
+    shape = layer.shapes[row]
+    figures = properties_of(layer, row)
+    if layer.kind != "point":
+        return [shape if layer.kind == "line" else np.vstack([shape, shape[:1]])]
+    if "dip_deg" in figures:
+        return strike_and_dip(shape[0], figures["dip_direction_deg"], figures["dip_deg"], size)
+    if "plunge_deg" in figures:
+        return trend_arrow(shape[0], figures["trend_deg"], figures["plunge_deg"], size)
+    return []
+
+
+def _placemark(
+    folder: ElementTree.Element, layer: Layer, row: int, style: str, parts: Sequence[Floats],
+    crs: str, out: Path,
+) -> None:  # fmt: skip
+    figures = properties_of(layer, row)
+    mark = _add(folder, "Placemark")
+    _add(mark, "name", str(figures.get("name") or figures.get("id") or layer.name))
+    _add(mark, "styleUrl", f"#{style}")
+    extended = _add(mark, "ExtendedData")
+    for name, value in figures.items():
+        _add(_add(extended, "Data", name=name), "value", str(value))
+    many = _add(mark, "MultiGeometry")
+    if layer.kind == "point":
+        _coordinates(_add(many, "Point"), layer.shapes[row], crs, out)
+    for part in parts:
+        _coordinates(_add(many, "LineString"), part, crs, out)
+
+
+def _coordinates(parent: ElementTree.Element, points: Floats, crs: str, out: Path) -> None:
+    degrees = to_degrees(crs, points[:, 0], points[:, 1])
+    if degrees is None:
+        raise InputError(
+            tr(
+                "Some features are outside of what {crs} covers; check the coordinate reference "
+                "system of their models.",
+                crs=crs[:60],
+            ),
+            file=out,
+        )
+    _add(parent, "altitudeMode", "absolute")
+    told = zip(*degrees, points[:, 2], strict=True)
+    _add(parent, "coordinates", " ".join(f"{x:.9f},{y:.9f},{z:.4f}" for x, y, z in told))
+
+
+def _style(document: ElementTree.Element, name: str, color: str) -> None:
+    # KML counts its colours as alpha, blue, green, red.
+    red, green, blue = (color[i : i + 2] for i in (1, 3, 5))
+    told = f"ff{blue}{green}{red}".lower()
+    style = _add(document, "Style", id=name)
+    icon = _add(style, "IconStyle")
+    _add(icon, "color", told)
+    _add(icon, "scale", "0.4")
+    _add(_add(style, "LabelStyle"), "scale", "0.7")
+    line = _add(style, "LineStyle")
+    _add(line, "color", told)
+    _add(line, "width", "2")
+
+
+def _add(
+    parent: ElementTree.Element, tag: str, text: str | None = None, **attributes: str
+) -> ElementTree.Element:
+    child = ElementTree.SubElement(parent, tag, attributes)
+    if text is not None:
+        # What XML cannot hold would make the file unreadable.
+        child.text = "".join(c for c in text if c >= " " or c in "\n\t")
+    return child

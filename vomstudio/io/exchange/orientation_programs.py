@@ -1,0 +1,99 @@
+"""Planes and lines for Stereonet, Orient and GeMS.
+
+- Stereonet (R. W. Allmendinger, N. Cardozo): tab-separated text of two columns under their names,
+  planes by the right-hand rule, one kind of data a file.
+- Orient (F. W. Vollmer): tab-separated text whose header tells the columns (Orient user manual,
+  appendix "Data File Format"): Station, X, Y, Z, the angles of a plane and of a line, Type, Domain,
+  Comment.
+- GeMS (U.S. Geological Survey 2020, Techniques and Methods 11-B10): the fields of the feature class
+  OrientationPoints, in their order, with the coordinates behind. Numbers that are not known are -9,
+  and words #, as the standard has them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from vomstudio.io.exchange.columns import Row, as_text, degrees, label
+
+ORIENT = (
+    "Station", "X", "Y", "Z", "Dip Direction", "Dip", "Trend", "Plunge", "Type", "Domain",
+    "Comment",
+)  # fmt: skip
+GEMS = (
+    "Type", "Azimuth", "Inclination", "Symbol", "Label", "LocationConfidenceMeters",
+    "IdentityConfidence", "OrientationConfidenceDegrees", "PlotAtScale", "StationsID", "MapUnit",
+    "LocationSourceID", "OrientationSourceID", "Notes", "OrientationPoints_ID",
+)  # fmt: skip
+
+UNKNOWN_NUMBER, UNKNOWN_WORD = -9, "#"
+_BEDDING = {"horizontal": "06.01", "inclined": "06.02", "vertical": "06.03", "overturned": "06.04"}
+"""Symbols of the FGDC Digital Cartographic Standard for Geologic Map Symbolization, section 6."""
+_VERTICAL_DEG, _HORIZONTAL_DEG = 89.5, 0.5
+
+
+def is_plane(row: Row) -> bool:
+    return bool(row["geometry"] == "plane")
+
+
+def stereonet_planes(rows: Sequence[Row]) -> str:
+    """Strike (right-hand rule) and dip."""
+    pairs = [(degrees(r["strike_rhr_deg"]), degrees(r["dip_deg"]), label(r)) for r in rows]
+    return as_text(("strike", "dip", "label"), pairs, "\t")
+
+
+def stereonet_lines(rows: Sequence[Row]) -> str:
+    """Trend and plunge."""
+    pairs = [(degrees(r["trend_deg"]), degrees(r["plunge_deg"]), label(r)) for r in rows]
+    return as_text(("trend", "plunge", "label"), pairs, "\t")
+
+
+def orient(rows: Sequence[Row]) -> str:
+    """Planes and lines together; a line on a plane has the angles of both."""
+    return as_text(ORIENT, [_orient(row) for row in rows], "\t")
+
+
+def _orient(row: Row) -> list[Any]:
+    if is_plane(row):
+        plane = (row["dip_direction_deg"], row["dip_deg"])
+    else:
+        plane = (row["on_plane_dip_direction_deg"], row["on_plane_dip_deg"])
+    line = (row["trend_deg"], row["plunge_deg"])
+    return [
+        label(row), row["x"], row["y"], row["z"], *map(degrees, (*plane, *line)),
+        row["kind"], None, row["notes"],
+    ]  # fmt: skip
+
+
+def gems(rows: Sequence[Row]) -> str:
+    """Features with a place only: points of a map have one."""
+    names = (*GEMS, "X", "Y", "Z")
+    return as_text(names, [[*_gems(row), row["x"], row["y"], row["z"]] for row in rows], ",")
+
+
+def _gems(row: Row) -> list[Any]:
+    plane = is_plane(row)
+    azimuth, inclination = (
+        (row["strike_rhr_deg"], row["dip_deg"]) if plane else (row["trend_deg"], row["plunge_deg"])
+    )
+    if plane and row["undefined"]:
+        azimuth = 0.0
+    error = row["total95_deg"]
+    return [
+        row["kind"] or UNKNOWN_WORD, degrees(azimuth), degrees(inclination), _symbol(row),
+        str(round(inclination)), UNKNOWN_NUMBER, "certain" if row["kind"] else "unspecified",
+        UNKNOWN_NUMBER if error is None else degrees(error), 0, None, UNKNOWN_WORD, UNKNOWN_WORD,
+        UNKNOWN_WORD, "; ".join(filter(None, (label(row), row["notes"]))), row["id"],
+    ]  # fmt: skip
+
+
+def _symbol(row: Row) -> str | None:
+    """Of bedding only: other types have names of the user's own."""
+    if not is_plane(row) or (row["kind"] or "").casefold() != "bedding":
+        return None
+    if row["overturned"]:
+        return _BEDDING["overturned"]
+    if row["dip_deg"] < _HORIZONTAL_DEG:
+        return _BEDDING["horizontal"]
+    return _BEDDING["vertical" if row["dip_deg"] > _VERTICAL_DEG else "inclined"]

@@ -1,0 +1,299 @@
+"""Lines and polygons that were drawn in a GIS or CAD program, in metres.
+
+GeoPackage, GeoJSON, shapefiles, DXF and whatever else GDAL reads as vectors. A layer in degrees is
+refused: it has no true lengths; GeoJSON that names no reference system is in degrees (RFC 7946).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError, UsageError
+from vomstudio.geometry.units import METRES
+from vomstudio.io.gis.axis_units import MOST_DEGREES, StatedAxes, in_words, stated_axes, why_refused
+from vomstudio.words import tr, tr_n
+
+Shapes = npt.NDArray[np.object_]
+
+_DXF_UNITS = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 14: 0.1}
+"""Metres in a unit by the number of $INSUNITS."""
+_LINES, _AREAS = ("LineString", "LinearRing"), ("Polygon",)
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnLayer:
+    """shapes : (n,) shapely lines or polygons in metres, single parts; feature : (n,) number of the
+    feature that each is of, from 1; columns : (n,) the attributes of each, by their names; crs :
+    "EPSG:n" or WKT, None where the file names none"""
+
+    path: Path
+    shapes: Shapes
+    feature: npt.NDArray[np.int64]
+    columns: Mapping[str, npt.NDArray[Any]]
+    crs: str | None
+    warnings: tuple[str, ...]
+
+    def column(self, name: str, field: str) -> list[str]:
+        """(n,) the words of an attribute, "" where it is empty. Raises UsageError."""
+        found = next((c for c in self.columns if c.casefold() == name.casefold()), None)
+        if found is None:
+            raise UsageError(
+                tr(
+                    "There is no attribute '{name}'. The layer has: {columns}.",
+                    name=name, columns=", ".join(self.columns) or "-",
+                ),
+                file=self.path, field=field,
+            )  # fmt: skip
+        return ["" if _is_empty(v) else str(v).strip() for v in self.columns[found]]
+
+
+def read_lines(path: str | Path, layer: str | None = None) -> DrawnLayer:
+    """The lines of a file. Raises InputError for files that are no drawing, hold no line or are in
+    degrees, UsageError where the layer must be named."""
+    return _read(
+        Path(path), layer, _LINES,
+        tr("The file holds no line. Save the traces as lines, each from end to end."),
+    )  # fmt: skip
+
+
+def drawn_lines(lines: Shapes | None) -> DrawnLayer:
+    """Lines (n,) of the interface, in metres, as if they had been read. Raises InputError."""
+    given = np.empty(0, np.object_) if lines is None else lines
+    parts, feature, said = _parts(given, _LINES)
+    if not len(parts):
+        raise InputError(tr("There are no lines with a length."), field="traces")
+    return DrawnLayer(Path("traces"), parts, feature + 1, {}, None, tuple(said))
+
+
+def read_area(path: str | Path, layer: str | None = None) -> tuple[Any, DrawnLayer]:
+    """All polygons of a file as one shapely area, with what was read. Raises as `read_lines`."""
+    import shapely
+
+    found = _read(
+        Path(path), layer, _AREAS,
+        tr("The file holds no polygon. Draw one around the area in which traces were mapped."),
+    )  # fmt: skip
+    return shapely.union_all(shapely.make_valid(found.shapes)), found
+
+
+def same_frame(one: DrawnLayer, other: DrawnLayer) -> None:
+    """Raises InputError where two drawings name different reference systems."""
+    if one.crs is None or other.crs is None:
+        return
+    from pyproj import CRS
+
+    if not CRS.from_user_input(one.crs).equals(CRS.from_user_input(other.crs), True):
+        raise InputError(
+            tr(
+                "This is in {crs}, the traces are in {other}. Reproject one of them.",
+                crs=CRS.from_user_input(other.crs).name, other=CRS.from_user_input(one.crs).name,
+            ),
+            file=other.path,
+        )  # fmt: skip
+
+
+def _read(path: Path, layer: str | None, wanted: tuple[str, ...], none: str) -> DrawnLayer:
+    import pyogrio
+    import shapely
+
+    if not path.is_file():
+        raise InputError(tr("There is no such file. Check its name."), file=path)
+    layer = layer or _layer_of(path, wanted)
+    try:
+        told, _, raw, fields = pyogrio.raw.read(path, layer=layer, force_2d=True)
+        # A table without geometry has none at all.
+        shapes = shapely.from_wkb([] if raw is None else raw, on_invalid="ignore")
+    except _gdal_errors() as error:
+        raise _unreadable(path) from error
+    axes = _axes(path, told["crs"], shapes)
+    factor, said = _factor(path, axes)
+    columns = dict(zip(map(str, told["fields"]), fields, strict=True))
+    parts, feature, left = _parts(shapes, wanted)
+    said += left
+    if not len(parts):
+        raise InputError(none, file=path)
+    if factor != 1.0:
+        parts = shapely.transform(parts, lambda xy: xy * factor)
+    return DrawnLayer(
+        path, parts, feature + 1, {name: values[feature] for name, values in columns.items()},
+        axes.crs, tuple(said),
+    )  # fmt: skip
+
+
+def _gdal_errors() -> tuple[type[Exception], ...]:
+    from pyogrio.errors import DataLayerError, DataSourceError, FeatureError, GeometryError
+
+    return (DataSourceError, DataLayerError, FeatureError, GeometryError, OSError, ValueError)
+
+
+def _unreadable(path: Path) -> InputError:
+    return InputError(
+        tr("This cannot be read as a drawing. Save it as GeoPackage, GeoJSON, shapefile or DXF."),
+        file=path,
+    )
+
+
+def _layer_of(path: Path, wanted: tuple[str, ...]) -> str | None:
+    """The only layer that can hold such shapes."""
+    import pyogrio
+
+    try:
+        layers = pyogrio.list_layers(path)
+    except _gdal_errors() as error:
+        raise _unreadable(path) from error
+    # None is no geometry at all, Unknown is any.
+    fit = [
+        str(name)
+        for name, kind in layers
+        if kind is not None and (kind == "Unknown" or any(w in kind for w in (*wanted, "Curve",
+                                                          "GeometryCollection")))
+    ]  # fmt: skip
+    if len(fit) > 1:
+        raise UsageError(
+            tr("The file has several layers: {names}. Name one of them.", names=", ".join(fit)),
+            file=path, field="--layer",
+        )  # fmt: skip
+    return fit[0] if fit else None
+
+
+def _axes(path: Path, crs: str | None, shapes: Shapes) -> StatedAxes:
+    import shapely
+
+    axes = stated_axes(crs)
+    if not len(shapes):
+        return axes
+    bounds = np.asarray(shapely.total_bounds(shapes), np.float64).reshape(2, 2)
+    is_json = path.suffix.lower() in (".json", ".geojson")
+    if axes.kind == "geographic" and is_json and np.nanmax(np.abs(bounds)) > MOST_DEGREES:
+        raise InputError(
+            tr(
+                "GeoJSON that names no coordinate reference system is in degrees, and these "
+                "numbers cannot be. Write its 'crs' member, or save it as GeoPackage."
+            ),
+            file=path,
+        )
+    refused = why_refused(axes, np.nan_to_num(bounds))
+    if refused is not None:
+        raise InputError(refused, file=path)
+    return axes
+
+
+def _factor(path: Path, axes: StatedAxes) -> tuple[float, list[str]]:
+    """Metres in a unit of the file, and what is said of it."""
+    if axes.unit_m is not None:
+        if abs(axes.unit_m - 1.0) < 1e-9:
+            return 1.0, []
+        return axes.unit_m, [
+            tr("The coordinates are in {unit} and were converted to metres.",
+               unit=in_words(axes.units[0]))
+        ]  # fmt: skip
+    if path.suffix.lower() == ".dxf" and (factor := _dxf_unit(path)) is not None:
+        if factor == 1.0:
+            return 1.0, []
+        return factor, [
+            tr("The drawing is in units of {unit:g} m and was converted to metres.", unit=factor)
+        ]
+    return METRES["m"], [
+        tr("{file} names no coordinate reference system; its coordinates are taken as metres.",
+           file=path.name)
+    ]  # fmt: skip
+
+
+def _dxf_unit(path: Path) -> float | None:
+    """Metres in a unit of a DXF drawing by its head, None where it says nothing."""
+    with open(path, "rb") as file:
+        lines = [line.strip() for line in file.read(200_000).splitlines()]
+    if b"$INSUNITS" not in lines:
+        return None
+    after = lines[lines.index(b"$INSUNITS") + 1 :][:2]
+    return _DXF_UNITS.get(int(after[1])) if len(after) == 2 and after[1].isdigit() else None
+
+
+def _parts(
+    shapes: Shapes, wanted: tuple[str, ...]
+) -> tuple[Shapes, npt.NDArray[np.int64], list[str]]:
+    """Single shapes of the wanted kind, the row of each, and what was left out in words."""
+    import shapely
+
+    there = np.flatnonzero([s is not None and not s.is_empty for s in shapes])
+    whole = np.flatnonzero(np.isfinite(shapely.bounds(shapes)).all(axis=1))
+    finite = [i for i in np.intersect1d(there, whole) if _is_finite(shapes[i])]
+    merged = shapes[finite]
+    multi = np.flatnonzero(shapely.get_type_id(merged) == 5)
+    merged[multi] = shapely.line_merge(merged[multi])
+    parts, at = shapely.get_parts(merged, return_index=True)
+    kind = np.isin(shapely.get_type_id(parts), (3,) if "Polygon" in wanted else (1, 2))
+    size = shapely.area(parts) if "Polygon" in wanted else shapely.length(parts)
+    long = kind & (size > 0)
+    feature = np.asarray(finite, np.int64)[at]
+    said = []
+    if lost := len(shapes) - len(finite):
+        said.append(
+            tr_n(
+                "{count} feature without finite coordinates is left out.",
+                "{count} features without finite coordinates are left out.",
+                lost,
+            )
+        )
+    if other := int(np.sum(~kind)):
+        said.append(
+            tr_n(
+                "{count} shape of another kind is left out.",
+                "{count} shapes of another kind are left out.",
+                other,
+            )
+        )
+    if short := int(np.sum(kind & ~long)):
+        said.append(
+            tr_n(
+                "{count} shape without length or area is left out: feature {first}.",
+                "{count} shapes without length or area are left out, the first is feature {first}.",
+                short,
+                first=int(feature[kind & ~long][0]) + 1,
+            )
+        )
+    parts, feature = parts[long], feature[long]
+    again = len(feature) - len(np.unique(feature))
+    if again and "Polygon" not in wanted:
+        said.append(
+            tr_n(
+                "Parts of a feature that do not join are traces of their own: {count} more than "
+                "there are features.",
+                "Parts of features that do not join are traces of their own: {count} more than "
+                "there are features.",
+                again,
+            )
+        )
+    kept = _first_of_each(parts)
+    if twice := len(parts) - len(kept):
+        said.append(
+            tr_n(
+                "{count} shape that is drawn twice is counted once.",
+                "{count} shapes that are drawn twice are counted once.",
+                twice,
+            )
+        )
+    return parts[kept], feature[kept], said
+
+
+def _is_finite(shape: Any) -> bool:
+    import shapely
+
+    return bool(np.isfinite(shapely.get_coordinates(shape)).all())
+
+
+def _first_of_each(shapes: Shapes) -> npt.NDArray[np.int64]:
+    import shapely
+
+    _, first = np.unique(shapely.to_wkb(shapely.normalize(shapes)), return_index=True)
+    return np.sort(first)
+
+
+def _is_empty(value: Any) -> bool:
+    return value is None or (isinstance(value, float) and np.isnan(value)) or str(value) == "NaT"

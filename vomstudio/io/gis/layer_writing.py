@@ -1,0 +1,57 @@
+"""Layers of vector data into files that GDAL writes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import TargetError
+from vomstudio.geometry.units import WORLD
+from vomstudio.words import tr
+
+VERSION = "1.2"
+"""Of GeoPackage. QGIS 3.22 warns of 1.4, and opens its layers without their styles."""
+
+
+def write_layer(
+    part: Path,
+    layer: str,
+    geometry_type: str,
+    geometry: npt.NDArray[Any],
+    columns: Mapping[str, npt.NDArray[Any]],
+    crs: str | None,
+    *,
+    described: str = "",
+    append: bool = False,
+) -> None:
+    """One layer of a GeoPackage. geometry : (n,) of shapely; columns : (n,) each; crs : None for a
+    local frame; append : to the
+    layers that are there. Raises TargetError."""
+    import shapely
+    from pyogrio.errors import DataSourceError, FieldError, GeometryError
+    from pyogrio.raw import write
+
+    try:
+        write(
+            str(part),
+            shapely.to_wkb(geometry),
+            list(columns.values()),
+            np.array(list(columns), dtype=object),
+            layer=layer,
+            driver="GPKG",
+            geometry_type=geometry_type,
+            # Without one, GDAL would say East and North.
+            crs=crs or WORLD.wkt,
+            append=append,
+            layer_options={"DESCRIPTION": described},
+            dataset_options=None if append else {"VERSION": VERSION},
+        )
+    except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:
+        raise TargetError(
+            tr("The layer {layer} cannot be written ({error}).", layer=layer, error=error),
+            file=part,
+        ) from error

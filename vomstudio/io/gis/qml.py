@@ -1,0 +1,217 @@
+"""Styles of map layers as QGIS reads them (QML, from 3.22 on): symbols by type, turned and labelled
+by the figures of each feature.
+
+The elements are those of a saved style: a categorised renderer with a symbol for each value of an
+attribute, made of symbol layers whose properties may be expressions, and simple labels.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+VERSION = "3.22.16"
+Geometry = Literal["point", "line", "ring"]
+_SYMBOL = {"point": "marker", "line": "line", "ring": "fill"}
+_GEOMETRY_TYPE = {"point": "0", "line": "1", "ring": "2"}
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One layer of a symbol. kind: QGIS's name of it (SimpleMarker, SimpleLine, SimpleFill).
+    values: its properties. by: properties that are expressions."""
+
+    kind: str
+    values: Mapping[str, str]
+    by: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Category:
+    """What is drawn alike: the value of the attribute ("" for all others), and its words."""
+
+    value: str
+    label: str
+    pieces: Sequence[Piece]
+
+
+@dataclass(frozen=True)
+class Labels:
+    """expression: what is written; by: placement by expressions (OffsetXY in millimetres)"""
+
+    expression: str
+    color: str = "#1a1a1a"
+    size_pt: float = 8.0
+    by: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Style:
+    """Of one layer. attribute: whose values tell the categories apart; None: one symbol for all.
+    tip: expression of what a pointer shows"""
+
+    geometry: Geometry
+    categories: Sequence[Category]
+    attribute: str | None = None
+    labels: Labels | None = None
+    tip: str | None = None
+
+
+def qml(style: Style) -> str:
+    """The style as a text of its own."""
+    root = ElementTree.Element("qgis", version=VERSION)
+    root.extend(elements(style))
+    ElementTree.SubElement(root, "layerGeometryType").text = _GEOMETRY_TYPE[style.geometry]
+    ElementTree.indent(root)
+    head = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
+    return head + ElementTree.tostring(root, encoding="unicode")
+
+
+def elements(style: Style) -> list[ElementTree.Element]:
+    """The style's elements, as they stand in a style and in a layer of a project."""
+    found = [_renderer(style)]
+    if style.labels is not None:
+        found.append(_labeling(style.labels))
+    if style.tip is not None:
+        tip = ElementTree.Element("mapTip")
+        tip.text = style.tip
+        found.append(tip)
+    return found
+
+
+def _renderer(style: Style) -> ElementTree.Element:
+    type_ = "singleSymbol" if style.attribute is None else "categorizedSymbol"
+    root = ElementTree.Element(
+        "renderer-v2", type=type_, enableorderby="0", symbollevels="0", forceraster="0"
+    )
+    if style.attribute is not None:
+        root.set("attr", style.attribute)
+        listed = ElementTree.SubElement(root, "categories")
+        for number, category in enumerate(style.categories):
+            ElementTree.SubElement(
+                listed, "category", value=category.value, label=category.label,
+                symbol=str(number), render="true",
+            )  # fmt: skip
+    symbols = ElementTree.SubElement(root, "symbols")
+    for number, category in enumerate(style.categories):
+        symbol = ElementTree.SubElement(
+            symbols, "symbol", type=_SYMBOL[style.geometry], name=str(number), alpha="1",
+            clip_to_extent="1", force_rhr="0",
+        )  # fmt: skip
+        for piece in category.pieces:
+            _piece(symbol, piece)
+    return root
+
+
+def _piece(symbol: ElementTree.Element, piece: Piece) -> None:
+    layer = ElementTree.SubElement(
+        symbol, "layer", {"class": piece.kind, "enabled": "1", "locked": "0", "pass": "0"}
+    )
+    values = ElementTree.SubElement(layer, "Option", type="Map")
+    for name, value in piece.values.items():
+        _option(values, name, value)
+    _properties(layer, "data_defined_properties", piece.by)
+
+
+def _properties(parent: ElementTree.Element, tag: str, by: Mapping[str, str]) -> None:
+    root = ElementTree.SubElement(parent, tag)
+    whole = ElementTree.SubElement(root, "Option", type="Map")
+    _option(whole, "name", "")
+    every = ElementTree.SubElement(whole, "Option", name="properties", type="Map")
+    for name, expression in by.items():
+        one = ElementTree.SubElement(every, "Option", name=name, type="Map")
+        _option(one, "active", "true", "bool")
+        _option(one, "expression", expression)
+        # 3 is QGIS's number of an expression, 2 that of a field.
+        _option(one, "type", "3", "int")
+    _option(whole, "type", "collection")
+
+
+def _option(parent: ElementTree.Element, name: str, value: str, type_: str = "QString") -> None:
+    ElementTree.SubElement(parent, "Option", name=name, value=value, type=type_)
+
+
+def _labeling(labels: Labels) -> ElementTree.Element:
+    root = ElementTree.Element("labeling", type="simple")
+    settings = ElementTree.SubElement(root, "settings", calloutType="simple")
+    text = ElementTree.SubElement(
+        settings, "text-style", fieldName=labels.expression, isExpression="1",
+        fontFamily="Sans Serif", fontSize=f"{labels.size_pt:g}", fontSizeUnit="Point",
+        fontWeight="50", textColor=rgba(labels.color), textOpacity="1", namedStyle="Regular",
+    )  # fmt: skip
+    ElementTree.SubElement(
+        text, "text-buffer", bufferDraw="1", bufferSize="0.6", bufferSizeUnits="MM",
+        bufferColor="255,255,255,255", bufferOpacity="0.8",
+    )  # fmt: skip
+    ElementTree.SubElement(
+        settings, "placement", placement="1", quadOffset="4", offsetType="0", offsetUnits="MM",
+        xOffset="0", yOffset="0", priority="5", dist="0",
+    )  # fmt: skip
+    ElementTree.SubElement(
+        settings, "rendering", drawLabels="1", displayAll="1", obstacle="0", scaleVisibility="0",
+        labelPerPart="0", mergeLines="0", upsidedownLabels="0", fontLimitPixelSize="0",
+        minFeatureSize="0", obstacleFactor="1", obstacleType="0", limitNumLabels="0",
+        maxNumLabels="2000", scaleMin="0", scaleMax="0", zIndex="0", fontMinPixelSize="3",
+        fontMaxPixelSize="10000",
+    )  # fmt: skip
+    _properties(settings, "dd_properties", labels.by)
+    return root
+
+
+def rgba(color: str, alpha: int = 255) -> str:
+    """ "#rrggbb" as QGIS writes a colour."""
+    red, green, blue = (int(color[i : i + 2], 16) for i in (1, 3, 5))
+    return f"{red},{green},{blue},{alpha}"
+
+
+# Pieces that come again -----------------------------------------------------------------------
+
+
+def stroke(
+    length_mm: float, width_mm: float, color: str, *, angle: str, offset: str, by: Mapping[str, str]
+) -> Piece:
+    """A straight line of a marker. angle: expression, degrees clockwise from up; offset: "x,y" in
+    millimetres before it is turned, y down."""
+    values = {
+        "name": "line", "size": f"{length_mm:g}", "size_unit": "MM", "offset": offset,
+        "offset_unit": "MM", "outline_color": rgba(color), "outline_style": "solid",
+        "outline_width": f"{width_mm:g}", "outline_width_unit": "MM", "cap_style": "square",
+        "joinstyle": "miter", "color": rgba(color), "horizontal_anchor_point": "1",
+        "vertical_anchor_point": "1", "scale_method": "diameter", "angle": "0",
+    }  # fmt: skip
+    return Piece("SimpleMarker", values, {"angle": angle, **by})
+
+
+def mark(
+    name: str, size_mm: float, color: str, *, offset: str = "0,0", by: Mapping[str, str] = {}
+) -> Piece:
+    """One of QGIS's simple markers, filled."""
+    values = {
+        "name": name, "size": f"{size_mm:g}", "size_unit": "MM", "offset": offset,
+        "offset_unit": "MM", "color": rgba(color), "outline_color": rgba(color),
+        "outline_style": "solid", "outline_width": "0.2", "outline_width_unit": "MM",
+        "joinstyle": "miter", "cap_style": "square", "horizontal_anchor_point": "1",
+        "vertical_anchor_point": "1", "scale_method": "diameter", "angle": "0",
+    }  # fmt: skip
+    return Piece("SimpleMarker", values, by)
+
+
+def line(width_mm: float, color: str, by: Mapping[str, str]) -> Piece:
+    values = {
+        "line_color": rgba(color), "line_style": "solid", "line_width": f"{width_mm:g}",
+        "line_width_unit": "MM", "capstyle": "round", "joinstyle": "round", "offset": "0",
+        "offset_unit": "MM", "use_custom_dash": "0",
+    }  # fmt: skip
+    return Piece("SimpleLine", values, by)
+
+
+def fill(color: str, by: Mapping[str, str]) -> Piece:
+    """A pale area with its edge."""
+    values = {
+        "color": rgba(color, 70), "style": "solid", "outline_color": rgba(color),
+        "outline_style": "solid", "outline_width": "0.3", "outline_width_unit": "MM",
+        "joinstyle": "round", "offset": "0,0", "offset_unit": "MM",
+    }  # fmt: skip
+    return Piece("SimpleFill", values, by)

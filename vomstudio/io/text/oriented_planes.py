@@ -1,0 +1,59 @@
+"""The planes of an orientation table with their places and errors, to be held against others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.geology.agreement import OrientedPlane
+from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
+from vomstudio.words import tr
+
+
+def read_planes(path: str | Path) -> list[OrientedPlane]:
+    """Those of a file; see `planes_of`. Raises InputError, UsageError."""
+    return planes_of(read_orientations(path))
+
+
+def planes_of(table: OrientationTable) -> list[OrientedPlane]:
+    """Of columns with our own names: name, x, y, z, extent_m and total95_deg, else
+    max_confidence95_deg; each may be missing. Raises InputError where the table has no planes."""
+    if not table.is_plane.any():
+        raise InputError(tr("The table holds no planes."), file=table.path)
+    names = _words(table, "name") or list(table.ids)
+    places = np.column_stack([_numbers(table, axis) for axis in "xyz"])
+    extent = _numbers(table, "extent_m")
+    error = _numbers(table, "total95_deg")
+    error = np.where(np.isfinite(error), error, _numbers(table, "max_confidence95_deg"))
+    kinds = table.kinds or ("",) * len(table)
+    normals = table.vectors()
+    return [
+        OrientedPlane(
+            names[row] or table.ids[row],
+            kinds[row],
+            normals[row],
+            places[row] if np.isfinite(places[row]).all() else None,
+            float(extent[row]) if np.isfinite(extent[row]) else None,
+            float(error[row]) if np.isfinite(error[row]) else None,
+        )
+        for row in np.flatnonzero(table.is_plane).tolist()
+    ]
+
+
+def _has(table: OrientationTable, column: str) -> bool:
+    return column in (table.table.names or ())
+
+
+def _words(table: OrientationTable, column: str) -> list[str]:
+    return table.column(column) if _has(table, column) else []
+
+
+def _numbers(table: OrientationTable, column: str) -> npt.NDArray[np.float64]:
+    """(n,), NaN where there is none."""
+    if not _has(table, column):
+        return np.full(len(table), np.nan)
+    values = table.table.numbers([table.table.find(column)])
+    return np.asarray(values[table.kept, 0], np.float64)

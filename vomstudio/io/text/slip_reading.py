@@ -1,0 +1,245 @@
+"""Tables of faults with slips: our own, FaultKin's, Win-Tensor's, and others with the same columns.
+
+A fault has a strike (right-hand rule) or dip direction, and a dip; its slip a trend and plunge, or
+a rake (pitch), of the striae, and a sense in words or letters; or, as our own tables have it, the
+directed rake of the hanging wall's movement.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, InputError
+from vomstudio.geology.orientation import (
+    ANGLE_TOLERANCE_DEG,
+    Line,
+    Plane,
+    angle_line_plane,
+    rake_of,
+)
+from vomstudio.geology.slip import slip_rake
+from vomstudio.io.text.rows import parse_number
+from vomstudio.io.text.tables import TextTable, lines_in_words, plain, read_table
+from vomstudio.words import tr, tr_n
+
+OFF_PLANE_DEG = 10.0
+"""Striae that leave their plane by more are doubtful."""
+
+_NAMES = {
+    "dip_direction": ("on_plane_dip_direction_deg", "dip_direction_deg", "dip_direction", "dipdir",
+                      "dip_dir", "dd"),
+    "strike": ("strike", "strike_rhr_deg", "strike_rhr", "fault_strike"),
+    "dip": ("on_plane_dip_deg", "dip_deg", "dip", "fault_dip"),
+    "slip_rake": ("slip_rake_deg", "slip_rake"),
+    "trend": ("trend_deg", "trend", "azimuth", "striae_trend", "line_trend"),
+    "plunge": ("plunge_deg", "plunge", "striae_plunge", "line_plunge"),
+    "rake": ("rake_deg", "rake", "pitch"),
+    "sense": ("sense", "slip_sense", "slip", "movement"),
+    "id": ("name", "label", "id"),
+}  # fmt: skip
+
+_ONE = {
+    "normal": ("n", "normal", "nf"),
+    "reverse": ("r", "i", "t", "reverse", "inverse", "thrust", "tf"),
+    "sinistral": ("s", "l", "ll", "sinistral", "left", "left_lateral"),
+    "dextral": ("d", "rl", "dextral", "right", "right_lateral"),
+}
+_SENSES = {plain(word): sense for sense, words in _ONE.items() for word in words}
+_TWO = {
+    "tr": ("reverse", "dextral"), "tl": ("reverse", "sinistral"),
+    "nr": ("normal", "dextral"), "nl": ("normal", "sinistral"),
+    "rr": ("reverse", "dextral"), "rs": ("reverse", "sinistral"), "rd": ("reverse", "dextral"),
+    "nd": ("normal", "dextral"), "ns": ("normal", "sinistral"),
+    "id": ("reverse", "dextral"), "is": ("reverse", "sinistral"),
+}  # fmt: skip
+"""Letters of both parts of an oblique slip, FaultKin's first."""
+
+
+@dataclass(frozen=True, eq=False)
+class SlipTable:
+    """n faults with the directed rake of their slip. dropped : lines without all that is needed"""
+
+    path: Path
+    ids: tuple[str, ...]
+    dip_direction_deg: npt.NDArray[np.float64]
+    dip_deg: npt.NDArray[np.float64]
+    slip_rake_deg: npt.NDArray[np.float64]
+    dropped: tuple[int, ...]
+    warnings: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+
+def read_slips(path: str | Path) -> SlipTable:
+    """Raises InputError, which names file, line and column, for a table without the columns, angles
+    that cannot be, senses that are no word for one, and where no row has all of them."""
+    return slips_of(read_table(path))
+
+
+def slips_of(table: TextTable) -> SlipTable:
+    """Of a table that has been read. Raises as `read_slips`."""
+    columns = {
+        part: place
+        for part, names in _NAMES.items()
+        if (place := _column(table, names)) is not None
+    }
+    _check(table, columns)
+    cells = {part: table.cells(column) for part, column in columns.items()}
+    faults: list[tuple[str, Plane, float]] = []
+    dropped: list[int] = []
+    off: list[int] = []
+    for row, line in enumerate(table.line_numbers.tolist()):
+        found = _Row(table.path, line, {part: c[row].strip() for part, c in cells.items()}).read()
+        if found is None:
+            dropped.append(line)
+            continue
+        plane, slip, away = found
+        name = cells["id"][row].strip() if "id" in cells else ""
+        faults.append((name or str(row + 1), plane, slip))
+        if away > OFF_PLANE_DEG:
+            off.append(line)
+    if not faults:
+        raise InputError(
+            tr("No row has a fault with a slip and its sense. Fill in the columns."),
+            file=table.path,
+        )
+    return SlipTable(
+        table.path,
+        tuple(name for name, _, _ in faults),
+        np.array([plane.dip_direction_deg for _, plane, _ in faults]),
+        np.array([plane.dip_deg for _, plane, _ in faults]),
+        np.array([slip for _, _, slip in faults]),
+        tuple(dropped),
+        (*table.notes, *_said(dropped, off)),
+    )
+
+
+def _said(dropped: list[int], off: list[int]) -> list[str]:
+    said = []
+    if dropped:
+        said.append(
+            tr_n(
+                "{count} row without a fault, a slip or its sense is left out: {lines}",
+                "{count} rows without a fault, a slip or its sense are left out: {lines}",
+                len(dropped),
+                lines=lines_in_words(dropped),
+            )
+        )
+    if off:
+        said.append(
+            tr_n(
+                "{count} line leaves its plane by more than {angle:g} degrees: {lines}",
+                "{count} lines leave their planes by more than {angle:g} degrees: {lines}",
+                len(off),
+                angle=OFF_PLANE_DEG,
+                lines=lines_in_words(off),
+            )
+        )
+    return said
+
+
+def _column(table: TextTable, names: tuple[str, ...]) -> int | None:
+    titles = [plain(title) for title in table.names or ()]
+    for name in names:
+        if plain(name) in titles:
+            return titles.index(plain(name))
+    return None
+
+
+def _check(table: TextTable, columns: dict[str, int]) -> None:
+    """Raises InputError for what is missing."""
+    missing = None
+    if "dip" not in columns or not ({"strike", "dip_direction"} & columns.keys()):
+        missing = tr("strike (or dip direction) and dip of the fault")
+    elif "slip_rake" not in columns:
+        if not ({"trend", "plunge"} <= columns.keys() or "rake" in columns):
+            missing = tr("trend and plunge, or rake, of the striae")
+        elif "sense" not in columns:
+            missing = tr("sense of slip")
+    if missing is not None:
+        raise InputError(
+            tr(
+                "The table has no columns for {missing}. Name them in its first row.",
+                missing=missing,
+            ),
+            file=table.path,
+            line=table.header_line,
+        )
+
+
+class _Row:
+    """One fault being understood."""
+
+    def __init__(self, path: Path, line: int, cells: dict[str, str]) -> None:
+        self.path, self.line, self.cells = path, line, cells
+
+    def read(self) -> tuple[Plane, float, float] | None:
+        """Plane, directed rake, and by how much the line leaves the plane; None for a row without
+        all of them."""
+        dip, strike = self._number("dip"), self._number("strike")
+        azimuth = self._number("dip_direction")
+        if azimuth is None and strike is not None:
+            azimuth = strike + 90.0
+        if dip is None or azimuth is None:
+            return None
+        try:
+            plane = Plane(azimuth, dip)
+            directed = self._number("slip_rake")
+            if directed is not None:
+                return plane, directed, 0.0
+            rake, away = self._rake(plane)
+        except GeometryError as error:
+            raise InputError(
+                error.message, file=self.path, line=self.line, field=error.field
+            ) from error
+        word = self.cells.get("sense", "")
+        if rake is None or not word or plain(word) in ("x", "unknown"):
+            return None
+        slip = self._slip(plane, rake, word)
+        return None if slip is None else (plane, slip, away)
+
+    def _rake(self, plane: Plane) -> tuple[float | None, float]:
+        trend, plunge, rake = (self._number(name) for name in ("trend", "plunge", "rake"))
+        if trend is not None and plunge is not None:
+            line = Line(trend, plunge)
+            return rake_of(line, plane), angle_line_plane(line, plane)
+        return (None if rake is None else rake % 180.0), 0.0
+
+    def _slip(self, plane: Plane, rake: float, word: str) -> float | None:
+        """Directed; None where the sense does not tell which way."""
+        known = _SENSES.get(plain(word))
+        senses = (known,) if known is not None else _TWO.get(plain(word))
+        if senses is None:
+            raise self._error(
+                tr("“{word}” is no sense of slip. Use N, R, S, D, or FaultKin's TR, TL, NR, NL.",
+                   word=word)
+            )  # fmt: skip
+        found = [slip for sense in senses if (slip := slip_rake(plane, rake, sense)) is not None]
+        if len(found) == 2 and abs(found[0] - found[1]) > ANGLE_TOLERANCE_DEG:
+            raise self._error(
+                tr(
+                    "“{word}” contradicts itself on this plane with these striae (rake "
+                    "{rake:.0f}). Correct one of them.",
+                    word=word,
+                    rake=rake,
+                )
+            )
+        return found[0] if found else None
+
+    def _number(self, name: str) -> float | None:
+        cell = self.cells.get(name, "")
+        if not cell:
+            return None
+        value = parse_number(cell, decimal_comma=True)
+        if value is None:
+            raise self._error(tr("“{cell}” is not a number.", cell=cell))
+        return value if math.isfinite(value) else None
+
+    def _error(self, message: str) -> InputError:
+        return InputError(message, file=self.path, line=self.line)

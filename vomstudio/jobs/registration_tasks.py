@@ -1,0 +1,255 @@
+"""Jobs with two models: one is fitted to the other, or held against it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.jobs.job import Job, Lane
+from vomstudio.jobs.model_tasks import ExportedModel, Matrix
+from vomstudio.progress import Progress
+from vomstudio.registration.results import Placed
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from vomstudio.geometry.cloud import PointCloud
+    from vomstudio.geometry.mesh import Mesh
+    from vomstudio.io.control.observation_tables import Pairs
+    from vomstudio.io.models.reader import LoadedModel
+
+    Array = npt.NDArray[np.float64]
+
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class StandingModel:
+    """A model `path`, called `name`, kept at hand under `cache`, and how it stands in World, `crs`,
+    None for a local frame."""
+
+    name: str
+    path: Path
+    cache: Path
+    to_world: Matrix
+    crs: str | None
+
+
+@dataclass(frozen=True)
+class HomologousPoint:
+    """model : in its own frame; there : the same point on the reference, World"""
+
+    label: str
+    model: Point
+    there: Point
+
+
+@dataclass(frozen=True)
+class StablePart:
+    """What of the reference has stayed where it was: within `near_m` of one of the `places`, inside
+    of a box (low, high), or inside of the polygons of a layer, seen from above."""
+
+    near_m: float | None = None
+    places: tuple[Point, ...] = ()
+    box: tuple[Point, Point] | None = None
+    polygons: Path | None = None
+
+
+@dataclass(frozen=True)
+class FitOrder:
+    """scale : it is one of the unknowns; pairs : three or more, or fewer where the model stands
+    near the reference already; stable : None for all of the reference"""
+
+    model: StandingModel
+    reference: StandingModel
+    scale: bool
+    pairs: tuple[HomologousPoint, ...]
+    stable: StablePart | None
+
+
+@dataclass(frozen=True)
+class FittedModel:
+    """placed : by pairs and surfaces together; the others as in `FittedToReference`"""
+
+    placed: Placed
+    places: int
+    overlap: float
+    rms_m: float
+    blocks: int
+    block_m: float
+
+
+def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
+    from vomstudio.errors import GeometryError
+    from vomstudio.registration.by_model.reference import fit_to_reference
+    from vomstudio.registration.by_model.starting import (
+        box_of,
+        points_and_spacing,
+        similarity_of,
+        with_scale,
+    )
+    from vomstudio.registration.evidence import Evidence, register
+    from vomstudio.registration.overlap import refuse_apart
+    from vomstudio.registration.placing import with_warnings
+    from vomstudio.words import tr
+
+    points, spacing = points_and_spacing(_read(asked.model, progress).data, asked.model.path)
+    there, its_spacing = points_and_spacing(
+        _in_world(asked.reference, progress), asked.reference.path
+    )
+    stands = similarity_of(asked.model.to_world)
+    evidence = Evidence(pairs=_pairs(asked.pairs) if asked.pairs else None)
+    if evidence.pairs is None or evidence.too_few_alone:
+        # One point or two help the surfaces, but do not say where these begin.
+        start = stands
+        names = (asked.model.name, asked.reference.name)
+        refuse_apart(box_of(start(points)), box_of(there), names)
+    else:
+        start = similarity_of(register(evidence).matrix)
+        if not asked.scale:
+            start = with_scale(start, stands.scale, points.mean(axis=0))
+    fitted = fit_to_reference(
+        points, there, start, spacing=(spacing * start.scale, its_spacing), scale=asked.scale,
+        stable=None if asked.stable is None else _stable(there, asked.stable),
+        progress=progress,
+    )  # fmt: skip
+    evidence.reference = fitted.observation
+    placed = with_warnings(register(evidence), fitted.warnings)
+    if not placed.known.all:
+        raise GeometryError(
+            tr(
+                "The reference leaves free: {what}. Click more points that hold it.",
+                what=", ".join(fitted.free),
+            )
+        )
+    return FittedModel(
+        placed, fitted.places, fitted.overlap, fitted.rms_m, fitted.blocks, fitted.block_m
+    )
+
+
+def _pairs(points: tuple[HomologousPoint, ...]) -> Pairs:
+    import numpy as np
+
+    from vomstudio.io.control.observation_tables import Pairs
+
+    n = len(points)
+    return Pairs(
+        tuple(point.label for point in points),
+        np.array([point.model for point in points], np.float64),
+        np.array([point.there for point in points], np.float64),
+        np.full((n, 3), np.nan),
+        np.zeros(n, bool),
+    )
+
+
+def _stable(there: Array, part: StablePart) -> npt.NDArray[np.bool_]:
+    """(n,) which of the points (n, 3) of the reference count."""
+    import numpy as np
+
+    from vomstudio.registration.by_model import stable
+
+    flags = np.ones(len(there), bool)
+    if part.near_m is not None:
+        flags &= stable.near_places(there, np.array(part.places), part.near_m)
+    if part.box is not None:
+        low, high = np.array(part.box)
+        flags &= ((there >= low) & (there <= high)).all(axis=1)
+    if part.polygons is not None:
+        flags &= stable.in_polygons(there, part.polygons)[0]
+    return flags
+
+
+def _read(one: StandingModel, progress: Progress) -> LoadedModel:
+    from vomstudio.io.models import model_cache
+
+    return model_cache.load(one.path, model_cache.folder_of(one.path, one.cache), progress)
+
+
+def _in_world(one: StandingModel, progress: Progress) -> Mesh | PointCloud:
+    from vomstudio.geometry.moving import moved
+
+    return moved(_read(one, progress).data, one.to_world)
+
+
+FIT_TO_REFERENCE = Job("fit_to_reference", Lane.PRODUCTS, FitOrder, FittedModel, _fit)
+
+
+@dataclass(frozen=True)
+class CompareOrder:
+    """radius_m : of M3C2, None for the nearest distances; registration_error_m : one sigma of how
+    both are placed to each other, None where not known; out : the file for the distances"""
+
+    model: StandingModel
+    benchmark: StandingModel
+    radius_m: float | None
+    registration_error_m: float | None
+    out: Path
+
+
+@dataclass(frozen=True)
+class ComparedModels:
+    """figures : as the command `compare` prints them; out : arrays of all points of the model, by
+    the names of its fields"""
+
+    figures: dict[str, Any]
+    out: Path
+
+
+def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
+    import numpy as np
+
+    from vomstudio.registration.comparison import compare
+    from vomstudio.registration.overlap import crs_doubts
+
+    names = (asked.model.name, asked.benchmark.name)
+    said = crs_doubts(asked.model.crs, asked.benchmark.crs, names)
+    found = compare(
+        _in_world(asked.model, progress), _in_world(asked.benchmark, progress),
+        radius_m=asked.radius_m, registration_error_m=asked.registration_error_m,
+        progress=progress,
+    )  # fmt: skip
+    asked.out.parent.mkdir(parents=True, exist_ok=True)
+    arrays: dict[str, Any] = found.as_fields()
+    np.savez(asked.out, **arrays)
+    figures = found.as_dict()
+    return ComparedModels(figures | {"warnings": [*said, *found.warnings]}, asked.out)
+
+
+COMPARE_MODELS = Job("compare_models", Lane.PRODUCTS, CompareOrder, ComparedModels, _compare)
+
+
+@dataclass(frozen=True)
+class ComparisonExport:
+    """The model with the arrays in `fields`, in World, goes to `out`."""
+
+    model: StandingModel
+    benchmark: Path
+    fields: Path
+    out: Path
+
+
+def _export(asked: ComparisonExport, progress: Progress) -> ExportedModel:
+    import numpy as np
+
+    from vomstudio.io.models.model_copy import companions
+    from vomstudio.io.models.writing import choose_writer, write_model
+
+    choose_writer(asked.out)
+    data = _in_world(asked.model, progress)
+    with np.load(asked.fields) as arrays:
+        data = replace(data, fields={**data.fields, **arrays})
+    inputs = [asked.model.path, asked.benchmark]
+    inputs += [path for each in list(inputs) for path in companions(each)]
+    said = write_model(
+        data, asked.model.crs, asked.out, force=True, inputs=inputs, progress=progress
+    )
+    return ExportedModel(tuple(said))
+
+
+EXPORT_COMPARISON = Job(
+    "export_comparison", Lane.PRODUCTS, ComparisonExport, ExportedModel, _export
+)
+
+JOBS = (FIT_TO_REFERENCE, COMPARE_MODELS, EXPORT_COMPARISON)

@@ -1,0 +1,78 @@
+"""The part of a scene of which a model is made: a box in the frame of the model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+FEWEST = 5
+"""Tie points in the region that a photo must see to have a depth map."""
+
+
+@dataclass(frozen=True)
+class Region:
+    """low, high : corners, World (or the local frame of a model without registration)"""
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, numbers: Sequence[float] | None) -> Region | None:
+        """From x0, y0, z0, x1, y1, z1; None for none. Raises UsageError where they are no box."""
+        if numbers is None:
+            return None
+        values = [float(v) for v in numbers]
+        if len(values) != 6 or not all(map(math.isfinite, values)):
+            raise UsageError(
+                tr("A region is six numbers: x0,y0,z0,x1,y1,z1, its lowest and highest corner."),
+                field="--region",
+            )
+        low, high = tuple(values[:3]), tuple(values[3:])
+        if not all(a < b for a, b in zip(low, high, strict=True)):
+            raise UsageError(
+                tr(
+                    "The region has no inside: x0, y0, z0 must be less than x1, y1, z1, each than "
+                    "its own."
+                ),
+                field="--region",
+            )
+        return cls((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+
+    def inside(self, points: npt.ArrayLike, origin: npt.ArrayLike) -> Bools:
+        """(n,) which of (n, 3) points, less `origin`, lie in it."""
+        places = np.asarray(points, np.float64)
+        low, high = (np.asarray(end) - np.asarray(origin) for end in (self.low, self.high))
+        return np.asarray(((places >= low) & (places <= high)).all(axis=1))
+
+    def views_of(self, scene: SparseScene) -> frozenset[int]:
+        """Rows of the photos that see enough of it. Raises GeometryError where none does."""
+        there = self.inside(scene.points, scene.origin)
+        of_track = np.repeat(there, np.diff(scene.track_offsets))
+        counts = np.bincount(scene.track_views[of_track], minlength=len(scene.views))
+        views = frozenset(np.flatnonzero(counts >= FEWEST).tolist())
+        if len(views) < 2:
+            places = scene.points + np.asarray(scene.origin, np.float64)
+            frame = tr("local frame") if scene.crs is None else scene.crs
+            ends = [] if not len(places) else [*places.min(axis=0), *places.max(axis=0)]
+            raise GeometryError(
+                tr(
+                    "The region holds {count} tie points, of which no two photos see enough. All "
+                    "of them lie in {bounds}. Check the region and its frame ({frame}).",
+                    count=int(there.sum()),
+                    bounds=",".join(f"{v:.1f}" for v in ends),
+                    frame=frame,
+                ),
+                field="--region",
+            )
+        return views

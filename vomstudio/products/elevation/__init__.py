@@ -1,0 +1,1 @@
+"""Elevation models: heights of a surface over a plane of reference, as rasters."""

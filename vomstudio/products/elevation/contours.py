@@ -1,0 +1,71 @@
+"""Contour lines of heights, as vector data."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import UsageError
+from vomstudio.io.gis.layer_writing import write_layer
+from vomstudio.io.gis.raster import Affine
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+MAX_LEVELS = 2000
+
+
+def contour_lines(
+    heights: npt.NDArray[np.float32], transform: Affine, spacing: float
+) -> list[tuple[float, Array]]:
+    """(level, (k, 2) coordinates) of each line, through the cells' centres, linear between them.
+    Levels are the multiples of `spacing`, metres. Raises UsageError for too many levels."""
+    known = np.isfinite(heights)
+    if not known.any() or min(heights.shape) < 2:
+        return []
+    low, high = float(heights[known].min()), float(heights[known].max())
+    if (high - low) / spacing > MAX_LEVELS:
+        raise UsageError(
+            tr(
+                "Contours every {spacing:g} m are more than {limit} levels over {range:.4g} m of "
+                "height. Choose a larger spacing.",
+                spacing=spacing,
+                limit=MAX_LEVELS,
+                range=high - low,
+            ),
+            field="--contours",
+        )
+    levels = np.arange(math.ceil(low / spacing), math.floor(high / spacing) + 1) * spacing
+    # A level that only touches the lowest or highest cell is no line.
+    levels = levels[(levels > low) & (levels < high)]
+    if not len(levels):
+        return []
+    from matplotlib.figure import Figure
+
+    a, b, c, d, e, f = transform
+    column, row = (np.arange(n) + 0.5 for n in heights.shape[::-1])
+    # Relative to the corner: the northing of a map leaves few digits.
+    drawn = Figure().add_subplot().contour(
+        a * column, e * row, np.ma.masked_invalid(heights.astype(np.float64)), levels=levels
+    )  # fmt: skip
+    assert b == d == 0.0
+    return [
+        (float(level), np.asarray(line, np.float64) + (c, f))
+        for level, lines in zip(levels, drawn.allsegs, strict=True)
+        for line in lines
+        if len(line) > 1
+    ]
+
+
+def write_contours(part: Path, lines: list[tuple[float, Array]], crs: str | None) -> None:
+    """A GeoPackage with the layer `contours`: lines with their height. Raises TargetError."""
+    import shapely
+
+    geometry = np.empty(len(lines), object)
+    for k, (_, line) in enumerate(lines):
+        geometry[k] = shapely.linestrings(line)
+    heights = np.array([level for level, _ in lines], np.float64)
+    write_layer(part, "contours", "LineString", geometry, {"height_m": heights}, crs)

@@ -1,0 +1,140 @@
+"""The heights of a grid's cells, tile by tile."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.rays.raycast import cast_grid
+from vomstudio.products.elevation.cloud_surface import (
+    longest_side,
+    surface_triangles,
+    thinned,
+    top_sheet,
+)
+from vomstudio.products.elevation.planning import HeightPlan
+from vomstudio.products.ortho.drawn_tiles import drawn_tiles
+from vomstudio.products.ortho.tiles import TILE, Drawer, Grid, Tile
+from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+Heights = npt.NDArray[np.float32]
+
+WHOLE_POINTS = 1_500_000
+"""Up to so many points a cloud is triangulated as one piece."""
+
+
+def draw_heights(
+    data: Mesh | PointCloud,
+    plan: HeightPlan,
+    limit: float | None = None,
+    progress: Progress | None = None,
+    threads: int | None = None,
+) -> tuple[Heights, float | None]:
+    """(h, w) float32 metres along the upward normal of the plane of reference, NaN where there is
+    no surface; and the longest side of triangles between points, None for a mesh.
+
+    Each cell has the height of the surface at its centre, of several sheets that of the farthest
+    along the normal. limit : the longest side, where the user says it. Raises InputError for a
+    cloud that spans no surface, Cancelled.
+    """
+    progress = progress or Silent()
+    progress.stage(tr("Preparing the model"))
+    source: Drawer[Array]
+    if isinstance(data, Mesh):
+        source, used = MeshHeights(plan.points, data.faces, plan.grid), None
+    else:
+        used = longest_side(plan.points[:, :2]) if limit is None else limit
+        if len(plan.points) <= WHOLE_POINTS:
+            points = top_sheet(plan.points)
+            faces = surface_triangles(points, used)
+            source = MeshHeights(points, faces, plan.grid)
+        else:
+            source = CloudHeights(plan.points, used, plan.grid)
+    grid = plan.grid
+    found = np.full((grid.height, grid.width), np.nan, np.float32)
+    level = plan.height_at_reference
+    for tile, depth in drawn_tiles(source, grid, progress, threads):
+        rows, columns = slice(tile.row, tile.row + tile.height), slice(tile.column, None)
+        found[rows, columns][:, : tile.width] = level - depth
+    return found, used
+
+
+class MeshHeights:
+    """Draws depths of a mesh, NaN where there is none."""
+
+    def __init__(self, view: Array, faces: npt.NDArray[np.int32], grid: Grid) -> None:
+        """view : (n, 3) vertices in the axes of the frame."""
+        from vomstudio.products.ortho._mesh_kernels import bin_faces
+
+        self._view = np.ascontiguousarray(view)
+        self._faces = for_kernels(faces, np.int32)
+        self._grid = grid
+        g = grid.gsd
+        starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
+        where = (self._view, self._faces, grid.left, grid.top, TILE * g, g)
+        bin_faces(*where, grid.columns, grid.rows, starts, np.empty(0, np.int32))
+        starts = np.cumsum(starts)
+        self._members = np.empty(starts[-1], np.int32)
+        if len(self._members):
+            bin_faces(*where, grid.columns, grid.rows, starts[:-1].copy(), self._members)
+        self._starts = starts
+
+    def draw(self, tile: Tile) -> Array:
+        chosen = self._members[self._starts[tile.number] : self._starts[tile.number + 1]]
+        return _cast(self._view, self._faces, chosen, self._grid, tile)
+
+
+class CloudHeights:
+    """Draws depths of a cloud that is too large to be triangulated as one piece: each tile with
+    what lies within the longest side of it."""
+
+    def __init__(self, view: Array, limit: float, grid: Grid) -> None:
+        from vomstudio.products.ortho._splat_kernels import bin_points
+
+        self._view = np.ascontiguousarray(view)
+        self._limit, self._grid = limit, grid
+        g = grid.gsd
+        starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
+        reach = np.zeros(len(view))
+        where = (self._view, reach, grid.left, grid.top, TILE * g, limit + g)
+        bin_points(*where, grid.columns, grid.rows, starts, np.empty(0, np.int32))
+        starts = np.cumsum(starts)
+        self._members = np.empty(starts[-1], np.int32)
+        if len(self._members):
+            bin_points(*where, grid.columns, grid.rows, starts[:-1].copy(), self._members)
+        self._starts = starts
+
+    def draw(self, tile: Tile) -> Array:
+        chosen = self._members[self._starts[tile.number] : self._starts[tile.number + 1]]
+        points = self._view[chosen]
+        if len(points) > WHOLE_POINTS:
+            points = thinned(points, self._grid.gsd)
+        if len(points) < 3:
+            return np.full((tile.height, tile.width), np.nan)
+        points = top_sheet(points)
+        faces = surface_triangles(points, self._limit, strict=False)
+        everything = np.arange(len(faces), dtype=np.int32)
+        return _cast(points, faces, everything, self._grid, tile)
+
+
+def _cast(
+    view: Array,
+    faces: npt.NDArray[np.int32],
+    chosen: npt.NDArray[np.int32],
+    grid: Grid,
+    tile: Tile,
+) -> Array:
+    if not len(chosen):
+        return np.full((tile.height, tile.width), np.nan)
+    g = grid.gsd
+    depth = cast_grid(
+        view, faces, chosen,
+        left=grid.left + tile.column * g, top=grid.top + tile.row * g, step=g,
+        width=tile.width, height=tile.height,
+    ).depth  # fmt: skip
+    return np.where(np.isfinite(depth), depth, np.nan)

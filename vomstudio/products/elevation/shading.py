@@ -1,0 +1,86 @@
+"""What follows from heights: dip and dip direction of the surface, and its shading.
+
+Gradients by Horn's weights over the eight neighbours (B. K. P. Horn 1981, Hill shading and the
+reflectance map, *Proceedings of the IEEE* 69, 14); a cell without all eight has none.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geology.orientation import normals_to_planes
+from vomstudio.geometry.view_frame import ViewFrame
+
+Array = npt.NDArray[np.float64]
+Raster = npt.NDArray[np.float32]
+
+LIGHT_FROM_DEG = 315.0
+LIGHT_HEIGHT_DEG = 45.0
+ROWS = 512
+"""Rows worked on at a time."""
+
+
+def gradients(heights: npt.NDArray[np.floating], gsd: float) -> tuple[Array, Array]:
+    """Rise per metre to the right and down the rows; (h, w) each, NaN at the border and beside
+    cells without a height."""
+    h, w = heights.shape
+    right, down = np.full((h, w), np.nan), np.full((h, w), np.nan)
+    if h < 3 or w < 3:
+        return right, down
+    z = np.asarray(heights, np.float64)
+    columns = z[:-2] + 2 * z[1:-1] + z[2:]
+    rows = z[:, :-2] + 2 * z[:, 1:-1] + z[:, 2:]
+    whole = np.isfinite(columns[:, :-2] + columns[:, 1:-1] + columns[:, 2:])
+    x = (columns[:, 2:] - columns[:, :-2]) / (8 * gsd)
+    y = (rows[2:] - rows[:-2]) / (8 * gsd)
+    right[1:-1, 1:-1] = np.where(whole, x, np.nan)
+    down[1:-1, 1:-1] = np.where(whole, y, np.nan)
+    return right, down
+
+
+def dips_of(heights: Raster, gsd: float, frame: ViewFrame) -> tuple[Raster, Raster]:
+    """Dip (0 to 90, degrees from the horizontal of World) and dip direction (0 to 360, NaN where
+    the surface is level) of the surface, whatever the plane of reference; (h, w) each.
+
+    frame : of the plane of reference
+    """
+    dip, azimuth = (np.full(heights.shape, np.nan, np.float32) for _ in range(2))
+    for rows, part in _strips(heights):
+        right, down = (g[rows[1]] for g in gradients(part, gsd))
+        known = np.isfinite(right)
+        normals = (
+            -right[known][:, None] * frame.right
+            - down[known][:, None] * frame.down
+            - frame.direction
+        )
+        toward, steep, level = normals_to_planes(normals)
+        dip[rows[0]][known] = steep
+        azimuth[rows[0]][known] = np.where(level, np.nan, toward)
+    return dip, azimuth
+
+
+def hillshade(heights: Raster, gsd: float) -> npt.NDArray[np.uint8]:
+    """(h, w) from 1 (in the dark) to 255 (facing the light), 0 where it is not known. The light
+    comes from the upper left of the raster, 45 degrees above its plane."""
+    found = np.zeros(heights.shape, np.uint8)
+    azimuth, height = math.radians(LIGHT_FROM_DEG), math.radians(LIGHT_HEIGHT_DEG)
+    # To the right, down the rows, up from the plane.
+    x, y = math.cos(height) * math.sin(azimuth), -math.cos(height) * math.cos(azimuth)
+    z = math.sin(height)
+    for rows, part in _strips(heights):
+        right, down = (g[rows[1]] for g in gradients(part, gsd))
+        light = (z - right * x - down * y) / np.sqrt(1 + right**2 + down**2)
+        grey = np.rint(1 + 254 * np.clip(light, 0, 1))
+        found[rows[0]] = np.where(np.isfinite(grey), grey, 0)
+    return found
+
+
+def _strips(heights: Raster):  # type: ignore[no-untyped-def]
+    """Rows of the whole and their rows within a part that has one row more on each side."""
+    for start in range(0, len(heights), ROWS):
+        stop = min(start + ROWS, len(heights))
+        low, high = max(start - 1, 0), min(stop + 1, len(heights))
+        yield (slice(start, stop), slice(start - low, stop - low)), heights[low:high]

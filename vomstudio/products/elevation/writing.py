@@ -1,0 +1,254 @@
+"""An elevation model as files, and what is said of it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError, UsageError
+from vomstudio.files.atomic import atomic_group, check_target
+from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
+from vomstudio.products.elevation.contours import contour_lines, write_contours
+from vomstudio.products.elevation.heights import Heights
+from vomstudio.products.elevation.planning import HeightPlan
+from vomstudio.products.elevation.shading import dips_of, hillshade
+from vomstudio.products.ortho.tiles import TILE
+from vomstudio.version import __version__
+from vomstudio.words import to_translate, tr
+
+NOTHING_SEEN = to_translate(
+    "No cell has a height: the surface is seen edge-on along the normal of this plane, or is "
+    "smaller than a cell. Choose another plane of reference or a smaller --gsd."
+)
+_NO_CRS = to_translate(
+    "The model has no coordinate reference system (CRS). The elevation model is written in the "
+    "model's coordinates, without a CRS."
+)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is written beside the heights. contours : their spacing in metres, None for none"""
+
+    hillshade: bool = False
+    slope: bool = False
+    aspect: bool = False
+    contours: float | None = None
+
+    def check(self) -> None:
+        """Raises UsageError."""
+        if self.contours is not None and not 0 < self.contours < math.inf:
+            raise UsageError(
+                tr("The spacing of contours must be a length in metres."), field="--contours"
+            )
+
+
+@dataclass(frozen=True)
+class ElevationFigures:
+    """What is said of an elevation model.
+
+    width, height : cells; gsd_m : side of a cell; coverage : share of cells with a height
+    reference_point : (3,) World, the centre of the model's bounds; heights are Z over the
+        horizontal, else above the plane through it
+    dip_direction_deg, dip_deg : of the plane of reference
+    right, down, normal : (3,) unit vectors of World along the columns, the rows and the heights
+    lowest_m, highest_m : heights; interpolation_limit_m : longest side of triangles between the
+        points of a cloud, None for a mesh
+    cell_to_world : 4 x 4, (column, row, height, 1) to World
+    crs : of a map; None over any other plane, and where it is not known
+    """
+
+    width: int
+    height: int
+    gsd_m: float
+    coverage: float
+    reference_point: tuple[float, ...]
+    dip_direction_deg: float
+    dip_deg: float
+    right: tuple[float, ...]
+    down: tuple[float, ...]
+    normal: tuple[float, ...]
+    lowest_m: float
+    highest_m: float
+    interpolation_limit_m: float | None
+    cell_to_world: tuple[tuple[float, ...], ...]
+    crs: str | None
+
+
+@dataclass(frozen=True)
+class WrittenElevation:
+    """raster, sidecar, hillshade, slope, aspect, contours : files that were written, None for those
+    that were not; figures : of the model; warnings : sentences"""
+
+    raster: str
+    figures: ElevationFigures
+    sidecar: str
+    hillshade: str | None
+    slope: str | None
+    aspect: str | None
+    contours: str | None
+    warnings: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON: the figures stand among the files."""
+        whole = asdict(self)
+        return {"raster": whole.pop("raster"), **whole.pop("figures"), **whole}
+
+
+def outputs_of(raster: str | Path, wanted: Wanted) -> dict[str, Path]:
+    """The files beside NAME.tif by what they are: NAME.json, NAME_hillshade.tif and so on. Raises
+    UsageError for another ending."""
+    path = Path(raster)
+    if path.suffix.lower() not in (".tif", ".tiff"):
+        raise UsageError(
+            tr("An elevation model is a GeoTIFF. Choose a name that ends in .tif."),
+            file=path,
+            field="--output",
+        )
+    found = {"raster": path, "sidecar": path.with_suffix(".json")}
+    for name in ("hillshade", "slope", "aspect"):
+        if getattr(wanted, name):
+            found[name] = path.with_name(f"{path.stem}_{name}.tif")
+    if wanted.contours is not None:
+        found["contours"] = path.with_name(f"{path.stem}_contours.gpkg")
+    return found
+
+
+def check_targets(raster: str | Path, wanted: Wanted, *, force: bool) -> None:
+    """Before work begins. Raises UsageError, TargetError."""
+    for target in outputs_of(raster, wanted).values():
+        check_target(target, force=force)
+
+
+def figures_of(
+    heights: Heights, plan: HeightPlan, limit: float | None, crs: str | None
+) -> ElevationFigures:
+    """limit : longest side of the triangles; crs : of World. Raises InputError where no cell has a
+    height."""
+    known = np.isfinite(heights)
+    covered = int(known.sum())
+    if not covered:
+        raise InputError(tr(NOTHING_SEEN))
+    grid, plane, frame = plan.grid, plan.plane, plan.frame
+    return ElevationFigures(
+        grid.width,
+        grid.height,
+        grid.gsd,
+        covered / heights.size,
+        tuple(plan.reference.tolist()),
+        plane.dip_direction_deg,
+        plane.dip_deg,
+        tuple(frame.right.tolist()),
+        tuple(frame.down.tolist()),
+        tuple(plane.normal().tolist()),
+        float(np.nanmin(heights)),
+        float(np.nanmax(heights)),
+        limit,
+        tuple(map(tuple, plan.cell_to_world.tolist())),
+        crs if plan.is_map else None,
+    )
+
+
+def write_elevation(
+    heights: Heights,
+    plan: HeightPlan,
+    figures: ElevationFigures,
+    raster: str | Path,
+    *,
+    wanted: Wanted | None = None,
+    world: str | None = None,
+    north_known: bool = True,
+    model: str | None = None,
+    content_hash: str | None = None,
+    warnings: tuple[str, ...] = (),
+    force: bool = False,
+) -> WrittenElevation:
+    """All files, whole or none of them.
+
+    world : the CRS of World, for the sidecar; model, content_hash : for it, too. Raises
+    TargetError, UsageError.
+    """
+    wanted = wanted or Wanted()
+    wanted.check()
+    targets = outputs_of(raster, wanted)
+    if plan.is_map and figures.crs is None:
+        warnings = (*warnings, tr(_NO_CRS))
+    crs = figures.crs if plan.is_map else view_plane_crs(plan.metric)
+    lines = None
+    if wanted.contours is not None:
+        lines = contour_lines(heights, plan.transform, wanted.contours)
+        if not lines:
+            warnings = (*warnings, tr("No contour line lies within the heights."))
+    named = {name: str(target) for name, target in targets.items()}
+    made = WrittenElevation(
+        str(raster),
+        figures,
+        named["sidecar"],
+        named.get("hillshade"),
+        named.get("slope"),
+        named.get("aspect"),
+        named.get("contours"),
+        warnings,
+    )
+    facts = _facts(made, plan, world, north_known) | {"model": model, "content_hash": content_hash}
+    base = Raster(
+        plan.grid.width, plan.grid.height, "float", plan.transform, crs,
+        {
+            "VOMSTUDIO_VERSION": __version__,
+            "VOMSTUDIO_PLANE": f"dip direction {figures.dip_direction_deg:.4f} dip "
+            f"{figures.dip_deg:.4f} deg",
+        },
+    )  # fmt: skip
+    with atomic_group(list(targets.values()), force) as parts:
+        at = dict(zip(targets, parts, strict=True))
+        _write(at["raster"], base, heights, targets["raster"])
+        if "slope" in at or "aspect" in at:
+            dip, toward = dips_of(heights, plan.grid.gsd, plan.frame)
+            for name, values in (("slope", dip), ("aspect", toward)):
+                if name in at:
+                    _write(at[name], base, values, targets[name])
+        if "hillshade" in at:
+            shade = hillshade(heights, plan.grid.gsd)
+            _write(at["hillshade"], replace(base, kind="grey"), shade, targets["hillshade"])
+        if lines is not None:
+            at["contours"].unlink()
+            write_contours(at["contours"], lines, crs)
+        at["sidecar"].write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", "utf-8")
+    return made
+
+
+def _facts(
+    made: WrittenElevation, plan: HeightPlan, world: str | None, north_known: bool
+) -> dict[str, Any]:
+    """What the sidecar says."""
+    heights = "metres along the upward normal of the plane of reference through the reference point"
+    north = "not known: angles are of the model's own frame"
+    if north_known:
+        north = "y of World" if world is None else "grid north of the CRS"
+    return {
+        **made.as_dict(),
+        "raster": Path(made.raster).name,
+        "cell_to_world_means": "(column, row, height, 1) to World x, y, z; (0, 0) is the outer "
+        "corner of the top left cell, its centre is (0.5, 0.5)",
+        "heights_mean": "Z of World" if plan.is_map else heights,
+        "world_crs": world,
+        "north": north,
+        "slope_means": "dip of the surface from the horizontal of World, degrees",
+        "aspect_means": "dip direction of the surface, degrees clockwise from north",
+        "software": f"VOM Studio {__version__}",
+    }
+
+
+def _write(part: Path, raster: Raster, values: npt.NDArray[Any], shown: Path) -> None:
+    with contextlib.ExitStack() as files:
+        file = files.enter_context(open_geotiff(part, raster, shown))
+        for row in range(0, values.shape[0], TILE):
+            for column in range(0, values.shape[1], TILE):
+                write_tile(file, column, row, values[row : row + TILE, column : column + TILE])

@@ -1,0 +1,1 @@
+"""Maps of fracture traces: from files to figures and a picture."""

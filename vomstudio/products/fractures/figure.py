@@ -1,0 +1,326 @@
+"""The figure of a map of fracture traces: map, rose, lengths, nodes, intensity by window size."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
+
+from vomstudio.geology.fractures.length_laws import Fit, law_of
+from vomstudio.geology.fractures.network import Lengths, Mapped
+from vomstudio.geology.fractures.nodes import NodeCounts
+from vomstudio.geology.fractures.pieces import segments_of
+from vomstudio.geology.roses import rose_of
+from vomstudio.products.net.contents import OKABE_ITO
+from vomstudio.products.net.rose import draw_rose, rings_of
+from vomstudio.products.net.style import PRINT, NetStyle
+from vomstudio.words import to_translate, tr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SIZE_MM = (170.0, 128.0)
+BIN_DEG = 10.0
+_LAWS = {
+    "exponential": to_translate("exponential"),
+    "lognormal": to_translate("lognormal"),
+    "weibull": to_translate("Weibull"),
+    "power_law": to_translate("power law"),
+}
+
+
+def write_fractures(
+    target: str | Path | IO[bytes],
+    mapped: Mapped,
+    *,
+    format: str,
+    style: NetStyle = PRINT,
+    dpi: float = 300.0,
+) -> None:
+    """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(SIZE_MM[0] / 25.4, SIZE_MM[1] / 25.4), dpi=dpi)
+    FigureCanvasAgg(figure)
+    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
+    with rc_context({
+        "svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio",
+        "font.size": style.font_pt, "axes.linewidth": style.line_pt,
+    }):  # fmt: skip
+        draw_fractures(figure, mapped, style)
+        figure.savefig(target, format=format, dpi=dpi, facecolor=style.paper, metadata=metadata)
+
+
+def draw_fractures(figure: Figure, mapped: Mapped, style: NetStyle = PRINT) -> list[Axes]:
+    """The axes of the panels a to e: map, rose, nodes, lengths, intensity."""
+    figure.set_facecolor(style.paper)
+    places = {
+        "a": (0.02, 0.47, 0.33, 0.47), "b": (0.36, 0.47, 0.29, 0.47), "c": (0.68, 0.49, 0.30, 0.41),
+        "d": (0.09, 0.09, 0.38, 0.31), "e": (0.60, 0.09, 0.37, 0.31),
+    }  # fmt: skip
+    axes = [figure.add_axes(place) for place in places.values()]
+    draw = (_draw_map, _draw_rose, _draw_triangle, _draw_lengths, _draw_sizes)
+    for letter, ax, one in zip(places, axes, draw, strict=True):
+        one(ax, mapped, style)
+        left, _, _, _ = places[letter]
+        figure.text(
+            max(left - 0.07, 0.008) if letter in "de" else left, places[letter][1]
+            + places[letter][3] + 0.025, letter, fontsize=1.25 * style.font_pt, weight="bold",
+            color=style.ink, va="bottom",
+        )  # fmt: skip
+    return axes
+
+
+def _color(i: int, style: NetStyle) -> str:
+    return style.color(OKABE_ITO[i % len(OKABE_ITO)])
+
+
+def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
+    import shapely
+    from matplotlib.collections import LineCollection
+
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    lines = mapped.pieces.lines
+    thin = float(np.clip(12.0 / math.sqrt(max(len(lines), 1)), 0.15, 0.8)) * style.line_pt
+    for i, name in enumerate(mapped.sets):
+        mine = lines[mapped.set_of == i]
+        color = _color(i, style) if len(mapped.sets) > 1 else style.ink
+        paths = [shapely.get_coordinates(line) for line in mine]
+        ax.add_collection(
+            LineCollection(paths, colors=color, linewidths=thin, label=f"{name} ({len(mine):,})")
+        )
+    counted = mapped.counted
+    edges = [] if counted.area is None else list(shapely.get_parts(shapely.boundary(counted.area)))
+    edges += [] if counted.scanlines is None else list(counted.scanlines)
+    ax.add_collection(
+        LineCollection(
+            [shapely.get_coordinates(e) for e in edges], linewidths=1.2 * style.line_pt,
+            colors=style.ink if len(mapped.sets) > 1 else _color(1, style),
+        )
+    )  # fmt: skip
+    shapes = [*lines, *edges]
+    if not shapes:
+        return
+    low_x, low_y, high_x, high_y = shapely.total_bounds(shapes)
+    span = max(high_x - low_x, high_y - low_y) or 1.0
+    ax.set_xlim(low_x - 0.02 * span, high_x + 0.02 * span)
+    rows = min(len(mapped.sets), 8) if len(mapped.sets) > 1 else 0
+    ax.set_ylim(low_y - (0.12 + 0.07 * max(rows - 1, 0)) * span, high_y + 0.02 * span)
+    bar = _round_length(0.3 * span)
+    ax.plot([low_x, low_x + bar], [low_y - 0.05 * span] * 2, color=style.ink,
+            linewidth=2 * style.line_pt, solid_capstyle="butt")  # fmt: skip
+    ax.text(low_x + bar / 2, low_y - 0.07 * span, f"{bar:g} m", ha="center", va="top",
+            fontsize=style.font_pt, color=style.ink)  # fmt: skip
+    if 1 < len(mapped.sets) <= 8:
+        ax.legend(loc="lower right", fontsize=0.85 * style.font_pt, frameon=False,
+                  handlelength=1.2, labelcolor=style.ink, borderaxespad=0.0,
+                  ncols=2 if len(mapped.sets) > 4 else 1)  # fmt: skip
+    found = mapped.found
+    ax.set_title(
+        tr("{count:,} traces", count=found.traces)
+        if found.P21_1_per_m is None
+        else tr("{count:,} traces, P21 = {p21:.3g} 1/m", count=found.traces, p21=found.P21_1_per_m),
+        fontsize=style.font_pt, weight="bold", color=style.ink, pad=4,
+    )  # fmt: skip
+
+
+def _round_length(length: float) -> float:
+    """1, 2 or 5 times a power of ten, not above."""
+    power = 10.0 ** math.floor(math.log10(length))
+    return next(power * step for step in (5.0, 2.0, 1.0) if power * step <= length * (1 + 1e-9))
+
+
+def _draw_rose(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
+    start, end, _ = segments_of(mapped.pieces.lines)
+    dx, dy = (end - start).T
+    rose = rose_of(
+        np.degrees(np.arctan2(dx, dy)), axial=True, bin_deg=BIN_DEG, weights=np.hypot(dx, dy)
+    )
+    ax.set_xlim(-1.25, 1.25)
+    ax.set_ylim(-1.14, 1.3)
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    if rose.total <= 0:
+        return
+    draw_rose(ax, rose, rings_of(float(rose.shares.max())), True, _color(1, style), style)
+    ax.set_title(
+        tr("strike, % of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG),
+        fontsize=style.font_pt, weight="bold", color=style.ink, pad=4,
+    )  # fmt: skip
+
+
+def triangle_place(i: float, y: float, x: float) -> tuple[float, float]:
+    """Where shares of I, Y and X nodes stand in a triangle with I at the top, Y at the left and X
+    at the right, of side 1."""
+    total = i + y + x
+    return (0.5 * i + x) / total, math.sqrt(0.75) * i / total
+
+
+def _draw_triangle(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    ax.set_xlim(-0.14, 1.14)
+    ax.set_ylim(-0.16, 1.0)
+    corners = [triangle_place(*row) for row in np.eye(3)]
+    ax.plot(*zip(*corners, corners[0], strict=True), color=style.ink, linewidth=1.2 * style.line_pt)
+    for share in (0.2, 0.4, 0.6, 0.8):
+        rest = 1 - share
+        for one, other in (
+            ((share, rest, 0), (share, 0, rest)), ((rest, share, 0), (0, share, rest)),
+            ((rest, 0, share), (0, rest, share)),
+        ):  # fmt: skip
+            ends = [triangle_place(*row) for row in (one, other)]
+            ax.plot(*zip(*ends, strict=True), color=style.soft, linewidth=0.35 * style.line_pt)
+    for per_branch in (1.0, 1.5):
+        _draw_connections(ax, per_branch, style)
+    for (x, y), label, ha, va in zip(
+        corners, ("I", "Y", "X"), ("center", "right", "left"), ("bottom", "top", "top"), strict=True
+    ):
+        ax.text(x, y + (0.03 if va == "bottom" else -0.03), label, ha=ha, va=va, weight="bold",
+                fontsize=1.15 * style.font_pt, color=style.ink)  # fmt: skip
+    nodes = mapped.found.nodes
+    if nodes.I + nodes.Y + nodes.X:
+        ax.plot(*triangle_place(nodes.I, nodes.Y, nodes.X), marker="o", markersize=5.5,
+                color=_color(1, style), markeredgecolor=style.ink,
+                markeredgewidth=0.6 * style.line_pt)  # fmt: skip
+    ax.set_title(_node_words(nodes), fontsize=style.font_pt, weight="bold", color=style.ink, pad=8)
+
+
+def _node_words(nodes: NodeCounts) -> str:
+    return tr("nodes: I {i:,}, Y {y:,}, X {x:,}", i=nodes.I, y=nodes.Y, x=nodes.X)
+
+
+def _draw_connections(ax: Axes, per_branch: float, style: NetStyle) -> None:
+    """Where networks have so many connections per branch, (3 Y + 4 X) / ((I + 3 Y + 4 X) / 2)."""
+    # Of I + Y + X = 1: I = (2 - c) / c * (3 Y + 4 X).
+    ends = []
+    for weight, which in ((3.0, 1), (4.0, 2)):
+        ratio = (2.0 - per_branch) / per_branch * weight
+        rest = 1.0 / (1.0 + ratio)
+        row = [1.0 - rest, 0.0, 0.0]
+        row[which] = rest
+        ends.append(triangle_place(*row))
+    ax.plot(*zip(*ends, strict=True), color=style.soft, linewidth=0.9 * style.line_pt,
+            linestyle=(0, (4, 2)))  # fmt: skip
+    x, y = ends[1]
+    ax.text(x + 0.02, y, f"C$_B$ {per_branch:.1f}", fontsize=0.85 * style.font_pt, va="center",
+            ha="left", color=style.soft)  # fmt: skip
+
+
+def _draw_lengths(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
+    from scipy.stats import CensoredData, ecdf
+
+    _plain_axes(ax, style)
+    ax.set_xlabel(tr("trace length, m"), fontsize=style.font_pt, color=style.ink)
+    ax.set_ylabel(tr("share that is longer"), fontsize=style.font_pt, color=style.ink)
+    lengths, cut = mapped.pieces.lengths(), mapped.pieces.cut.any(axis=1)
+    length = mapped.found.length
+    if length.mean_m is not None:
+        ax.set_title(
+            tr("mean length {mean:.3g} m, of the pieces {naive:.3g} m",
+               mean=length.mean_m, naive=length.naive_mean_m),
+            fontsize=style.font_pt, weight="bold", color=style.ink, pad=4,
+        )  # fmt: skip
+    if not len(lengths) or cut.all():
+        return
+    found = ecdf(CensoredData.right_censored(lengths, cut)).sf
+    shown = found.probabilities > 0
+    x, s = found.quantiles[shown], found.probabilities[shown]
+    ax.step(np.concatenate([[x[0]], x]), np.concatenate([[1.0], s]), where="post",
+            color=style.soft, linewidth=1.6 * style.line_pt,
+            label=tr("pieces as seen (Kaplan-Meier)"))  # fmt: skip
+    at = np.sort(lengths[cut])
+    ax.plot(at, np.interp(at, x, s, left=1.0), linestyle="none", marker="|", markersize=4,
+            markeredgewidth=0.5, color=style.ink,
+            label=tr("cut off ({share:.0f} %)", share=100 * float(cut.mean())))  # fmt: skip
+    grid = np.geomspace(max(float(lengths.min()), 1e-3 * float(lengths.max())),
+                        float(lengths.max()), 200)  # fmt: skip
+    _draw_fits(ax, length, grid, style)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_ylim(0.5 / len(lengths), 1.5)
+    ax.set_xlim(grid[0], 1.3 * grid[-1])
+    ax.legend(loc="lower left", fontsize=0.85 * style.font_pt, frameon=False, labelcolor=style.ink,
+              handlelength=1.6, borderaxespad=0.2)  # fmt: skip
+
+
+def _draw_fits(ax: Axes, length: Lengths, grid: Any, style: NetStyle) -> None:
+    if not length.fits:
+        return
+    best = length.fits[0]
+    name = tr(_LAWS[best.distribution])
+    ax.plot(grid, _survival(best, grid), color=_color(1, style), linewidth=1.6 * style.line_pt,
+            label=tr("{law}, whole traces", law=name)
+            if length.uncorrected else name)  # fmt: skip
+    same = [f for f in length.uncorrected if f.distribution == best.distribution]
+    if same:
+        ax.plot(grid, _survival(same[0], grid), color=style.ink, linewidth=style.line_pt,
+                linestyle=(0, (3, 2)),
+                label=tr("{law}, edge taken as chance", law=name))  # fmt: skip
+
+
+def _survival(fit: Fit, x: Any) -> Any:
+    law, u = law_of(fit)
+    return np.exp(law.log_s(x, u))
+
+
+def _draw_sizes(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
+    _plain_axes(ax, style)
+    ax.set_xlabel(tr("radius of circular windows, m"), fontsize=style.font_pt, color=style.ink)
+    ax.set_ylabel("P21, 1/m", fontsize=style.font_pt, color=style.ink)
+    sizes = mapped.found.P21_by_size
+    if not sizes:
+        ax.text(0.5, 0.5, tr("needs an area"), transform=ax.transAxes, ha="center",
+                fontsize=style.font_pt, color=style.soft)  # fmt: skip
+        return
+    r = np.array([s.radius_m for s in sizes])
+    mean = np.array([s.P21_1_per_m for s in sizes])
+    low, high = (np.array([getattr(s, f"{w}_1_per_m") for s in sizes]) for w in ("min", "max"))
+    std = np.array([s.std_1_per_m for s in sizes])
+    color = _color(1, style)
+    ax.fill_between(
+        r, low, high, color=style.soft, alpha=0.18, linewidth=0, label=tr("all windows")
+    )
+    ax.fill_between(r, np.maximum(mean - std, 0), mean + std, color=color, alpha=0.25, linewidth=0,
+                    label=tr("one standard deviation"))  # fmt: skip
+    ax.plot(r, mean, color=color, marker="o", markersize=3, linewidth=1.2 * style.line_pt,
+            label=tr("mean"))  # fmt: skip
+    if mapped.found.P21_1_per_m is not None:
+        ax.axhline(mapped.found.P21_1_per_m, color=style.ink, linewidth=0.8 * style.line_pt,
+                   linestyle=(0, (4, 2)), label=tr("whole area"))  # fmt: skip
+    ax.set_xscale("log")
+    ax.set_ylim(bottom=0)
+    _round_ticks(ax, r)
+    ax.legend(loc="upper right", fontsize=0.85 * style.font_pt, frameon=False,
+              labelcolor=style.ink, handlelength=1.6, borderaxespad=0.2)  # fmt: skip
+    ax.set_title(
+        tr("intensity by size of the window"),
+        fontsize=style.font_pt, weight="bold", color=style.ink, pad=4,
+    )  # fmt: skip
+
+
+def _round_ticks(ax: Axes, values: Any) -> None:
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+
+    powers = 10.0 ** np.arange(-6.0, 7.0)
+    ticks = np.sort(np.outer(powers, [1.0, 2.0, 5.0]).ravel())
+    ax.xaxis.set_major_locator(
+        FixedLocator(ticks[(ticks >= values.min() * 0.9) & (ticks <= values.max() * 1.1)])
+    )
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+    ax.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _plain_axes(ax: Axes, style: NetStyle) -> None:
+    ax.set_facecolor(style.net)
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        ax.spines[side].set_color(style.ink)
+    ax.tick_params(labelsize=0.9 * style.font_pt, colors=style.ink, width=0.8 * style.line_pt)

@@ -1,0 +1,64 @@
+"""A bare net on axes of matplotlib, for figures of several nets or with more than orientations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
+
+from vomstudio.errors import UsageError
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FORMATS = ("svg", "pdf", "png")
+INK, SOFT, PAPER = "#1a1a1a", "#7a7a7a", "#ffffff"
+FONT_PT = 8.0
+
+
+def save_figure(
+    target: str | Path | IO[bytes],
+    draw: Callable[[Figure], Any],
+    format: str,
+    size_mm: tuple[float, float],
+    dpi: float,
+) -> None:
+    """What `draw` makes of an empty figure, as svg, pdf or png; text stays text. Raises UsageError
+    for another format."""
+    if format not in FORMATS:
+        raise UsageError(
+            tr("A figure cannot be written as “{format}”; use svg, pdf or png.", format=format)
+        )
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(size_mm[0] / 25.4, size_mm[1] / 25.4), dpi=dpi)
+    FigureCanvasAgg(figure)
+    figure.set_facecolor(PAPER)
+    draw(figure)
+    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
+    with rc_context({"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}):
+        figure.savefig(target, format=format, dpi=dpi, facecolor=PAPER, metadata=metadata)
+
+
+def draw_frame(ax: Axes) -> Any:
+    """The primitive circle of radius 1 with ticks every 10 degrees and north; returns the circle,
+    to clip by."""
+    from matplotlib.patches import Circle
+
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    rim = Circle((0.0, 0.0), 1.0, facecolor="none", edgecolor=INK, linewidth=0.9, zorder=6)
+    ax.add_patch(rim)
+    for azimuth in range(0, 360, 10):
+        angle = np.radians(azimuth)
+        inner = 0.96 if azimuth % 90 == 0 else 0.98
+        ends = np.outer([inner, 1.0], [np.sin(angle), np.cos(angle)])
+        ax.plot(*ends.T, color=INK, linewidth=0.6, zorder=6)
+    ax.text(0.0, 1.02, tr("N"), ha="center", va="bottom", fontsize=FONT_PT, color=INK)
+    return rim

@@ -1,0 +1,149 @@
+"""Fault slips as a figure: faults with arrows, their P and T axes, and what they say together.
+
+Left: great circles of the faults, on each the arrow of its hanging wall's movement at the striae
+(outward: normal, inward: reverse), drawn as Angelier (1979) has it; right: P and T axes over the
+share of faults that each direction is compressed by (right dihedra), with the kinematic axes.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
+
+from vomstudio.geology import stereonet as nets
+from vomstudio.geology.faults.kinematics import compressed_share, movements, p_axes, t_axes
+from vomstudio.geology.faults.table_slip import SlipRows, TableSlip
+from vomstudio.geology.orientation import Array, lines_to_vectors
+from vomstudio.products.net.plain_net import FONT_PT, INK, SOFT, draw_frame, save_figure
+from vomstudio.words import tr, tr_n
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SIZE_MM = (170.0, 112.0)
+MOST_FAULTS = 300
+"""Great circles and arrows of more are thinned evenly."""
+_FAULT, _ARROW, _P, _T = "#8a8f98", "#c1440e", "#0072B2", "#D55E00"
+_GRID = 241
+_LEVELS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+_SHADES = ("#ffffff", "#eef2f6", "#d7e2ec", "#b9cfe0", "#94b7d1")
+
+
+def write_slip_figure(
+    target: str | Path | IO[bytes],
+    table: SlipRows,
+    found: TableSlip,
+    *,
+    format: str,
+    size_mm: tuple[float, float] = SIZE_MM,
+    dpi: float = 300.0,
+) -> None:
+    """Writes the figure as svg, pdf or png. Raises UsageError for another format."""
+    save_figure(target, lambda figure: draw_slip(figure, table, found), format, size_mm, dpi)
+
+
+def draw_slip(figure: Figure, table: SlipRows, found: TableSlip) -> tuple[Axes, Axes]:
+    """Two nets over the whole figure, which is cleared first."""
+    figure.clear()
+    normals, slips = movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)
+    left = figure.add_axes((0.01, 0.12, 0.48, 0.86))
+    right = figure.add_axes((0.51, 0.12, 0.48, 0.86))
+    for ax in (left, right):
+        ax.set_xlim(-1.12, 1.12)
+        ax.set_ylim(-1.4, 1.2)
+    _faults(left, table, normals, slips)
+    _axes(right, normals, slips, found)
+    figure.text(
+        0.02, 0.02,
+        tr_n("{count} fault", "{count} faults", found.n) + "; "
+        + tr("equal area, lower hemisphere"),
+        fontsize=FONT_PT, color=SOFT,
+    )  # fmt: skip
+    return left, right
+
+
+def _faults(ax: Axes, table: SlipRows, normals: Array, slips: Array) -> None:
+    from matplotlib.collections import LineCollection
+
+    draw_frame(ax)
+    rows = np.unique(np.linspace(0, len(normals) - 1, min(len(normals), MOST_FAULTS)).astype(int))
+    arcs = nets.great_circles(table.dip_direction_deg[rows], table.dip_deg[rows])
+    ax.add_collection(LineCollection(list(arcs), colors=_FAULT, linewidths=0.6, zorder=2))
+    at = nets.project(slips[rows])
+    ahead = slips[rows, :2]
+    length = np.linalg.norm(ahead, axis=1)
+    # A slip straight up or down has no direction on the net.
+    moving = length > 1e-6
+    step = 0.07 * ahead[moving] / length[moving, None]
+    for place, move in zip(at[moving], step, strict=True):
+        ax.annotate(
+            "", xy=tuple(place + move), xytext=tuple(place - move), zorder=5,
+            arrowprops={"arrowstyle": "-|>,head_width=0.16,head_length=0.32", "color": _ARROW,
+                        "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0},
+        )  # fmt: skip
+    ax.plot(*at[~moving].T, linestyle="none", marker="o", markersize=3, color=_ARROW, zorder=5)
+    said = tr("Faults and movement of their hanging walls")
+    if len(rows) < len(normals):
+        said += tr(" ({count} drawn)", count=len(rows))
+    ax.text(-1.1, -1.14, said, fontsize=FONT_PT, va="top", color=INK)
+
+
+def _axes(ax: Axes, normals: Array, slips: Array, found: TableSlip) -> None:
+    rim = draw_frame(ax)
+    side = np.linspace(-1.0, 1.0, _GRID)
+    x, y = np.meshgrid(side, side)
+    radius = np.maximum(np.hypot(x, y), 1.0)
+    points = np.stack([x / radius, y / radius], axis=-1).reshape(-1, 2) * (1.0 - 1e-9)
+    share = compressed_share(nets.unproject(points), normals, slips).reshape(x.shape)
+    shaded = ax.contourf(x, y, share, levels=list(_LEVELS), colors=list(_SHADES), zorder=1)
+    shaded.set_clip_path(rim)
+    size = float(np.interp(len(normals), [30, 500], [3.4, 1.6]))
+    for vectors, color, marker in (
+        (p_axes(normals, slips), _P, "o"),
+        (t_axes(normals, slips), _T, "^"),
+    ):
+        ax.plot(
+            *nets.project(vectors).T, linestyle="none", marker=marker, markersize=size, color=color,
+            markeredgewidth=0.0, zorder=4,
+        )  # fmt: skip
+    mean = found.kinematic_axes
+    for axis, color, marker in (
+        (mean.shortening, _P, "*"), (mean.intermediate, INK, "D"), (mean.extension, _T, "*"),
+    ):  # fmt: skip
+        vector = lines_to_vectors([axis.trend_deg], [axis.plunge_deg])
+        ax.plot(
+            *nets.project(vector).T, linestyle="none", marker=marker, color=color, zorder=7,
+            markersize=11 if marker == "*" else 5, markeredgecolor="#ffffff", markeredgewidth=0.7,
+        )  # fmt: skip
+    _legend(ax, found)
+
+
+def _legend(ax: Axes, found: TableSlip) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    mean = found.kinematic_axes
+
+    def said(axis: Any) -> str:
+        return f"{axis.trend_deg:03.0f}/{axis.plunge_deg:02.0f}"
+
+    def dot(color: str, marker: str, label: str, size: float = 4.0) -> Any:
+        return Line2D(
+            [], [], color=color, marker=marker, linestyle="none", markersize=size, label=label
+        )
+
+    entries = [
+        dot(_P, "o", tr("P axes (shortening)")),
+        dot(_T, "^", tr("T axes (extension)")),
+        dot(_P, "*", tr("shortening {axis}", axis=said(mean.shortening)), 8),
+        dot(_T, "*", tr("extension {axis}", axis=said(mean.extension)), 8),
+        dot(INK, "D", tr("intermediate {axis}", axis=said(mean.intermediate))),
+        Patch(facecolor=_SHADES[-1], label=tr("compressed by over 80 % of faults")),
+    ]
+    ax.legend(
+        handles=entries, loc="upper left", bbox_to_anchor=(-0.02, 0.11), ncols=2, frameon=False,
+        fontsize=FONT_PT - 1, columnspacing=1.2, handletextpad=0.5, borderpad=0.0,
+    )  # fmt: skip

@@ -1,0 +1,259 @@
+"""The kinematic analysis of a slope as a figure: a net for each way to fail, with its critical zone
+shaded and what lies in it marked.
+
+Each net is the equal-area one of the lower hemisphere: poles of planes for planar sliding and
+flexural toppling, intersections for wedges and direct toppling.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
+
+from vomstudio.geology import slopes
+from vomstudio.geology import stereonet as nets
+from vomstudio.geology.orientation import Array, planes_to_normals
+from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.slopes import Margins, SlopeFace, Zones
+from vomstudio.geology.table_slopes import Mode, TableSlope
+from vomstudio.products.net.plain_net import FONT_PT, INK, PAPER, SOFT, draw_frame, save_figure
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SIZE_MM = (170.0, 206.0)
+MOST_LINES = 3000
+"""More intersections than this are thinned evenly: they would only be a blot."""
+
+_ZONE, _CRITICAL, _CALM, _FACE = "#f3c6a8", "#c1440e", "#8a8f98", "#1a1a1a"
+_GRID = 401
+
+
+@dataclass(frozen=True, eq=False)
+class _Panel:
+    """title, what is drawn, its vectors (n, 3) in the frame of the face pointing down, and how the
+    zone is found of them."""
+
+    title: str
+    of: str
+    mode: Mode
+    vectors: Array
+    zones: Zones
+    margins: Callable[[Array], Margins]
+    limits: tuple[Array, ...]
+    """Construction lines, as curves (k, 3) in the frame of the face."""
+
+
+def write_slope_figure(
+    target: str | Path | IO[bytes],
+    table: OrientationRows,
+    face: SlopeFace,
+    found: TableSlope,
+    *,
+    format: str,
+    size_mm: tuple[float, float] = SIZE_MM,
+    dpi: float = 300.0,
+) -> None:
+    """Writes the figure as svg, pdf or png. Raises UsageError for another format."""
+    save_figure(target, lambda figure: draw_slope(figure, table, face, found), format, size_mm, dpi)
+
+
+def draw_slope(
+    figure: Figure, table: OrientationRows, face: SlopeFace, found: TableSlope
+) -> list[Axes]:
+    """Four nets over the whole figure, which is cleared first."""
+    figure.clear()
+    figure.set_facecolor(PAPER)
+    panels = _panels(table, face, found)
+    made = []
+    for number, panel in enumerate(panels):
+        left, low = 0.02 + 0.49 * (number % 2), 0.51 - 0.444 * (number // 2)
+        ax = figure.add_axes((left, low, 0.47, 0.435))
+        _draw(ax, face, panel)
+        made.append(ax)
+    plane = face.plane
+    figure.text(
+        0.03, 0.988,
+        tr(
+            "Face {azimuth:03.0f}/{dip:02.0f} (dip direction/dip), friction {friction:g}°, "
+            "lateral limits ±{lateral:g}°, n = {n} planes",
+            azimuth=plane.dip_direction_deg, dip=plane.dip_deg, friction=face.friction_deg,
+            lateral=face.lateral_deg, n=found.n,
+        ),
+        fontsize=FONT_PT + 1, color=INK, va="top",
+    )  # fmt: skip
+    _legend(figure, panels)
+    return made
+
+
+def _panels(table: OrientationRows, face: SlopeFace, found: TableSlope) -> list[_Panel]:
+    rows = table.is_plane
+    normals = slopes.in_face_frame(
+        face, planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
+    )
+    lines = _some_intersections(normals)
+    dip, friction = face.plane.dip_deg, face.friction_deg
+    sides = _lateral_lines(face)
+    planes = tr("poles of planes")
+    meets = tr("intersections of planes")
+    straight = _lateral_lines(SlopeFace(face.plane, friction, face.lateral_deg, "straight"))
+    return [
+        _Panel(
+            tr("Planar sliding"), planes, found.planar, 0.0 - normals,
+            slopes.planar_sliding(face, normals),
+            lambda v: slopes.planar_margins(face, 0.0 - v),
+            (_daylight_envelope(dip), _cone(friction), *sides),
+        ),
+        _Panel(
+            tr("Wedge sliding"), meets, found.wedge, lines, slopes.wedge_sliding(face, lines),
+            lambda v: slopes.wedge_margins(face, v), (_cone(90.0 - friction),),
+        ),
+        _Panel(
+            tr("Flexural toppling"), planes, found.flexural_toppling, 0.0 - normals,
+            slopes.flexural_toppling(face, normals),
+            lambda v: slopes.flexural_margins(face, 0.0 - v),
+            (_great_circle(dip - friction), *sides) if dip > friction else sides,
+        ),
+        _Panel(
+            tr("Direct toppling"), meets, found.direct_toppling, lines,
+            slopes.direct_toppling(face, lines), lambda v: slopes.direct_margins(face, v),
+            (_cone(dip), *straight),
+        ),
+    ]  # fmt: skip
+
+
+def _some_intersections(normals: Array) -> Array:
+    """Downward unit vectors (m, 3) of at most `MOST_LINES` pairs, spread evenly over all."""
+    n = len(normals)
+    pairs = n * (n - 1) // 2
+    chosen = np.unique(np.linspace(0, max(pairs - 1, 0), min(pairs, MOST_LINES)).astype(np.int64))
+    if not pairs:
+        return np.zeros((0, 3))
+    # Row of the triangle of pairs, from how many come before it.
+    starts = np.concatenate([[0], np.cumsum(np.arange(n - 1, 0, -1))])
+    first = np.searchsorted(starts, chosen, side="right") - 1
+    second = chosen - starts[first] + first + 1
+    cross = np.cross(normals[first], normals[second])
+    length = np.linalg.norm(cross, axis=1)
+    lines = cross[length > 1e-9] / length[length > 1e-9, None]
+    return np.asarray(np.where(lines[:, 2:] > 0.0, -lines, lines))
+
+
+def _draw(ax: Axes, face: SlopeFace, panel: _Panel) -> None:
+    ax.set_xlim(-1.15, 1.15)
+    ax.set_ylim(-1.42, 1.16)
+    rim = draw_frame(ax)
+    _shade(ax, face, panel, rim)
+    back = face.axes()
+    for curve in panel.limits:
+        for part in nets.split_at_primitive(curve @ back):
+            ax.plot(*part.T, color=SOFT, linewidth=0.7, linestyle=(0, (4, 2)), zorder=3)
+    ax.plot(*nets.great_circle(face.plane).T, color=_FACE, linewidth=1.3, zorder=4)
+    at = nets.project(panel.vectors @ back)
+    critical = panel.zones.critical
+    size = float(np.interp(len(at), [50, 1000], [3.6, 1.4]))
+    calm: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgewidth": 0.0, "zorder": 5}
+    ax.plot(*at[~critical].T, markersize=size, color=_CALM, **calm)
+    ax.plot(*at[critical].T, markersize=1.25 * size, color=_CRITICAL, **calm)
+    ax.text(-1.13, 1.15, panel.title, fontsize=FONT_PT + 1, fontweight="bold", va="top", color=INK)
+    ax.text(-1.13, -1.12, _said(panel), fontsize=FONT_PT, va="top", color=INK)
+
+
+def _said(panel: _Panel) -> str:
+    mode = panel.mode
+    if mode.share is None:
+        return tr("no intersections")
+    said = tr(
+        "{critical:,} of {of:,} {what}: {share:.1f} %",
+        critical=mode.critical, of=mode.of, what=panel.of, share=100.0 * mode.share,
+    )  # fmt: skip
+    if mode.probability is None:
+        return said
+    expected = tr("with their errors {share:.1f} %", share=100.0 * mode.probability)
+    return f"{said}\n{expected}"
+
+
+def _shade(ax: Axes, face: SlopeFace, panel: _Panel, rim: Any) -> None:
+    """The critical zone: where its margins are positive on a fine grid of the net."""
+    side = np.linspace(-1.0, 1.0, _GRID)
+    x, y = np.meshgrid(side, side)
+    radius = np.maximum(np.hypot(x, y), 1.0)
+    # Beyond the rim what is on it goes on, so that zones reach it.
+    points = np.stack([x / radius, y / radius], axis=-1).reshape(-1, 2)
+    vectors = nets.unproject(points * (1.0 - 1e-9)) @ face.axes().T
+    margins = panel.margins(vectors)
+    inside = np.minimum(margins.zone, margins.lateral).reshape(x.shape)
+    if (inside > 0.0).any():
+        drawn = ax.contourf(x, y, inside, levels=[0.0, 9.0], colors=[_ZONE], zorder=1)
+        drawn.set_clip_path(rim)
+
+
+def _legend(figure: Figure, panels: list[_Panel]) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgewidth": 0.0}
+    entries: list[Any] = [
+        Line2D([], [], color=_FACE, linewidth=1.3, label=tr("face")),
+        Patch(facecolor=_ZONE, label=tr("critical zone")),
+        Line2D([], [], color=_CRITICAL, label=tr("critical"), markersize=4, **dot),
+        Line2D([], [], color=_CALM, label=tr("not critical"), markersize=3.4, **dot),
+        Line2D([], [], color=SOFT, linewidth=0.7, linestyle=(0, (4, 2)),
+               label=tr("daylight, friction, slip and lateral limits")),
+    ]  # fmt: skip
+    figure.legend(
+        handles=entries, loc="lower left", bbox_to_anchor=(0.02, 0.028), ncols=5, frameon=False,
+        fontsize=FONT_PT, handlelength=1.8, columnspacing=1.4,
+    )  # fmt: skip
+    foot = tr("Equal area, lower hemisphere")
+    if any(mode.mode.of > MOST_LINES for mode in panels):
+        foot += tr("; {count:,} intersections drawn, all counted", count=MOST_LINES)
+    figure.text(0.03, 0.012, foot, fontsize=FONT_PT, color=SOFT)
+
+
+# Construction lines, in the frame of the face --------------------------------------------------
+
+
+def _cone(angle_deg: float) -> Array:
+    """The small circle about vertical, pointing down."""
+    t = np.linspace(0.0, 2.0 * np.pi, 181)
+    sine, cosine = np.sin(np.radians(angle_deg)), np.cos(np.radians(angle_deg))
+    return np.stack([sine * np.cos(t), sine * np.sin(t), np.full_like(t, -cosine)], axis=1)
+
+
+def _great_circle(dip_deg: float) -> Array:
+    """Of a plane that dips as the face does, but for its angle."""
+    t = np.linspace(-np.pi / 2, np.pi / 2, 91)
+    dip = np.radians(dip_deg)
+    return np.stack([np.cos(t) * np.cos(dip), np.sin(t), -np.cos(t) * np.sin(dip)], axis=1)
+
+
+def _daylight_envelope(dip_deg: float) -> Array:
+    """Poles of the planes whose line of dip lies in the face."""
+    x, y, z = _great_circle(dip_deg)[1:-1].T
+    flat = np.hypot(x, y)
+    centre = np.array([[0.0, 0.0, -1.0]])
+    return np.vstack([centre, np.stack([z * x / flat, z * y / flat, -flat], axis=1), centre])
+
+
+def _lateral_lines(face: SlopeFace) -> tuple[Array, ...]:
+    """Both lateral limits across the net: small circles about the strike, or planes."""
+    if face.lateral_deg >= 90.0:
+        return ()
+    t = np.linspace(0.0, np.pi, 91)
+    limit = np.radians(face.lateral_deg)
+    curves = []
+    for side in (1.0, -1.0):
+        if face.limits == "curved":
+            x, y = np.cos(t) * np.cos(limit), np.full_like(t, side * np.sin(limit))
+            z = -np.sin(t) * np.cos(limit)
+        else:
+            x, y, z = np.cos(t) * np.cos(limit), side * np.cos(t) * np.sin(limit), -np.sin(t)
+        curves.append(np.stack([x, y, z], axis=1))
+    return tuple(curves)

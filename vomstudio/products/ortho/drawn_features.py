@@ -1,0 +1,103 @@
+"""A project's features as vector data over an orthophoto: GeoPackage, SVG and DXF, in the
+coordinates in which the GeoTIFF lies in a GIS."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.products.ortho.interpretation import Item, flattened
+from vomstudio.products.ortho.planning import Plan
+from vomstudio.products.ortho.sheet import direction_in_words, end_labels
+from vomstudio.products.ortho.vector_drawing import (
+    Drawing,
+    shape_of,
+    svg_text,
+    write_dxf,
+    write_gpkg,
+)
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+FORMATS = ("gpkg", "svg", "dxf")
+SURFACE = "outcrop"
+
+
+def drawing_targets(image: str | Path) -> dict[str, Path]:
+    """NAME_drawing.gpkg, .svg and .dxf beside NAME.tif."""
+    path = Path(image)
+    return {form: path.with_name(f"{path.stem}_drawing.{form}") for form in FORMATS}
+
+
+def picture_id(facts: Mapping[str, Any]) -> str:
+    """By which a drawing is known to belong to a picture: 16 letters of the sha256 of its size and
+    of what its pixels mean."""
+    said = json.dumps([facts["width"], facts["height"], facts["pixel_to_world"]])
+    return hashlib.sha256(said.encode()).hexdigest()[:16]
+
+
+def mark_of(picture: str) -> str:
+    """What layers and drawings say of their picture."""
+    return f"VOM Studio picture {picture}"
+
+
+def draw_features(
+    items: tuple[Item, ...], plan: Plan, picture: npt.NDArray[np.uint8] | None
+) -> tuple[Drawing, int]:
+    """The features that lie within the picture, and how many lie beside it. Coordinates are World's
+    x and y on a picture straight down, else metres right and up of the reference point."""
+    frame, grid = plan.frame, plan.grid
+    up = 0.0 - frame.down
+    low = np.array([grid.left, -grid.top - grid.height * grid.gsd])
+    high = np.array([grid.left + grid.width * grid.gsd, -grid.top])
+    shapes, beside = [], 0
+    for item in items:
+        flat = flattened(item, plan.reference, frame.right, up)
+        assert flat is not None
+        inside = (flat.points >= low) & (flat.points <= high)
+        if inside.all(axis=1).any():
+            shapes.append(shape_of(flat))
+        else:
+            beside += 1
+    unit = "m" if plan.view.metric else tr("units")
+    axes = (tr("right ({unit})", unit=unit), tr("up ({unit})", unit=unit))
+    shift = np.zeros(2)
+    if is_straight_down(plan):
+        shift = np.asarray(plan.reference[:2])
+        axes = (tr("x, East ({unit})", unit=unit), tr("y, North ({unit})", unit=unit))
+    moved = tuple(replace(shape, points=shape.points + shift) for shape in shapes)
+    left, right, _ = end_labels(plan.view)
+    drawing = Drawing(
+        moved,
+        np.stack([low, high]) + shift,
+        (left, right),
+        axes,
+        (direction_in_words(plan.view),),
+        picture,
+        plan.view.metric,
+    )
+    return drawing, beside
+
+
+def is_straight_down(plan: Plan) -> bool:
+    """Only there are the picture's right and up East and North."""
+    return plan.frame.is_vertical and bool(plan.frame.direction[2] < 0)
+
+
+def write_drawings(
+    parts: Mapping[str, Path], drawing: Drawing, crs: str | None, picture: str
+) -> None:
+    """parts : where each format is written; crs : of the GeoTIFF. Raises TargetError."""
+    mark = mark_of(picture)
+    write_gpkg(parts["gpkg"], drawing, crs, mark)
+    text = svg_text(drawing).replace("<g", f"<desc>{mark}</desc>\n<g", 1)
+    parts["svg"].write_text(text, "utf-8")
+    write_dxf(parts["dxf"], drawing, mark)

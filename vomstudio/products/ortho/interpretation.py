@@ -1,0 +1,143 @@
+"""A project's features as they look on a plane: their lines, and the apparent dips of planes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.measurement_cache import Measurements
+from vomstudio.document.records import Feature, FeatureType, Record
+from vomstudio.geology.orientation import lines_to_vectors, planes_to_normals
+from vomstudio.io.project.export import refuse_empty, thresholds_of
+from vomstudio.io.project.journal import read_replay
+from vomstudio.tables.project_layers import project_layers
+from vomstudio.tables.project_table import project_table
+
+Array = npt.NDArray[np.float64]
+Form = Literal["point", "line", "ring"]
+
+NO_COLOR = "#404040"
+EDGE_ON_DEG = 1e-6
+"""A plane that is parallel to the section within this has no trace on it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Item:
+    """A feature in World. form : of `points` (n, 3); normal : (3,) of a plane, upward, None of
+    everything else"""
+
+    layer: str
+    form: Form
+    points: Array
+    id: str
+    name: str
+    kind: str
+    set: str
+    color: str
+    normal: Array | None = None
+    dip_direction_deg: float | None = None
+    dip_deg: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Flat:
+    """An item on a plane. points : (n, 2) metres right and up; away : (n,) metres from the plane
+    toward the viewer; apparent_dip_deg : of a plane, -90 to 90 from the horizontal of the picture,
+    positive where it goes down to the right, None where the plane is parallel to it"""
+
+    item: Item
+    points: Array
+    away: Array
+    apparent_dip_deg: float | None
+
+
+def read_items(folder: Path) -> tuple[Item, ...]:
+    """All features of a project that have a place, which may be open in a window. Raises
+    InputError where it is no project, or has none."""
+    kept = read_replay(folder)
+    refuse_empty(kept.records, folder)
+    return items_of(kept.records, Measurements(thresholds_of(kept.settings)))
+
+
+def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple[Item, ...]:
+    types = {r.id: r for r in records.values() if isinstance(r, FeatureType)}
+    table = project_table(records, measurements)
+    colors = {}
+    for record in records.values():
+        if isinstance(record, Feature):
+            kind = types.get(getattr(record, "type_id", ""))
+            colors[record.id] = NO_COLOR if kind is None else kind.color
+    found: list[Item] = []
+    for layer in project_layers(records, table, measurements):
+        columns = layer.columns
+        for k, shape in enumerate(layer.shapes):
+            said = {name: values[k] for name, values in columns.items()}
+            normal = dd = dip = None
+            if layer.name == "planes" and math.isfinite(said["dip_deg"]):
+                dd, dip = float(said["dip_direction_deg"]), float(said["dip_deg"])
+                normal = planes_to_normals(dd, dip)
+            text = {key: str(said.get(key) or "") for key in ("id", "name", "kind", "set")}
+            color = colors.get(text["id"], NO_COLOR)
+            found.append(
+                Item(layer.name, layer.kind, shape, **text, color=color, normal=normal,
+                     dip_direction_deg=dd, dip_deg=dip)
+            )  # fmt: skip
+    return tuple(found)
+
+
+def items_of_table(places: Array, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:
+    """Planes of an orientation table. places : (n, 3) World."""
+    return tuple(
+        Item(
+            "planes", "point", np.asarray([place]), str(row["id"]),
+            str(row.get("name") or row["id"]),
+            str(row.get("kind") or ""), str(row.get("set") or ""), NO_COLOR,
+            planes_to_normals(row["dip_direction_deg"], row["dip_deg"]),
+            row["dip_direction_deg"], row["dip_deg"],
+        )
+        for place, row in zip(places, rows, strict=True)
+    )  # fmt: skip
+
+
+def apparent_dip_deg(normal: Array, right: Array, up: Array) -> float | None:
+    """Of a plane with this normal on a picture: the angle of the line in which it meets the picture
+    from `right`, -90 to 90, positive where it goes down to the right.
+
+    On a vertical picture that is the apparent dip, tan a = tan d sin b, with b between the
+    plane's strike and the picture's.
+    """
+    # The line's components right and up are at right angles to the normal's.
+    x, y = float(normal @ up), -float(normal @ right)
+    if math.hypot(x, y) < math.sin(math.radians(EDGE_ON_DEG)):
+        return None
+    if x < 0 or (x == 0 and y > 0):
+        x, y = -x, -y
+    return math.degrees(math.atan2(-y, x)) + 0.0
+
+
+def flattened(
+    item: Item, origin: Array, right: Array, up: Array, along: Array | None = None
+) -> Flat | None:
+    """An item projected onto the plane through `origin` that right and up span, at right angles or
+    along the direction `along` (3,); None where the direction lies in the plane."""
+    toward = np.cross(right, up)
+    away = (item.points - origin) @ toward
+    points = item.points - origin
+    if along is not None:
+        share = float(along @ toward)
+        if abs(share) < 1e-6:
+            return None
+        points = points - (away / share)[:, None] * along
+    flat = np.stack([points @ right, points @ up], axis=1)
+    dip = None if item.normal is None else apparent_dip_deg(item.normal, right, up)
+    return Flat(item, flat, away, dip)
+
+
+def projection_vector(trend_deg: float, plunge_deg: float) -> Array:
+    return np.asarray(lines_to_vectors(trend_deg, plunge_deg), np.float64).reshape(3)

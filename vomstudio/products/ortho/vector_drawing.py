@@ -1,0 +1,269 @@
+"""Drawings to scale in a plane: SVG with a frame, DXF with layers, GeoPackage."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.units import bar_text, round_length
+from vomstudio.io.gis import dxf
+from vomstudio.io.gis.layer_writing import write_layer
+from vomstudio.products.ortho.interpretation import Flat
+
+Array = npt.NDArray[np.float64]
+
+INK = "#141414"
+LONGEST_MM = 250.0
+"""Of the longer side of what is drawn, on paper."""
+MARGIN_MM = 18.0
+_TEXT_MM = 3.2
+DIP_TICK_MM = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """points : (n, 2) metres right and up; of a single point `dip_deg` is the tick that is drawn,
+    down to the right; values : what files with columns say of it"""
+
+    layer: str
+    points: Array
+    color: str = INK
+    closed: bool = False
+    label: str = ""
+    dip_deg: float | None = None
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """bounds : (2, 2) lowest and highest corner, metres; ends : at the left and at the right;
+    axes : names of the two directions; title : lines of text below; picture :
+    (h, w, 4) uint8 that fills the bounds"""
+
+    shapes: tuple[Shape, ...]
+    bounds: Array
+    ends: tuple[str, str]
+    axes: tuple[str, str]
+    title: tuple[str, ...] = ()
+    picture: npt.NDArray[np.uint8] | None = None
+    metric: bool = True
+
+    @property
+    def layers(self) -> list[str]:
+        return list(dict.fromkeys(shape.layer for shape in self.shapes))
+
+
+def shape_of(flat: Flat) -> Shape:
+    """As it is drawn: a plane with its name and apparent dip; a line is named by its plane."""
+    item, dip = flat.item, flat.apparent_dip_deg
+    label = item.name if item.form == "point" else ""
+    if item.normal is not None and dip is not None:
+        label = f"{item.name} {abs(dip):.0f}°" if item.name else f"{abs(dip):.0f}°"
+    return Shape(
+        item.layer, flat.points, item.color, item.form == "ring", label, dip,
+        {
+            "id": item.id, "name": item.name, "kind": item.kind, "set": item.set,
+            "dip_direction_deg": item.dip_direction_deg, "dip_deg": item.dip_deg,
+            "apparent_dip_deg": dip, "away_m": float(flat.away.mean()),
+        },
+    )  # fmt: skip
+
+
+def paper_scale(bounds: Array) -> int:
+    """The 1 in so many that puts the longer side on paper: 1, 2, 2.5 or 5 times a power of ten."""
+    longest = max(float((bounds[1] - bounds[0]).max()), 1e-6)
+    least = longest * 1000 / LONGEST_MM
+    power = 10.0 ** math.floor(math.log10(least))
+    found = next(power * k for k in (1, 2, 2.5, 5, 10) if power * k >= least * (1 - 1e-9))
+    return max(1, round(found))
+
+
+def ticks_over(low: float, high: float) -> Array:
+    """Round numbers, some four to ten, within a range."""
+    step = round_length(max((high - low) / 4, 1e-12))
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return np.asarray(np.arange(first, last + 1) * step, np.float64)
+
+
+def svg_text(drawing: Drawing) -> str:
+    """The drawing in millimetres, 1 in `paper_scale`. The group `plane` holds everything in metres
+    of the plane, y down, so that its coordinates can be read as such."""
+    low, high = drawing.bounds
+    scale = paper_scale(drawing.bounds)
+    mm = 1000.0 / scale
+    width, height = ((high - low) * mm).tolist()
+    left, top = MARGIN_MM, MARGIN_MM
+    page = (
+        width + 2 * MARGIN_MM,
+        height + 2 * MARGIN_MM + (len(drawing.title) + 2) * 1.6 * _TEXT_MM,
+    )
+    matrix = (mm, mm, left - float(low[0]) * mm, top + float(high[1]) * mm)
+    out = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
+        'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" '
+        f'width="{page[0]:.3f}mm" height="{page[1]:.3f}mm" '
+        f'viewBox="0 0 {page[0]:.3f} {page[1]:.3f}" font-family="sans-serif" '
+        f'font-size="{_TEXT_MM}">',
+        f'<g id="page"><rect width="{page[0]:.3f}" height="{page[1]:.3f}" fill="white"/></g>',
+    ]
+    place = f'transform="matrix({matrix[0]!r} 0 0 {matrix[1]!r} {matrix[2]!r} {matrix[3]!r})"'
+    if drawing.picture is not None:
+        out.append(
+            f'<image id="picture" x="{left:.6f}" y="{top:.6f}" width="{width:.6f}" '
+            f'height="{height:.6f}" preserveAspectRatio="none" '
+            f'xlink:href="data:image/png;base64,{_png(drawing.picture)}"/>'
+        )
+    out.append(f'<g id="plane" {place} stroke-width="{0.35 / mm:.6g}" fill="none">')
+    for layer in drawing.layers:
+        name = html.escape(layer, quote=True)
+        out.append(f'<g id="{name}" inkscape:groupmode="layer" inkscape:label="{name}">')
+        out += [_svg_shape(s, mm) for s in drawing.shapes if s.layer == layer]
+        out.append("</g>")
+    out.append("</g>")
+    out += _labels(drawing, matrix)
+    out += _frame(drawing, matrix, (left, top, width, height), scale)
+    return "\n".join([*out, "</svg>", ""])
+
+
+def _svg_shape(shape: Shape, mm: float) -> str:
+    title = html.escape(shape.label or str(shape.values.get("name", "")))
+    if len(shape.points) == 1:
+        x, y = (shape.points[0] * (1, -1)).tolist()
+        parts = [f'<circle cx="{x!r}" cy="{y!r}" r="{0.7 / mm:.6g}" fill="{shape.color}"/>']
+        if shape.dip_deg is not None:
+            a = math.radians(shape.dip_deg)
+            dx, dy = DIP_TICK_MM / mm * math.cos(a), DIP_TICK_MM / mm * math.sin(a)
+            parts.append(
+                f'<line x1="{x - dx!r}" y1="{y - dy!r}" x2="{x + dx!r}" y2="{y + dy!r}" '
+                f'stroke="{shape.color}"/>'
+            )
+        return "".join(parts)
+    at = " ".join(f"{x!r},{-y + 0.0!r}" for x, y in shape.points.tolist())
+    form = "polygon" if shape.closed else "polyline"
+    return f'<{form} points="{at}" stroke="{shape.color}"><title>{title}</title></{form}>'
+
+
+def _labels(drawing: Drawing, matrix: tuple[float, float, float, float]) -> list[str]:
+    sx, sy, tx, ty = matrix
+    found = []
+    for shape in drawing.shapes:
+        if shape.label:
+            x, y = shape.points[len(shape.points) // 2].tolist()
+            at = f'x="{x * sx + tx + 1.2:.3f}" y="{-y * sy + ty - 1.2:.3f}" font-size="2.6"'
+            words = html.escape(shape.label)
+            # A halo of its own: not every program knows paint-order.
+            halo = 'fill="white" stroke="white" stroke-width="0.6" stroke-linejoin="round"'
+            found.append(f"<text {at} {halo}>{words}</text>")
+            found.append(f'<text {at} fill="{shape.color}">{words}</text>')
+    return found
+
+
+def _frame(
+    drawing: Drawing,
+    matrix: tuple[float, float, float, float],
+    frame: tuple[float, float, float, float],
+    scale: int,
+) -> list[str]:
+    left, top, width, height = frame
+    sx, sy, tx, ty = matrix
+    low, high = drawing.bounds
+    box = f'x="{left:.3f}" y="{top:.3f}" width="{width:.3f}" height="{height:.3f}"'
+    out = [
+        f'<g id="frame" stroke="{INK}" stroke-width="0.25" fill="{INK}">',
+        f'<rect {box} fill="none"/>',
+    ]
+
+    def text(x: float, y: float, words: str, anchor: str, more: str = "") -> None:
+        out.append(
+            f'<text x="{x:.3f}" y="{y:.3f}" text-anchor="{anchor}" stroke="none" {more}>'
+            f"{html.escape(words)}</text>"
+        )
+
+    bottom = top + height
+    for value in ticks_over(float(low[0]), float(high[0])):
+        x = value * sx + tx
+        out.append(f'<line x1="{x:.3f}" y1="{bottom:.3f}" x2="{x:.3f}" y2="{bottom + 1.5:.3f}"/>')
+        text(x, bottom + 5, f"{value:g}", "middle")
+    for value in ticks_over(float(low[1]), float(high[1])):
+        y = -value * sy + ty
+        out.append(f'<line x1="{left - 1.5:.3f}" y1="{y:.3f}" x2="{left:.3f}" y2="{y:.3f}"/>')
+        text(left - 2.2, y + 1.1, f"{value:g}", "end")
+    bold = 'font-weight="bold"'
+    text(left, top - 3, drawing.ends[0], "start", bold)
+    text(left + width, top - 3, drawing.ends[1], "end", bold)
+    text(left + width / 2, bottom + 9.5, drawing.axes[0], "middle")
+    text(4.5, top + height / 2, drawing.axes[1], "middle",
+         f'transform="rotate(-90 4.5 {top + height / 2:.3f})"')  # fmt: skip
+    length = round_length(0.25 * float(high[0] - low[0]))
+    y = bottom + 14
+    out.append(f'<rect x="{left:.3f}" y="{y:.3f}" width="{length * sx:.3f}" height="1.2"/>')
+    said = bar_text(length, metric=drawing.metric)
+    text(left + length * sx + 2, y + 1.6, f"{said}, 1 : {scale:,}".replace(",000", " 000"), "start")
+    for k, line in enumerate(drawing.title):
+        text(left, y + 7 + 1.6 * _TEXT_MM * k, line, "start")
+    out.append("</g>")
+    return out
+
+
+def _png(picture: npt.NDArray[np.uint8]) -> str:
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(picture).save(file, "PNG")
+    return base64.b64encode(file.getvalue()).decode("ascii")
+
+
+def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
+    """A layer for each layer, coordinates metres right and up; columns as extended data."""
+    names = dxf.layer_names(drawing.layers)
+    colors = {
+        names[layer]: dxf.color_number(next(s.color for s in drawing.shapes if s.layer == layer))
+        for layer in drawing.layers
+    }
+    bounds = np.column_stack([drawing.bounds, np.zeros(2)])
+    with open(part, "w", encoding="ascii", newline="\r\n") as file:
+        out = dxf.Drawing(file, colors, bounds, comment or " - ".join(drawing.ends))
+        for shape in drawing.shapes:
+            points = np.column_stack([shape.points, np.zeros(len(shape.points))])
+            values = {**shape.values, "label": shape.label}
+            if len(points) == 1:
+                out.point(points[0], names[shape.layer], values)
+            else:
+                out.polyline(points, names[shape.layer], values, shape.closed)
+        out.close()
+
+
+def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described: str) -> None:
+    """A layer for each layer and form of geometry. described : of every layer. Raises
+    TargetError."""
+    import shapely
+
+    part.unlink(missing_ok=True)
+    append = False
+    for layer in drawing.layers:
+        shapes = [shape for shape in drawing.shapes if shape.layer == layer]
+        single = len(shapes[0].points) == 1
+        kind = "Point" if single else "Polygon" if shapes[0].closed else "LineString"
+        make = {"Point": shapely.points, "Polygon": shapely.polygons}.get(kind, shapely.linestrings)
+        geometry = np.empty(len(shapes), object)
+        for k, shape in enumerate(shapes):
+            geometry[k] = make(shape.points[0] if single else shape.points)
+        columns = {}
+        for name in dict.fromkeys(key for shape in shapes for key in shape.values):
+            values = [shape.values.get(name) for shape in shapes]
+            if all(v is None or isinstance(v, int | float) for v in values):
+                columns[name] = np.array([math.nan if v is None else v for v in values], float)
+            else:
+                columns[name] = np.array([v or "" for v in values], object)
+        write_layer(part, layer, kind, geometry, columns, crs, described=described, append=append)
+        append = True

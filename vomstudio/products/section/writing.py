@@ -1,0 +1,310 @@
+"""A section as a table, a drawing for CAD or a figure, and what is said of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError, UsageError
+from vomstudio.files.atomic import atomic_group, check_target
+from vomstudio.products.ortho.interpretation import Flat, Item, flattened
+from vomstudio.products.ortho.sheet import wind
+from vomstudio.products.ortho.vector_drawing import (
+    Drawing,
+    Shape,
+    shape_of,
+    svg_text,
+    write_dxf,
+)
+from vomstudio.products.section.curtain import Curtain
+from vomstudio.products.section.cutting import Cut
+from vomstudio.version import __version__
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+ENDINGS = (".csv", ".dxf", ".svg")
+_SURFACE = "section"
+FEATURE_COLUMNS = (
+    "layer", "id", "name", "kind", "set", "point", "distance_m", "height_m", "away_m",
+    "dip_direction_deg", "dip_deg", "apparent_dip_deg",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SectionFigures:
+    """What is said of a section.
+
+    length_m : of all its lines together; polylines : how many; points : of the lines, or of the
+        cloud in the slab; slab_m : its thickness, None for a mesh
+    dip_direction_deg, dip_deg : of the section's plane, None along a line with bends
+    left_deg, right_deg : azimuths of its ends
+    features : how many were projected onto it; left_out : how many lay too far from it
+    """
+
+    length_m: float
+    polylines: int
+    points: int
+    slab_m: float | None
+    dip_direction_deg: float | None
+    dip_deg: float | None
+    left_deg: float
+    right_deg: float
+    features: int
+    left_out: int
+
+
+@dataclass(frozen=True)
+class WrittenSection:
+    """file, features_file : what was written; figures : of the section; warnings : sentences"""
+
+    file: str
+    figures: SectionFigures
+    features_file: str | None
+    warnings: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        whole = asdict(self)
+        return {"file": whole.pop("file"), **whole.pop("figures"), **whole}
+
+
+def format_of(path: str | Path) -> str:
+    """Raises UsageError for another ending."""
+    ending = Path(path).suffix.lower()
+    if ending not in ENDINGS:
+        raise UsageError(
+            tr("A section is written as .csv, .dxf or .svg. Give its name one of these endings."),
+            file=path,
+            field="--output",
+        )
+    return ending
+
+
+def targets_of(path: str | Path, has_features: bool) -> list[Path]:
+    """A table has the projected features in NAME_features.csv; drawings hold them."""
+    out = Path(path)
+    beside = out.with_name(f"{out.stem}_features.csv")
+    return [out, beside] if has_features and format_of(path) == ".csv" else [out]
+
+
+def check_targets(path: str | Path, has_features: bool, *, force: bool) -> None:
+    for target in targets_of(path, has_features):
+        check_target(target, force=force)
+
+
+def project_items(
+    items: tuple[Item, ...], curtain: Curtain, along: Array | None, within: float | None
+) -> tuple[tuple[Flat, ...], int]:
+    """Features on the section, and how many were left out: too far from it, or not before any of
+    its panels. along : (3,) direction of projection, None at right angles. Raises UsageError where
+    it lies in the section."""
+    found: list[Flat] = []
+    left_out = 0
+    for item in items:
+        best: Flat | None = None
+        for panel in curtain.panels:
+            flat = flattened(item, panel.origin, panel.right, panel.up, along)
+            if flat is None:
+                continue
+            x = float(flat.points[:, 0].mean())
+            if not panel.low <= x <= panel.high:
+                continue
+            if best is None or np.abs(flat.away).mean() < np.abs(best.away).mean():
+                shift = np.array([panel.start, panel.level])
+                best = Flat(item, flat.points + shift, flat.away, flat.apparent_dip_deg)
+        if best is None or (within is not None and float(np.abs(best.away).mean()) > within):
+            left_out += 1
+        else:
+            found.append(best)
+    return tuple(found), left_out
+
+
+def check_projection(curtain: Curtain, along: Array | None) -> None:
+    """Raises UsageError for a direction that lies in the section."""
+    if along is not None and all(abs(float(along @ p.normal)) < 1e-6 for p in curtain.panels):
+        raise UsageError(
+            tr("The direction of projection lies in the section. Choose one that meets it."),
+            field="--along",
+        )
+
+
+def figures_of(
+    cut: Cut, curtain: Curtain, flats: tuple[Flat, ...], left_out: int
+) -> SectionFigures:
+    """Raises InputError where the section misses the model."""
+    if not cut.lines:
+        if cut.points is not None and cut.slab_m is not None:
+            raise InputError(
+                tr(
+                    "{count} points lie within {half:.3g} m of the section, too few for a line. "
+                    "Move the section or give a thicker slab with --slab.",
+                    count=cut.points,
+                    half=cut.slab_m / 2,
+                )
+            )
+        raise InputError(
+            tr("The section does not meet the model. Check the plane and the point or the line.")
+        )
+    plane = curtain.plane
+    left, right = curtain.ends
+    return SectionFigures(
+        cut.length_m,
+        len(cut.lines),
+        sum(map(len, cut.lines)) if cut.points is None else cut.points,
+        cut.slab_m,
+        None if plane is None else plane.dip_direction_deg,
+        None if plane is None else plane.dip_deg,
+        left,
+        right,
+        len(flats),
+        left_out,
+    )
+
+
+def write_section(
+    path: str | Path,
+    cut: Cut,
+    curtain: Curtain,
+    figures: SectionFigures,
+    flats: tuple[Flat, ...] = (),
+    *,
+    crs: str | None = None,
+    model: str = "",
+    metric: bool = True,
+    north_known: bool = True,
+    warnings: tuple[str, ...] = (),
+    force: bool = False,
+) -> WrittenSection:
+    """Write one file, whole or not at all; a table of features beside a table. Raises UsageError,
+    TargetError."""
+    ending = format_of(path)
+    targets = targets_of(path, bool(flats))
+    with atomic_group(targets, force) as parts:
+        if ending == ".csv":
+            head = _head(curtain, crs, model, figures)
+            parts[0].write_text(head + _lines_table(cut), "utf-8")
+            if flats:
+                parts[1].write_text(head + _features_table(flats), "utf-8")
+        else:
+            drawing = section_drawing(
+                cut, curtain, flats, metric=metric, north_known=north_known, model=model
+            )
+            if ending == ".svg":
+                parts[0].write_text(svg_text(drawing), "utf-8")
+            else:
+                write_dxf(parts[0], drawing)
+    beside = str(targets[1]) if len(targets) > 1 else None
+    return WrittenSection(str(path), figures, beside, warnings)
+
+
+def section_drawing(
+    cut: Cut,
+    curtain: Curtain,
+    flats: tuple[Flat, ...],
+    *,
+    metric: bool = True,
+    north_known: bool = True,
+    model: str = "",
+) -> Drawing:
+    shapes = [Shape(_SURFACE, line, values={"polyline": k + 1}) for k, line in enumerate(cut.lines)]
+    shapes += [shape_of(flat) for flat in flats]
+    every = np.concatenate([shape.points for shape in shapes])
+    low, high = every.min(axis=0), every.max(axis=0)
+    pad = max(0.05 * float((high - low).max()), 1e-3)
+    ends = end_names(curtain, north_known)
+    unit = "m" if metric else tr("units")
+    height = (
+        tr("Z ({unit})", unit=unit) if curtain.vertical else tr("up the plane ({unit})", unit=unit)
+    )
+    return Drawing(
+        tuple(shapes),
+        np.stack([low - pad, high + pad]),
+        ends,
+        (tr("distance along the section ({unit})", unit=unit), height),
+        (section_words(curtain, cut), *([Path(model).name] if model else [])),
+        metric=metric,
+    )
+
+
+def end_names(curtain: Curtain, north_known: bool = True) -> tuple[str, str]:
+    """Of the left and the right end: "NW (315)"."""
+    left, right = curtain.ends
+    if not north_known:
+        a, b = (tr("{azimuth:03d}, local", azimuth=round(v) % 360) for v in (left, right))
+        return a, b
+    return wind(left), wind(right)
+
+
+def section_words(curtain: Curtain, cut: Cut) -> str:
+    plane = curtain.plane
+    if plane is None:
+        said = tr("Vertical section along a line of {count} pieces", count=len(curtain.panels))
+    else:
+        said = tr(
+            "Section along the plane {dd:03.0f}/{dip:.0f} (dip direction/dip, deg)",
+            dd=plane.dip_direction_deg,
+            dip=plane.dip_deg,
+        )
+    if cut.slab_m is not None:
+        said += "; " + tr("points of a slab {slab:.3g} m thick", slab=cut.slab_m)
+    return said
+
+
+def _head(curtain: Curtain, crs: str | None, model: str, figures: SectionFigures) -> str:
+    height = (
+        "height_m is Z" if curtain.vertical else "height_m counts up the plane from the given point"
+    )
+    rows = [
+        f"VOM Studio {__version__}, section of {Path(model).name}",
+        f"CRS: {crs or 'local'}; x East, y North, z Up, metres; azimuths to grid north",
+        f"distance_m along the section from {figures.left_deg:.2f} toward {figures.right_deg:.2f} "
+        f"deg; {height}",
+    ]
+    if figures.dip_deg is not None:
+        rows.append(
+            f"plane: dip direction {figures.dip_direction_deg:.4f}, dip {figures.dip_deg:.4f}"
+        )
+    if figures.slab_m is not None:
+        rows.append(f"points within {figures.slab_m / 2:.6g} m of the section on either side")
+    return "".join(f"# {row}\n" for row in rows)
+
+
+def _lines_table(cut: Cut) -> str:
+    rows = ["polyline,distance_m,height_m,x,y,z"]
+    for k, (line, world) in enumerate(zip(cut.lines, cut.world, strict=True)):
+        rows += [
+            f"{k + 1},{s:.6f},{t:.6f},{x:.6f},{y:.6f},{z:.6f}"
+            for (s, t), (x, y, z) in zip(line.tolist(), world.tolist(), strict=True)
+        ]
+    return "\n".join(rows) + "\n"
+
+
+def _features_table(flats: tuple[Flat, ...]) -> str:
+    import csv
+    import io
+
+    file = io.StringIO()
+    out = csv.writer(file, lineterminator="\n")
+    out.writerow(FEATURE_COLUMNS)
+    for flat in flats:
+        item = flat.item
+        names = [_guarded(word) for word in (item.layer, item.id, item.name, item.kind, item.set)]
+        angles = (item.dip_direction_deg, item.dip_deg, flat.apparent_dip_deg)
+        for k, ((s, t), away) in enumerate(
+            zip(flat.points.tolist(), flat.away.tolist(), strict=True)
+        ):
+            out.writerow(
+                [*names, k + 1, f"{s:.6f}", f"{t:.6f}", f"{away:.6f}",
+                 *("" if a is None or not math.isfinite(a) else f"{a:.4f}" for a in angles)]
+            )  # fmt: skip
+    return file.getvalue()
+
+
+def _guarded(text: str) -> str:
+    """A word that a spreadsheet would take for a formula has a ' before it."""
+    return f"'{text}" if text[:1] in tuple("=+-@\t\r'") and text else text

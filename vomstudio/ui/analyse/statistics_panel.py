@@ -1,0 +1,236 @@
+"""The statistics dock: what is said of the selection, a type or a set, with n and methods named."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QGuiApplication, QPaintEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QTextBrowser, QToolButton, QVBoxLayout, QWidget
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.kinds import kind_of
+from vomstudio.document.records import FeatureType, Record, Typed
+from vomstudio.document.registration_errors import model_of, turns_of
+from vomstudio.errors import VomError
+from vomstudio.ui.analyse.statistics_words import Rows, domain_rows, fold_rows, statistics_rows
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.number_formatting import natural
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.geology.folds import FoldAxis
+    from vomstudio.geology.orientation import Plane
+
+_SOON_MS = 120
+_SELECTED = ("selection", "", "")
+
+Choice = tuple[str, str, str]
+"""What is described: "selection", or "type" with the id of a type and "", or "set" with the name of
+a set of it."""
+
+
+class StatisticsPanel(QWidget):
+    """Figures of one group of features. Kinds are never pooled, except where the user selects
+    them, and then it is said."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        explain(self, "numbers.md#means-and-fold-axes")
+        self._studio = studio
+        self._stale = True
+        self.of = ComboBox()
+        self.of.setAccessibleName(tr("Statistics of"))
+        self.of.activated.connect(lambda _: self.refresh())
+        self.figures = QTextBrowser()
+        self.figures.setAccessibleName(tr("Statistics"))
+        self._plain = ""
+        self.copy = QToolButton()
+        self.copy.setIcon(theme.icon("content-copy"))
+        self.copy.setToolTip(tr("Copy the figures as text"))
+        self.copy.setAccessibleName(tr("Copy the figures as text"))
+        self.copy.clicked.connect(lambda: QGuiApplication.clipboard().setText(self._plain))
+        row = QHBoxLayout()
+        row.setContentsMargins(6, 4, 6, 2)
+        label = QLabel(tr("Of"))
+        label.setBuddy(self.of)
+        row.addWidget(label)
+        row.addWidget(self.of, 1)
+        row.addWidget(self.copy)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addLayout(row)
+        column.addWidget(self.figures, 1)
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(_SOON_MS)
+        self._timer.timeout.connect(self.refresh)
+        studio.project_opened.connect(self._soon)
+        studio.settings_changed.connect(self._soon)
+        studio.edited.connect(self._edited)
+        studio.selection_changed.connect(lambda _: self._selected())
+        self._soon()
+
+    def _soon(self) -> None:
+        if not self._timer.isActive():
+            self._timer.start()
+
+    def _edited(self, edit: Edit) -> None:
+        if self._studio.affected(edit):
+            self._soon()
+
+    def _selected(self) -> None:
+        if self._choice() == _SELECTED:
+            self._soon()
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
+        super().paintEvent(event)
+        if self._stale:
+            self._soon()
+
+    def _choice(self) -> Choice:
+        data = self.of.currentData()
+        return _SELECTED if data is None else data
+
+    def refresh(self) -> None:
+        """Anew, unless nobody sees it."""
+        self._stale = self.visibleRegion().isEmpty()
+        if self._stale:
+            return
+        self._list_groups()
+        features = self._features(self._choice())
+        pages = [*self._of_kind(features, "plane"), *self._of_kind(features, "line")]
+        if not pages:
+            self._plain = ""
+            self.figures.setPlainText(_empty(self._choice()))
+        else:
+            self._plain = "\n\n".join(_plain(title, rows) for title, rows in pages)
+            self.figures.setHtml("".join(_html(title, rows) for title, rows in pages))
+        self.copy.setEnabled(bool(pages))
+
+    def _list_groups(self) -> None:
+        """The groups that there are; the one that was chosen stays, where it is still there."""
+        chosen = self._choice()
+        groups: list[tuple[str, Choice]] = [(tr("Selection"), _SELECTED)]
+        features = [f for f in self._studio.session.of(Typed) if kind_of(f).net is not None]
+        for type_ in self._studio.session.of(FeatureType):
+            own = [f for f in features if f.type_id == type_.id]
+            if not own:
+                continue
+            groups.append((type_.name, ("type", type_.id, "")))
+            names = sorted({f.set_name for f in own if f.set_name}, key=natural)
+            for name in names:
+                title = tr("{type}: {set}", type=type_.name, set=name)
+                groups.append((title, ("set", type_.id, name)))
+        shown = [(self.of.itemText(i), self.of.itemData(i)) for i in range(self.of.count())]
+        if shown == groups:
+            return
+        known = [choice for _, choice in groups]
+        self.of.clear()
+        for title, choice in groups:
+            self.of.addItem(title, choice)
+        if chosen in known and (shown or len(groups) == 1):
+            self.of.setCurrentIndex(known.index(chosen))
+        else:
+            self.of.setCurrentIndex(min(1, len(groups) - 1))
+
+    def _features(self, choice: Choice) -> list[Typed]:
+        of, type_id, name = choice
+        records = self._studio.records
+        if of == "selection":
+            found: list[Record | None] = [records.get(i) for i in self._studio.selection.ids]
+            return [f for f in found if isinstance(f, Typed) and kind_of(f).net is not None]
+        own = [f for f in self._studio.session.of(Typed) if f.type_id == type_id]
+        return [
+            f for f in own if kind_of(f).net is not None and (of == "type" or f.set_name == name)
+        ]
+
+    def _of_kind(self, features: Sequence[Typed], geometry: str) -> list[tuple[str, Rows]]:
+        """Titles with their rows: of the planes, or of the lines, and of the fold of the planes."""
+        import numpy as np
+
+        from vomstudio.geology.folds import fold_axis
+        from vomstudio.geology.populations.set_statistics import set_statistics
+
+        measured = self._studio.measured(f.id for f in features)
+        own = [f for f in features if getattr(measured[f.id], geometry) is not None]
+        if not own:
+            return []
+        turns = turns_of(model_of(self._studio.records, f) for f in own)
+        notation = self._studio.settings.notation
+        if geometry == "line":
+            lines = [line for f in own if (line := measured[f.id].line) is not None]
+            vectors = np.array([line.vector() for line in lines])
+            found = set_statistics(vectors, "lines", turns=turns)
+            return [(tr("Lines"), statistics_rows(found, notation))]
+        planes = [plane for f in own if (plane := measured[f.id].plane) is not None]
+        vectors = -np.array([plane.normal() for plane in planes])
+        rows = statistics_rows(set_statistics(vectors, turns=turns), notation)
+        pooled = self._pooled(own)
+        pages = [(tr("Planes"), [*pooled, *rows])]
+        if len(planes) > 2 and not pooled:
+            try:
+                axis = fold_axis(
+                    [p.dip_direction_deg for p in planes], [p.dip_deg for p in planes], turns
+                )
+                pages.insert(0, (tr("As a fold"), fold_rows(axis, notation)))
+                pages[1:1] = _domains([f.set_name for f in own], planes, axis)
+            except VomError as error:
+                pages.insert(0, (tr("As a fold"), [(tr("Verdict"), error.message)]))
+        return pages
+
+    def _pooled(self, features: Sequence[Typed]) -> Rows:
+        kinds = {f.type_id for f in features}
+        if len(kinds) < 2:
+            return []
+        names = [k.name for k in self._studio.session.of(FeatureType) if k.id in kinds]
+        said = tr(
+            "{count} types are pooled ({types}): the mean of a mixture rarely means anything, and "
+            "no fold axis is sought",
+            count=len(kinds),
+            types=", ".join(names),
+        )
+        return [(tr("Mind"), said)]
+
+
+def _domains(
+    names: Sequence[str], planes: Sequence[Plane], axis: FoldAxis
+) -> list[tuple[str, Rows]]:
+    """The sets of a type as domains (hanging wall, footwall), where there are several."""
+    from vomstudio.geology.domains import domain_axes
+
+    members: dict[str, list[Plane]] = {}
+    for name, plane in zip(names, planes, strict=True):
+        members.setdefault(name or tr("no set"), []).append(plane)
+    if len(members) < 2:
+        return []
+    beds = {
+        name: ([p.dip_direction_deg for p in own], [p.dip_deg for p in own])
+        for name, own in sorted(members.items(), key=lambda item: natural(item[0]))
+    }
+    return [(tr("Its sets as domains"), domain_rows(*domain_axes(beds, axis)))]
+
+
+def _empty(choice: Choice) -> str:
+    if choice == _SELECTED:
+        return tr("Select planes or lines, or choose a type above.")
+    return tr("None of these features has an orientation.")
+
+
+def _html(title: str, rows: Rows) -> str:
+    cells = "".join(
+        f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
+        f"<td style='padding:1px 2px'>{escape(said)}</td></tr>"
+        for name, said in rows
+    )
+    return f"<p style='margin:4px'><b>{escape(title)}</b></p><table width='100%'>{cells}</table>"
+
+
+def _plain(title: str, rows: Rows) -> str:
+    return "\n".join([title, *(f"{name}\t{said}" for name, said in rows)])

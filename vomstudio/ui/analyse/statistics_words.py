@@ -1,0 +1,176 @@
+"""The statistics of a set and the verdict of a fold, in words and as rows for a panel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from vomstudio.geology.domains import DomainFigures, OneAxisFigures
+from vomstudio.geology.folds import FoldAxis
+from vomstudio.geology.notation import format_line, format_plane
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geology.populations.distributions import AxisConfidence, LineFigures
+from vomstudio.geology.populations.set_statistics import SetStatistics
+from vomstudio.words import tr, tr_n
+
+Rows = list[tuple[str, str]]
+
+
+def statistics_rows(found: SetStatistics, notation: str) -> Rows:
+    """Each figure with the method it is by."""
+    return [
+        (tr("Used"), _counted(found)),
+        *_fisher(found, notation),
+        *_kent(found),
+        *_tensor(found),
+        *_bingham(found),
+        (tr("Uniformity ({test})", test=found.uniformity.test), _uniform(found)),
+    ]
+
+
+def fold_rows(axis: FoldAxis, notation: str) -> Rows:
+    """Beta and the verdict with what it rests on."""
+    rows = [
+        (tr("Verdict"), tr("{verdict}; view along beta valid: {valid}", verdict=axis.verdict,
+                           valid=axis.valid)),
+        (tr("Beta"), _axis_within(axis)),
+        (tr("Pi-plane"), format_plane(axis.pi_plane, notation, 0)),
+    ]  # fmt: skip
+    if axis.limbs is not None:
+        limbs = axis.limbs
+        first, second = (
+            format_plane(Plane(plane.dip_direction_deg, plane.dip_deg), notation, 0)
+            for plane in limbs.planes
+        )
+        axial = Plane(limbs.axial_plane.dip_direction_deg, limbs.axial_plane.dip_deg)
+        said = tr(
+            "{first} and {second}, {angle:.0f}° between them; axial plane {axial}",
+            first=first,
+            second=second,
+            angle=limbs.interlimb_angle_deg,
+            axial=format_plane(axial, notation, 0),
+        )
+        rows.append((tr("Limbs"), said))
+    if axis.leave_one_out is not None:
+        said = tr(
+            "without one plane beta turns by {turn:.1f}° at most", turn=axis.leave_one_out.turn_deg
+        )
+        rows.append((tr("Leave one out"), said))
+    return [*rows, *((("•"), reason) for reason in axis.reasons)]
+
+
+def domain_rows(domains: Mapping[str, DomainFigures], one: OneAxisFigures) -> Rows:
+    """Each domain's own axis, and whether one serves all."""
+    rows = []
+    for name, domain in domains.items():
+        if domain.axis is None:
+            said = tr("n = {n}: {reason}", n=domain.n, reason=domain.reason)
+        else:
+            beta = domain.axis.beta
+            said = tr(
+                "n = {n}: beta {line}; {verdict}; valid: {valid}",
+                n=domain.n,
+                line=format_line(Line(beta.trend_deg, beta.plunge_deg), 0),
+                verdict=domain.axis.verdict,
+                valid=domain.axis.valid,
+            )
+        rows.append((name, said))
+    return [*rows, *(("•", reason) for reason in one.reasons)]
+
+
+def _counted(found: SetStatistics) -> str:
+    if found.of == "poles":
+        return tr_n("{count} pole of a plane", "{count} poles of planes", found.n)
+    return tr_n("{count} line", "{count} lines", found.n)
+
+
+def _fisher(found: SetStatistics, notation: str) -> Rows:
+    fisher = found.fisher
+    if fisher is None:
+        return [(tr("Mean (Fisher)"), tr("none: {reason}", reason=found.fisher_reason))]
+    line = Line(fisher.trend_deg, fisher.plunge_deg)
+    said = format_line(line, 0)
+    if found.of == "poles":
+        said = format_plane(line.normal_plane(), notation, 0)
+    if fisher.alpha95_deg is not None:
+        said = tr("{mean} ± {alpha:.1f}° (alpha95)", mean=said, alpha=fisher.alpha95_deg)
+    if fisher.kappa is not None:
+        said = tr("{said}, kappa {kappa:.1f}", said=said, kappa=fisher.kappa)
+    rows = [(tr("Mean (Fisher)"), said + _fit(fisher.fit_p))]
+    if fisher.registration_error_deg is not None and fisher.total95_deg is not None:
+        said = tr(
+            "{registration:.1f}° (95 %), with alpha95 {total:.1f}°",
+            registration=fisher.registration_error_deg,
+            total=fisher.total95_deg,
+        )
+        rows.append((tr("Registration"), said))
+    return rows
+
+
+def _kent(found: SetStatistics) -> Rows:
+    kent = found.kent
+    if kent is None:
+        return []
+    said = tr(
+        "{largest:.1f} × {smallest:.1f}° about the mean (joint 95 %), longest toward {major}",
+        largest=kent.max_confidence95_deg,
+        smallest=kent.min_confidence95_deg,
+        major=_line(kent.major),
+    )
+    return [(tr("Elongated (Kent)"), said + _fit(kent.fit_p))]
+
+
+def _tensor(found: SetStatistics) -> Rows:
+    s1, s2, s3 = found.tensor.eigenvalues
+    rows = [(tr("Tensor"), f"S1 {s1:.3f}, S2 {s2:.3f}, S3 {s3:.3f}")]
+    named = zip(("1", "2", "3"), found.tensor.axes, found.tensor.confidence95, strict=True)
+    rows += [(tr("Axis {number}", number=k), _line(axis) + _within(of)) for k, axis, of in named]
+    point, girdle, random = found.vollmer.P, found.vollmer.G, found.vollmer.R
+    rows.append((tr("Shape (Vollmer)"), f"P {point:.2f}, G {girdle:.2f}, R {random:.2f}"))
+    if found.woodcock.K is not None and found.woodcock.C is not None:
+        said = f"K {found.woodcock.K:.2f}, C {found.woodcock.C:.2f}"
+        rows.append((tr("Shape (Woodcock)"), said))
+    return rows
+
+
+def _bingham(found: SetStatistics) -> Rows:
+    bingham = found.bingham
+    if bingham is None:
+        return [("Bingham", tr("none: {reason}", reason=found.bingham_reason))]
+    return [("Bingham", f"k1 {bingham.k1:.1f}, k2 {bingham.k2:.1f}" + _fit(bingham.fit_p))]
+
+
+def _uniform(found: SetStatistics) -> str:
+    p = found.uniformity.p
+    if p is None:
+        return tr("not tested: fewer than 5")
+    return f"p {_chance(p)}"
+
+
+def _axis_within(axis: FoldAxis) -> str:
+    said = format_line(axis.beta, 0)
+    if axis.error95_deg is None:
+        return said
+    return tr("{line} ± {error:.1f}° (95 %)", line=said, error=axis.error95_deg)
+
+
+def _within(of: AxisConfidence | None) -> str:
+    if of is None or of.max_deg >= 45.0:
+        return ""
+    return tr(" ± {largest:.1f} × {smallest:.1f}° (95 %)", largest=of.max_deg, smallest=of.min_deg)
+
+
+def _line(figures: LineFigures) -> str:
+    return format_line(Line(figures.trend_deg, figures.plunge_deg), 0)
+
+
+def _fit(p: float | None) -> str:
+    """Whether the model describes the data, in words: a p value alone is easily read wrongly."""
+    if p is None:
+        return ""
+    if p < 0.05:
+        return tr(" – does not fit (p {p})", p=_chance(p))
+    return tr(" – fits (p {p})", p=_chance(p))
+
+
+def _chance(p: float) -> str:
+    return "< 0.001" if p < 0.001 else f"= {p:.3f}"

@@ -1,0 +1,52 @@
+"""A combo box of what a trace follows between clicks."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker
+
+from vomstudio.tools.trace import TraceTool
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.words import to_translate, tr
+
+_COSTS = (
+    (None, to_translate("nothing: straight between clicks")),
+    ("colour", to_translate("colour like that at the clicks")),
+    ("dark", to_translate("dark")),
+    ("light", to_translate("light")),
+    ("gradient", to_translate("edges of lightness")),
+    ("curvature", to_translate("edges of the surface")),
+)
+
+
+class FollowBox(ComboBox):
+    """`currentData` is a cost, None for none; the fields of the open models stand below."""
+
+    def __init__(self, studio: Studio, tool: TraceTool) -> None:
+        super().__init__()
+        self.setObjectName("trace_follow")
+        self._studio, self._tool = studio, tool
+        self._shown: tuple[str, ...] | None = None
+        self.refresh()
+        self.currentIndexChanged.connect(lambda _: self._tool.follow(self.currentData()))
+
+    def refresh(self) -> None:
+        """Show what the tool follows now."""
+        fields = tuple(
+            sorted({name for one in self._studio.models.values() for name in one.data.fields})
+        )
+        with QSignalBlocker(self):
+            if fields != self._shown:
+                self._shown = fields
+                self.clear()
+                for cost, words in _COSTS:
+                    self.addItem(tr(words), cost)
+                for name in fields:
+                    self.addItem(tr("low values of {field}", field=name), name)
+            self.setCurrentIndex(max(0, self.findData(self._tool.cost)))
+        self.setEnabled(not self._tool.continued)
+        self.setToolTip(
+            tr("Not now: a continued trace is picked point by point.")
+            if self._tool.continued
+            else tr("What a trace follows over the surface from click to click (Shift+T).")
+        )

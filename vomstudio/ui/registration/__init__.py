@@ -1,0 +1,1 @@
+"""One model by another: fitted to it, and held against it."""

@@ -1,0 +1,51 @@
+"""Commands on two models of the same rock."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.command_targets import current_model
+from vomstudio.ui.common.open_dialogs import OpenDialogs
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.window_protocols import Docks
+from vomstudio.words import tr
+
+
+class Workspaces(Protocol):
+    def switch(self, name: str) -> None: ...
+
+
+def commands(
+    studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
+) -> list[Command]:
+    """parent : of the dialogs"""
+
+    def no_model() -> str | None:
+        model = current_model(studio)
+        if model is None:
+            return tr("Open a model first.")
+        return None if model.id in studio.models else tr("The model's file is not open.")
+
+    def fit() -> None:
+        from vomstudio.ui.registration.fit_dialog import FitDialog
+
+        model = current_model(studio)
+        if model is not None:
+            dialogs.show(FitDialog, lambda: FitDialog(parent, studio, model), model.id)
+
+    def compare() -> None:
+        workspaces.switch("register")
+        docks.bring_forward("compare")
+
+    return [
+        Command("fit_model", tr("Fit to another &model…"), fit, "vector-combine", (),
+                tr("Places the model by another one of the same rock: points that are clicked in "
+                   "both, then the surfaces, with the error in degrees."), no_model),
+        Command("compare_models", tr("Compare with a &benchmark…"), compare,
+                "compare-horizontal", (),
+                tr("Signed distances from a better model or cloud of the same rock, and what of "
+                   "them is more than chance."), no_model),
+    ]  # fmt: skip

@@ -1,0 +1,357 @@
+"""The panel in which a model is held against a benchmark: signed distances, and what of them is
+more than chance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import (
+    QDoubleSpinBox,
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QWidget,
+)
+
+from vomstudio.document.edits import new_id
+from vomstudio.document.records import Model
+from vomstudio.geometry.field_style import FieldStyle
+from vomstudio.jobs.events import Failed
+from vomstudio.jobs.model_tasks import ExportedModel
+from vomstudio.jobs.registration_tasks import (
+    COMPARE_MODELS,
+    EXPORT_COMPARISON,
+    ComparedModels,
+    CompareOrder,
+    ComparisonExport,
+    StandingModel,
+)
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.command_targets import current_model, start_folder
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.ui.registration.agreement_table import AgreementTable
+from vomstudio.ui.registration.histogram import Histogram, counts_of
+from vomstudio.ui.registration.other_model import OtherModelBox, of_project
+from vomstudio.words import tr
+from vomstudio.workspace.running_jobs import RunningJob
+
+FIELD = "distance_m"
+_COLORED_PERCENT = 98.0
+
+
+@dataclass(frozen=True)
+class Held:
+    """What was compared, and the figures of the command `compare`. fields : the file with them"""
+
+    model: StandingModel
+    benchmark: StandingModel
+    figures: dict[str, Any]
+    fields: Path
+
+
+class ComparePanel(QWidget):
+    """held : the last comparison, None while there is none"""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        explain(self, "compare.md")
+        self._studio = studio
+        self.held: Held | None = None
+        self._held_id = ""
+        self._job: RunningJob | None = None
+        self._background = Background(self)
+        self._model: Model | None = None
+        self.title = hint_label()
+        self.other = OtherModelBox(studio, "")
+        self.method = ComboBox()
+        self.method.setObjectName("compare_method")
+        self.method.addItem(tr("Nearest distances"))
+        self.method.addItem(tr("M3C2, along the normals"))
+        self.method.currentIndexChanged.connect(self._method_chosen)
+        self.radius = QDoubleSpinBox()
+        self.radius.setDecimals(3)
+        self.radius.setRange(0.001, 1000.0)
+        self.radius.setSuffix(" m")
+        self.radius.setValue(0.5)
+        self.radius.setToolTip(tr("Of the cylinders; choose it so that they hold twenty points."))
+        self.error = QLineEdit()
+        self.error.setObjectName("compare_error")
+        self.error.setPlaceholderText(tr("as the registration says"))
+        self.error.setToolTip(
+            tr("One sigma of how both are placed to each other, m; it widens what is detected.")
+        )
+        self.start = QPushButton(theme.icon("compare-horizontal"), tr("Compare"))
+        self.start.clicked.connect(self._start_or_stop)
+        self.export = QPushButton(theme.icon("export"), tr("Export PLY…"))
+        self.export.clicked.connect(self._ask_for_file)
+        self.said = hint_label()
+        self.figures = QLabel()
+        self.figures.setObjectName("compare_figures")
+        self.figures.setTextInteractionFlags(self.said.textInteractionFlags())
+        self.histogram = Histogram()
+        self.agreement = AgreementTable(studio)
+        self._arrange()
+        self.other.chosen.connect(self._refresh_buttons)
+        self.other.said.connect(self.said.setText)
+        for signal in (studio.project_opened, studio.selection_changed, studio.model_loaded):
+            signal.connect(self.refresh)
+        studio.jobs.closed.connect(self._close)
+        studio.project_opened.connect(self._forget)
+        studio.edited.connect(self._edited)
+        self._method_chosen()
+        self._show()
+
+    def _arrange(self) -> None:
+        form = QFormLayout()
+        form.addRow(tr("Benchmark"), self.other)
+        form.addRow(tr("Distances"), self.method)
+        self._form = form
+        form.addRow(tr("Radius"), self.radius)
+        form.addRow(tr("Error (1σ, m)"), self.error)
+        row = QHBoxLayout()
+        row.addWidget(self.start)
+        row.addWidget(self.export)
+        column = narrow_column(self)
+        column.addWidget(self.title)
+        column.addLayout(form)
+        column.addLayout(row)
+        column.addWidget(self.said)
+        column.addWidget(self.figures)
+        column.addWidget(self.histogram)
+        column.addWidget(self.agreement)
+        column.addStretch()
+
+    # --- what is there -----------------------------------------------------------------------
+    def refresh(self, *_: object) -> None:
+        """Follow the current model, where somebody sees it."""
+        if not self.isVisible():
+            return
+        model = current_model(self._studio) if self._studio.has_project else None
+        self._model = model
+        self.title.setText(
+            tr("Open an outcrop model first.")
+            if model is None
+            else tr("{model} held against", model=model.name)
+        )
+        self.other.offer_besides("" if model is None else model.id)
+        if self._moved_since():
+            self.said.setText(tr("The model has been placed anew since: compare it again."))
+        self._refresh_buttons()
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        super().showEvent(event)
+        self.agreement.forget()
+        self.refresh()
+
+    def _edited(self, *_: object) -> None:
+        self.agreement.forget()
+        self.refresh()
+
+    def _forget(self, *_: object) -> None:
+        """Another project."""
+        self.held = None
+        self.agreement.forget()
+        self.said.setText("")
+        self._show()
+
+    def _method_chosen(self, *_: object) -> None:
+        by_cylinders = self.method.currentIndex() == 1
+        self._form.setRowVisible(self.radius, by_cylinders)
+        self._form.setRowVisible(self.error, by_cylinders)
+
+    def _refresh_buttons(self, *_: object) -> None:
+        busy = self._job is not None
+        why = None if busy else self._why_not()
+        self.start.setText(tr("Stop") if busy else tr("Compare"))
+        self.start.setEnabled(why is None)
+        self.start.setToolTip(why or "")
+        self.export.setEnabled(self.held is not None and not busy)
+        self.export.setToolTip("" if self.held is not None else tr("Compare two models first."))
+        other = self.other.current()
+        self.agreement.show_models(
+            "" if self._model is None else self._model.id, "" if other is None else other.id
+        )
+
+    def _moved_since(self) -> bool:
+        """Whether the distances are those of another place of the model."""
+        now = self._studio.records.get(self._held_id)
+        return (
+            self.held is not None
+            and isinstance(now, Model)
+            and now.to_world != self.held.model.to_world
+        )
+
+    def _why_not(self) -> str | None:
+        if self._model is None:
+            return tr("Open an outcrop model first.")
+        if self._model.id not in self._studio.models:
+            return tr("The model's file is not open.")
+        if self.other.current() is None:
+            return tr("Choose the benchmark: another model of the project, or a file.")
+        return None
+
+    # --- the job -----------------------------------------------------------------------------
+    def _start_or_stop(self) -> None:
+        if self._job is not None:
+            self._studio.jobs.cancel(self._job)
+            return
+        studio, model, other = self._studio, self._model, self.other.current()
+        own = None if model is None else of_project(studio, model)
+        if own is None or model is None or other is None:
+            return
+        by_cylinders = self.method.currentIndex() == 1
+        error = None
+        if by_cylinders and self.error.text().strip():
+            error = parse_number(self.error.text())
+            if error is None or error < 0.0:
+                self.said.setText(tr("The error is a length in metres, such as 0.02."))
+                return
+        elif by_cylinders:
+            error = self._error_of(model)
+        cache = studio.project.cache
+        out = cache / "comparisons" / f"{new_id('comparison')}.npz"
+        order = CompareOrder(
+            own.standing(cache), other.standing(cache),
+            self.radius.value() if by_cylinders else None, error, out,
+        )  # fmt: skip
+        self.said.setText(tr("Comparing…"))
+        self._job = studio.jobs.submit(
+            COMPARE_MODELS,
+            order,
+            title=tr("Comparing {model} with {other}", model=own.name, other=other.name),
+            on_done=self._background.unless_closed(lambda made: self._came(model.id, order, made)),
+            on_failed=self._background.unless_closed(self._failed),
+        )
+        self._refresh_buttons()
+
+    def _error_of(self, model: Model) -> float | None:
+        opened = self._studio.models.get(model.id)
+        if model.registration is None or opened is None:
+            return None
+        from vomstudio.geometry import transform
+
+        corners = transform.apply(transform.matrix(model.to_world), opened.data.bounds)
+        return model.registration.placing_error_m(np.sort(corners, axis=0))
+
+    def _came(self, model_id: str, order: CompareOrder, made: ComparedModels) -> None:
+        held = Held(order.model, order.benchmark, made.figures, made.out)
+        # Seconds, of many millions of points.
+        self._background.run(
+            lambda: _read(made.out), lambda read: self._show_read(model_id, held, read)
+        )
+
+    def _show_read(self, model_id: str, held: Held, read: object) -> None:
+        assert isinstance(read, tuple)
+        fields, reach, counts = read
+        self._job, self.held, self._held_id = None, held, model_id
+        self._show()
+        self.histogram.show_counts(counts, reach, held.figures["median_m"])
+        opened = self._studio.models.get(model_id)
+        said = [str(each) for each in held.figures["warnings"]]
+        if opened is not None and opened.give_fields(fields):
+            self._studio.display.show_field(model_id, FieldStyle(FIELD, -reach, reach))
+        else:
+            said.append(tr("The model is too large to show them; export them to a file."))
+        self.said.setText("\n".join(said))
+        self._refresh_buttons()
+
+    def _failed(self, event: Failed) -> None:
+        self._job = None
+        stopped = tr("The comparison was stopped.")
+        self.said.setText(stopped if event.cancelled else event.message)
+        self._refresh_buttons()
+
+    def _show(self) -> None:
+        self.figures.setVisible(self.held is not None)
+        self.histogram.setVisible(self.held is not None)
+        if self.held is not None:
+            self.figures.setText(in_words(self.held))
+
+    # --- the file ----------------------------------------------------------------------------
+    def _ask_for_file(self) -> None:
+        if self.held is None:
+            return
+        proposed = Path(start_folder(self._studio)) / f"{self.held.model.path.stem}_distances.ply"
+        name, _ = QFileDialog.getSaveFileName(
+            self, tr("Export the model with its distances"), str(proposed), "PLY (*.ply)"
+        )
+        if name:
+            self.export_to(Path(name if name.lower().endswith(".ply") else name + ".ply"))
+
+    def export_to(self, path: Path) -> None:
+        """Write the compared model, in World, with its distances as fields."""
+        if self.held is None:
+            return
+        held, studio = self.held, self._studio
+
+        def done(made: ExportedModel) -> None:
+            said = tr("The distances were written to {file}.", file=path)
+            studio.info(" ".join([said, *made.warnings]))
+
+        def failed(event: Failed) -> None:
+            if not event.cancelled:
+                studio.warn(event.message, "error")
+
+        studio.jobs.submit(
+            EXPORT_COMPARISON,
+            ComparisonExport(held.model, held.benchmark.path, held.fields, path),
+            title=tr("Exporting {file}", file=path.name),
+            on_done=done,
+            on_failed=failed,
+        )
+
+    def _close(self) -> None:
+        self._background.close()
+        self.other.close_reading()
+
+
+def _read(path: Path) -> tuple[dict[str, Any], float, Any]:
+    """In a thread: the fields, how far from zero the colours reach (m), and the histogram."""
+    with np.load(path) as arrays:
+        fields = dict(arrays)
+    distances = fields[FIELD]
+    left = np.abs(distances[np.isfinite(distances)])
+    reach = max(float(np.percentile(left, _COLORED_PERCENT)), 1e-9) if len(left) else 1.0
+    return fields, reach, counts_of(distances, reach)
+
+
+def in_words(held: Held) -> str:
+    """Accuracy, precision, and what is more than chance, in lines."""
+    told = held.figures
+
+    def metres(name: str) -> str:
+        value = told[name]
+        return "–" if value is None else f"{value:.3g} m"
+
+    said = [
+        tr("{n:,} distances from {other}", n=told["n"], other=held.benchmark.name),
+        tr("Accuracy: mean {mean}, median {median}",
+           mean=metres("mean_m"), median=metres("median_m")),
+        tr("Precision: std. deviation {std}, MAD {mad}",
+           std=metres("std_m"), mad=metres("mad_m")),
+        tr("Both: RMS {rms}", rms=metres("rms_m")),
+    ]  # fmt: skip
+    if told["beyond"]:
+        said.append(tr("{count:,} points have no counterpart", count=told["beyond"]))
+    if told["lod95_m"] is not None and told["significant_share"] is not None:
+        said.append(tr("Level of detection (95 %): {lod}", lod=metres("lod95_m")))
+        share = 100.0 * told["significant_share"]
+        said.append(tr("Significant: {share:.1f} % of the distances", share=share))
+    if (side := told["positive_toward"]) is not None:
+        toward = f"{side['trend_deg']:03.0f}/{side['plunge_deg']:02.0f}"
+        said.append(
+            tr("Positive: before the benchmark, toward {toward} (trend/plunge)", toward=toward)
+        )
+    return "\n".join(said)

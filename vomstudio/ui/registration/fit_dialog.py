@@ -1,0 +1,448 @@
+"""One model fitted to another: the same points clicked in two views side by side, then the
+surfaces."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import (
+    QDialog,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSplitter,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.document import edits
+from vomstudio.document.records import Model, Registration
+from vomstudio.errors import VomError
+from vomstudio.geometry import transform
+from vomstudio.jobs.events import Failed
+from vomstudio.jobs.registration_tasks import FIT_TO_REFERENCE, FitOrder, FittedModel
+from vomstudio.registration.results import Placed
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.registration.other_model import OtherModel, OtherModelBox, of_project
+from vomstudio.ui.registration.pair_table import (
+    PairTable,
+    fitted_in_words,
+    placed_in_words,
+)
+from vomstudio.ui.registration.picking_view import PickingView
+from vomstudio.ui.registration.point_pairs import PointPairs
+from vomstudio.ui.registration.stable_part import StablePartBox
+from vomstudio.words import tr
+from vomstudio.workspace.running_jobs import RunningJob
+
+Array = npt.NDArray[np.float64]
+
+_FEW = 20
+"""So many points are solved in less time than a thread takes to hand over."""
+
+
+class FitDialog(QDialog):
+    """placed : by the clicked points alone; fitted : by the surfaces too. Register is one edit."""
+
+    def __init__(self, parent: QWidget, studio: Studio, model: Model) -> None:
+        super().__init__(parent)
+        explain(self, "registration.md#one-model-by-another")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
+        self.setWindowTitle(tr("Fit {model} to another model", model=model.name))
+        self.resize(1240, 800)
+        self._studio, self._model_id = studio, model.id
+        self.points = PointPairs()
+        self.placed: Placed | None = None
+        self.fitted: FittedModel | None = None
+        self._problem = ""
+        self._job: RunningJob | None = None
+        self._background = Background(self)
+        self._solving = NewestResult(self, self._solved, lambda: self.said.setText(tr("Solving…")))
+        self.other = OtherModelBox(studio, model.id)
+        self.stable = StablePartBox(studio)
+        self.here, self.there = PickingView(), PickingView()
+        self._arrange(model)
+        self._connect()
+        self.here.show_model(of_project(studio, model))
+        self._reference_chosen()
+
+    # --- parts -------------------------------------------------------------------------------
+    def _arrange(self, model: Model) -> None:
+        sides = QSplitter()
+        self._titles = []
+        for view, title in ((self.here, model.name), (self.there, "")):
+            side = QWidget()
+            column = QVBoxLayout(side)
+            column.setContentsMargins(0, 0, 0, 0)
+            label = QLabel(title)
+            self._titles.append(label)
+            column.addWidget(label)
+            column.addWidget(view, 1)
+            sides.addWidget(side)
+        sides.setChildrenCollapsible(False)
+        self.step = QLabel()
+        self.step.setObjectName("fit_step")
+        self.table = PairTable()
+        self.undo = QPushButton(theme.icon("undo"), tr("Undo"))
+        self.redo = QPushButton(theme.icon("redo"), tr("Redo"))
+        self.remove = QPushButton(theme.icon("delete-outline"), tr("Remove point"))
+        self.fit = QPushButton(theme.icon("vector-combine"), tr("Fit the surfaces"))
+        self.register = QPushButton(theme.icon("check"), tr("Register"))
+        self.close_ = QPushButton(tr("Close"))
+        buttons = (self.undo, self.redo, self.remove, self.fit, self.register, self.close_)
+        for button in buttons:
+            # Enter in a field is no wish to leave.
+            button.setAutoDefault(False)
+        self.said = QLabel()
+        self.said.setObjectName("fit_said")
+        self.said.setWordWrap(True)
+        self.said.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        edit = QHBoxLayout()
+        for button in buttons[:3]:
+            edit.addWidget(button)
+        left = QVBoxLayout()
+        left.addWidget(self.table, 1)
+        left.addLayout(edit)
+        form = QGridLayout()
+        form.addWidget(QLabel(tr("Fitted to")), 0, 0)
+        form.addWidget(self.other, 0, 1)
+        form.addWidget(QLabel(tr("Stable part")), 1, 0)
+        form.addWidget(self.stable, 1, 1)
+        form.setColumnStretch(1, 1)
+        last = QHBoxLayout()
+        last.addWidget(self.fit)
+        last.addStretch()
+        last.addWidget(self.register)
+        last.addWidget(self.close_)
+        right = QVBoxLayout()
+        right.addLayout(form)
+        right.addWidget(self.said, 1)
+        right.addLayout(last)
+        below = QHBoxLayout()
+        below.addLayout(left, 2)
+        below.addLayout(right, 3)
+        column = QVBoxLayout(self)
+        column.addWidget(self.step)
+        column.addWidget(sides, 1)
+        column.addLayout(below)
+
+    def _connect(self) -> None:
+        self.here.picked.connect(lambda place: self._clicked(place, on_model=True))
+        self.there.picked.connect(lambda place: self._clicked(place, on_model=False))
+        for view in (self.here, self.there):
+            view.problem.connect(self.said.setText)
+        self.other.chosen.connect(self._reference_chosen)
+        self.other.said.connect(self.said.setText)
+        self.stable.changed.connect(self._stable_changed)
+        self.undo.clicked.connect(self._undo)
+        self.redo.clicked.connect(self._redo)
+        self.remove.clicked.connect(self._remove)
+        self.fit.clicked.connect(self._fit_or_stop)
+        self.register.clicked.connect(self.accept)
+        self.close_.clicked.connect(self.reject)
+        self.table.itemSelectionChanged.connect(self._explain_buttons)
+        for key, call in (
+            (QKeySequence.StandardKey.Undo, self._undo),
+            (QKeySequence.StandardKey.Redo, self._redo),
+            (QKeySequence.StandardKey.Delete, self._remove),
+        ):
+            QShortcut(QKeySequence(key), self).activated.connect(call)
+        studio = self._studio
+        studio.project_opened.connect(self.reject)
+        studio.edited.connect(self._edited)
+        self._forget_jobs = studio.jobs.closed.connect(self.reject)
+
+    # --- what is clicked ---------------------------------------------------------------------
+    @property
+    def reference(self) -> OtherModel | None:
+        """What the model is fitted to."""
+        return self.there.model
+
+    def _model(self) -> Model | None:
+        record = self._studio.records.get(self._model_id)
+        return record if isinstance(record, Model) else None
+
+    def _reference_chosen(self, *_: object) -> None:
+        if self._job is not None:
+            # It was for another one, or for another place of it.
+            self._studio.jobs.cancel(self._job)
+            self._job = None
+        found = self.other.current()
+        why = None
+        if found is not None and not found.frame.has_north:
+            why = tr(
+                "The frame of {model} is not declared, so that it cannot place another model. "
+                "Register it first, or declare its frame.",
+                model=found.name,
+            )
+            found = None
+        self.there.show_model(found)
+        self._titles[1].setText(
+            tr("Nothing to fit it to yet") if found is None else self._titled(found)
+        )
+        self.points.clear()
+        self._changed()
+        if why is not None:
+            self.said.setText(why)
+
+    def _titled(self, found: OtherModel) -> str:
+        return tr("{model} ({frame})", model=found.name, frame=found.frame.name())
+
+    def _clicked(self, place: Array, *, on_model: bool) -> None:
+        if self.reference is None or self._job is not None:
+            return
+        if not on_model:
+            place = transform.apply(transform.matrix(self.reference.to_world), place[None])[0]
+        self.points.click(place, on_model=on_model)
+        self._changed()
+
+    def _undo(self) -> None:
+        if self._job is None:
+            self.points.undo()
+            self._changed()
+
+    def _redo(self) -> None:
+        if self._job is None:
+            self.points.redo()
+            self._changed()
+
+    def _remove(self) -> None:
+        row = self.table.chosen()
+        if row is not None and self._job is None:
+            self.points.remove(self.points.pairs[row].label)
+            self._changed()
+
+    def _stable_changed(self) -> None:
+        self.fitted = None
+        self._show()
+
+    def _edited(self, *_: object) -> None:
+        """Another one may have been moved or taken away meanwhile."""
+        model, reference = self._model(), self.reference
+        if model is None:
+            self.reject()
+        elif reference is not None and reference.id:
+            now = self._studio.records.get(reference.id)
+            if not isinstance(now, Model) or now.to_world != reference.to_world:
+                self._reference_chosen()
+
+    # --- what comes of it --------------------------------------------------------------------
+    def _changed(self) -> None:
+        """Other points: place the model by them, and what was fitted is no more."""
+        from vomstudio.workspace.registering import placed_by_points
+
+        self.placed = self.fitted = None
+        self._problem = ""
+        model, reference = self._model(), self.reference
+        pairs = self.points.as_pairs()
+        if model is None or reference is None or len(pairs.labels) < 3:
+            self._solving.drop()
+            self._show()
+            return
+        opened = self._studio.models.get(model.id)
+        bounds = None if opened is None else opened.data.bounds
+        crs = reference.standing(self._studio.project.cache).crs
+
+        def work() -> Placed | VomError:
+            try:
+                return placed_by_points(pairs, bounds, model, crs)
+            except VomError as error:
+                return error
+
+        if len(pairs.labels) <= _FEW:
+            self._solving.at_once(work)
+        else:
+            self._show()
+            self._solving.ask(work)
+
+    def _solved(self, made: object) -> None:
+        self.placed = made if isinstance(made, Placed) else None
+        self._problem = str(made) if isinstance(made, VomError) else ""
+        self._show()
+
+    def _show(self) -> None:
+        placed = self.fitted.placed if self.fitted is not None else self.placed
+        self.table.show_pairs(self.points.pairs, placed)
+        self._show_marks()
+        if self._job is None:
+            self.said.setText(self._in_words())
+        self._explain_buttons()
+
+    def _show_marks(self) -> None:
+        reference = self.reference
+        points = self.points
+        here = None if points.here is None else np.array(points.here)
+        there = None if points.there is None else np.array(points.there)
+        should_here = should_there = None
+        if self.placed is not None:
+            matrix = np.array(self.placed.matrix)
+            if here is not None:
+                should_there = transform.apply(matrix, here[None])[0]
+            elif there is not None:
+                should_here = transform.apply(transform.invert(matrix), there[None])[0]
+        marks = {pair.label: np.array(pair.model) for pair in points.pairs}
+        self.here.show_marks(marks, here, should_here)
+        if reference is None:
+            return
+        back = transform.invert(transform.matrix(reference.to_world))
+
+        def own(place: Array | None) -> Array | None:
+            return None if place is None else transform.apply(back, place[None])[0]
+
+        marks = {p.label: transform.apply(back, np.array([p.there]))[0] for p in points.pairs}
+        self.there.show_marks(marks, own(there), own(should_there))
+
+    def _in_words(self) -> str:
+        if self._problem:
+            return self._problem
+        if self.fitted is not None:
+            return fitted_in_words(self.fitted, self._record())
+        return "" if self.placed is None else placed_in_words(self.placed)
+
+    # --- buttons -----------------------------------------------------------------------------
+    def _explain_buttons(self) -> None:
+        points, busy = self.points, self._job is not None
+        wait = tr("The surfaces are being fitted.") if busy else None
+        _set(self.undo, wait or (None if points.can_undo else tr("No point was clicked.")))
+        _set(self.redo, wait or (None if points.can_redo else tr("Nothing was taken back.")))
+        chosen = self.table.chosen() is not None
+        _set(self.remove, wait or (None if chosen else tr("Select a point in the list first.")))
+        self.fit.setText(tr("Stop") if busy else tr("Fit the surfaces"))
+        _set(self.fit, None if busy else self._why_no_fit())
+        none = None if self.fitted is not None else tr("Fit the surfaces first.")
+        _set(self.register, wait or none)
+        self.other.setEnabled(not busy)
+        self.stable.setEnabled(not busy)
+        self.step.setText(self._next_step())
+
+    def _next_step(self) -> str:
+        if self.reference is None:
+            return tr(
+                "Choose what the model is fitted to: another model of the project, or a file."
+            )
+        if self._job is not None:
+            return tr("The surfaces are being fitted.")
+        if self.points.here is not None:
+            return tr("Click the same point on the right.")
+        if self.points.there is not None:
+            return tr("Click the same point on the left.")
+        if self.fitted is not None:
+            return tr("Register the model by this fit, or click more points and fit it again.")
+        if len(self.points.pairs) < 3:
+            return tr(
+                "Click a point on the left and the same one on the right; three or more, far "
+                "apart and not on a line. Where the model lies on the other one already, fewer "
+                "will do, or none."
+            )
+        return tr(
+            "Fit the surfaces, or click more points; where the counterpart should be is ringed."
+        )
+
+    def _why_no_fit(self) -> str | None:
+        if self.reference is None:
+            return tr("Choose what the model is fitted to.")
+        count = len(self.points.pairs)
+        if count >= 3 and self.placed is None:
+            return self._problem or tr("The points are being solved.")
+        return self.stable.why_not(self.points.pairs)
+
+    # --- the fit -----------------------------------------------------------------------------
+    def _fit_or_stop(self) -> None:
+        if self._job is not None:
+            self._studio.jobs.cancel(self._job)
+            return
+        model, reference = self._model(), self.reference
+        own = None if model is None else of_project(self._studio, model)
+        if own is None or model is None or reference is None:
+            self.said.setText(tr("The model's file is not open."))
+            return
+        cache = self._studio.project.cache
+        self.fitted = None
+        self.said.setText(tr("Fitting the surfaces…"))
+        order = FitOrder(
+            own.standing(cache), reference.standing(cache), not model.frame.has_metres,
+            self.points.pairs, self.stable.part(self.points.pairs),
+        )  # fmt: skip
+
+        def ended(made: FittedModel | Failed) -> None:
+            if self._job is not None and self._job.number == job.number:
+                self._job = None
+                self._came(made)
+
+        job = self._job = self._studio.jobs.submit(
+            FIT_TO_REFERENCE,
+            order,
+            title=tr("Fitting {model} to {other}", model=model.name, other=reference.name),
+            on_done=self._background.unless_closed(ended),
+            on_failed=self._background.unless_closed(ended),
+        )
+        self._explain_buttons()
+
+    def _came(self, made: FittedModel | Failed) -> None:
+        self.fitted = made if isinstance(made, FittedModel) else None
+        self._show()
+        if isinstance(made, Failed):
+            self.said.setText(tr("The fit was stopped.") if made.cancelled else made.message)
+
+    def _record(self) -> Registration | None:
+        """What was found, with the error of what the model was fitted to."""
+        from vomstudio.workspace.registering import registration_of, with_error_of
+
+        model, reference = self._model(), self.reference
+        if model is None or reference is None or self.fitted is None:
+            return None
+        pairs = self.points.as_pairs() if self.points.pairs else None
+        crs = reference.standing(self._studio.project.cache).crs
+        record = registration_of(self.fitted.placed, pairs, model, crs, reference.name)
+        other = self._studio.records.get(reference.id)
+        return with_error_of(record, other.registration if isinstance(other, Model) else None)
+
+    def accept(self) -> None:
+        """Register the model by what was found."""
+        from vomstudio.workspace.registering import set_words, sets_turned_deg, turned_deg
+
+        studio, before, reference = self._studio, self._model(), self.reference
+        if before is None or reference is None or self.fitted is None:
+            return
+        record = self._record()
+        if record is None or not studio.attempt(edits.set_registration, record, [before.id]):
+            return
+        after = studio.records[before.id]
+        assert isinstance(after, Model)
+        measured = studio.measured(f.id for f in studio.session.features())
+        said = tr(
+            "{model} was fitted to {other}; it turned by {turn:.2f} degrees, and what was measured "
+            "on it with it.",
+            model=before.name,
+            other=reference.name,
+            turn=turned_deg(before, after),
+        )
+        sets = set_words(sets_turned_deg(studio.records, before, after, measured))
+        studio.warn(f"{said} {sets}".strip(), "info")
+        super().accept()
+
+    def done(self, result: int) -> None:
+        """However it is closed: what both views hold in the graphics memory is freed at once."""
+        if not self._background.closed:
+            self._forget_jobs()
+            self._background.close()
+            self._solving.close()
+            self.other.close_reading()
+            if self._job is not None:
+                self._studio.jobs.cancel(self._job)
+            for view in (self.here, self.there):
+                view.shutdown()
+        super().done(result)
+
+
+def _set(button: QPushButton, why_not: str | None) -> None:
+    button.setEnabled(why_not is None)
+    button.setToolTip(why_not or "")

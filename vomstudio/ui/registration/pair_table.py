@@ -1,0 +1,81 @@
+"""The pairs of points with what is left over at each, and what they and the surfaces say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtWidgets import QHeaderView, QTableWidget, QTableWidgetItem
+
+from vomstudio.document.records import Registration
+from vomstudio.jobs.registration_tasks import FittedModel, HomologousPoint
+from vomstudio.registration.results import Placed
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.number_formatting import degrees
+from vomstudio.words import tr
+
+
+class PairTable(QTableWidget):
+    """A row for each pair."""
+
+    def __init__(self) -> None:
+        super().__init__(0, 3)
+        self.setObjectName("point_pairs")
+        self.setHorizontalHeaderLabels([tr("Point"), tr("Resid. (m)"), "dx, dy, dz (m)"])
+        self.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QTableWidget.SelectionMode.SingleSelection)
+        self.setEditTriggers(QTableWidget.EditTrigger.NoEditTriggers)
+        self.verticalHeader().hide()
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(2, QHeaderView.ResizeMode.Stretch)
+        self.setMinimumSize(300, 120)
+
+    def chosen(self) -> int | None:
+        """The row that is selected."""
+        rows = self.selectionModel().selectedRows()
+        return rows[0].row() if rows else None
+
+    def show_pairs(self, pairs: Sequence[HomologousPoint], placed: Placed | None) -> None:
+        known = {} if placed is None else {p.label: p for p in placed.control}
+        wrong = set() if placed is None else {b.label for b in placed.blunders}
+        self.setRowCount(len(pairs))
+        for row, pair in enumerate(pairs):
+            left = known.get(pair.label)
+            texts = [pair.label, "", ""]
+            if left is not None:
+                texts[1:] = [f"{left.error_m:.3f}", f"{left.dx:.3f}, {left.dy:.3f}, {left.dz:.3f}"]
+            for column, text in enumerate(texts):
+                item = QTableWidgetItem(text)
+                if not column and pair.label in wrong:
+                    item.setIcon(theme.icon("alert-outline"))
+                self.setItem(row, column, item)
+
+
+def placed_in_words(placed: Placed) -> str:
+    """What the points alone say."""
+    from vomstudio.registration.remarks import said_of_worst
+
+    rms = placed.rms_control_m or 0.0
+    said = [tr("By the points alone: {rms:.3f} m (RMS).", rms=rms), *said_of_worst(placed)]
+    return "\n".join([" ".join(said), *reversed(placed.warnings)])
+
+
+def fitted_in_words(found: FittedModel, record: Registration | None) -> str:
+    """What points and surfaces together say. record : what they become, with the error of what the
+    model was fitted to where that is known"""
+    from vomstudio.registration.remarks import said_of_fitted, said_of_worst
+    from vomstudio.workspace.registering import worst_turn_deg
+
+    rests_on = said_of_fitted(found.places, found.overlap, found.rms_m, found.blocks, found.block_m)
+    said = [
+        rests_on,
+        *said_of_worst(found.placed),
+        tr("The error of what it was fitted to is not in it."),
+    ]
+    if record is not None and record.covariance != found.placed.covariance:
+        worst = worst_turn_deg(record)
+        said[-1] = tr(
+            "With the registration of the other model it may be turned by {worst} (95 %).",
+            worst=degrees(worst),
+        )
+    return "\n".join([" ".join(said), *found.placed.warnings])

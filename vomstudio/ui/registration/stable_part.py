@@ -1,0 +1,81 @@
+"""The choice of what has stayed where it was, by which alone one model is fitted to another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QDoubleSpinBox, QFileDialog, QHBoxLayout, QWidget
+
+from vomstudio.jobs.registration_tasks import HomologousPoint, StablePart
+from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.words import tr
+
+_ALL, _NEAR, _BOX, _POLYGONS = range(4)
+
+
+class StablePartBox(QWidget):
+    """changed : another part was chosen"""
+
+    changed = Signal()
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self._studio = studio
+        self._polygons: Path | None = None
+        self.which = ComboBox()
+        self.which.setObjectName("stable_part")
+        for text, tip in (
+            (tr("All of it"), tr("Nothing has moved or fallen since.")),
+            (tr("Near the clicked points"), tr("Only what is within this distance of a point.")),
+            (tr("Inside the clipping box"), tr("The box of the outcrop's view (World).")),
+            (tr("Inside polygons…"), tr("Of a layer, seen from above (GeoJSON, GeoPackage…).")),
+        ):
+            self.which.addItem(text)
+            self.which.setItemData(self.which.count() - 1, tip, 3)
+        self.which.activated.connect(self._chosen)
+        self.metres = QDoubleSpinBox()
+        self.metres.setRange(0.01, 100_000.0)
+        self.metres.setValue(5.0)
+        self.metres.setSuffix(" m")
+        self.metres.valueChanged.connect(lambda _: self.changed.emit())
+        self.metres.hide()
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.which, 1)
+        row.addWidget(self.metres)
+
+    def _chosen(self, row: int) -> None:
+        if row == _POLYGONS:
+            name, _ = QFileDialog.getOpenFileName(
+                self, tr("Polygons around what has not moved"), start_folder(self._studio),
+                tr("Polygons (*.geojson *.json *.gpkg *.shp *.kml)"),
+            )  # fmt: skip
+            if name:
+                self._polygons = Path(name)
+                self.which.setItemText(row, tr("Inside {file}", file=self._polygons.name))
+            elif self._polygons is None:
+                self.which.setCurrentIndex(_ALL)
+        self.metres.setVisible(self.which.currentIndex() == _NEAR)
+        self.changed.emit()
+
+    def why_not(self, pairs: Sequence[HomologousPoint]) -> str | None:
+        """Why the part that was chosen is none; None where it is one."""
+        which = self.which.currentIndex()
+        if which == _NEAR and not pairs:
+            return tr("Click the points near which the rock has not moved.")
+        if which == _BOX and self._studio.display.box is None:
+            return tr("Set the clipping box in the outcrop's view first (View > Clipping box).")
+        return None
+
+    def part(self, pairs: Sequence[HomologousPoint]) -> StablePart | None:
+        """What was chosen; None for all of the reference."""
+        which, box = self.which.currentIndex(), self._studio.display.box
+        if which == _NEAR:
+            return StablePart(self.metres.value(), tuple(pair.there for pair in pairs))
+        if which == _BOX and box is not None:
+            return StablePart(box=(box.low, box.high))
+        return StablePart(polygons=self._polygons) if which == _POLYGONS else None

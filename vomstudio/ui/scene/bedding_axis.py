@@ -1,0 +1,97 @@
+"""The fold axis of the bedding, kept until something that it rests on changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from vomstudio.document.kinds import is_picked_plane
+from vomstudio.document.records import Record, Typed, get_feature
+from vomstudio.document.registration_errors import bowed_deg, model_of, turns_of
+from vomstudio.errors import VomError
+from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.geology.orientation import normals_to_planes
+from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr, tr_n
+
+
+class BeddingAxis:
+    """only_selected : tells whether the selected planes alone count"""
+
+    def __init__(self, studio: Studio, only_selected: Callable[[], bool]) -> None:
+        self._studio = studio
+        self._only_selected = only_selected
+        self._kept: FoldAxis | str | None = None
+        self._poor = 0
+        self.beds: tuple[str, ...] = ()
+
+    def planes(self) -> list[str]:
+        """Ids of the bedding planes for the fold axis: feature types are never pooled silently."""
+        beds = [t.id for t in self._studio.session.of(Typed) if _is_bed(t)]
+        if not self._only_selected():
+            return beds
+        chosen = set(self._studio.selection.ids)
+        return [id_ for id_ in beds if id_ in chosen]
+
+    def found(self) -> FoldAxis | str:
+        """The fold axis of the bedding, or why there is none."""
+        if self._kept is None:
+            self.beds = tuple(self.planes())
+            self._kept = self._find()
+        return self._kept
+
+    def forget(self, *_: object) -> None:
+        """Every refresh of the commands asks for the axis: it is kept until something changes."""
+        self._kept = None
+
+    def edited(self, touched: Iterable[str]) -> None:
+        # Thousands of planes are asked for it: most edits are of other features.
+        ids = set(touched)
+        if not ids.isdisjoint(self.beds) or any(
+            _is_bed(self._studio.records.get(id_)) for id_ in ids
+        ):
+            self.forget()
+
+    def _find(self) -> FoldAxis | str:
+        measured = self._studio.measured(self.beds)
+        self._poor = sum(
+            m.verdict is not None and m.verdict.quality == "poor" for m in measured.values()
+        )
+        fitted = {id_: m.fit for id_, m in measured.items() if m.fit is not None}
+        fits = list(fitted.values())
+        if len(fits) < 2:
+            if self._only_selected():
+                return tr(
+                    "A fold axis needs at least 2 selected bedding planes; there are {count}.",
+                    count=len(fits),
+                )
+            return tr(
+                "A fold axis needs at least 2 bedding planes; there are {count}.", count=len(fits)
+            )
+        try:
+            azimuths, dips, _ = normals_to_planes(np.array([fit.normal for fit in fits]))
+            records = self._studio.records
+            models = [model_of(records, get_feature(records, id_)) for id_ in fitted]
+            return fold_axis(azimuths, dips, turns_of(models), bowed_deg(models))
+        except VomError as error:
+            return str(error)
+
+    def doubts(self) -> tuple[str, ...]:
+        """A warning where planes are poor: the scatter of planes ignores the error of each."""
+        if not self._poor:
+            return ()
+        return (
+            tr_n(
+                "{count} of these planes is poor: the error of the fold axis is computed from "
+                "scatter alone and is too small.",
+                "{count} of these planes are poor: the error of the fold axis is computed from "
+                "scatter alone and is too small.",
+                self._poor,
+            ),
+        )
+
+
+def _is_bed(record: Record | None) -> bool:
+    """A picked plane of the type bedding."""
+    return isinstance(record, Typed) and record.type_id == "bedding" and is_picked_plane(record)

@@ -1,0 +1,41 @@
+"""Panels and commands that need the studio and little else, each with its place: new ones of that
+kind are added here, and the window stays as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.open_dialogs import OpenDialogs
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.window_protocols import Docks
+from vomstudio.ui.registration.commands import Workspaces
+from vomstudio.words import to_translate
+
+Make = Callable[[Studio], QWidget]
+
+
+def work_panels() -> tuple[tuple[str, str, Make], ...]:
+    """Name of the dock, title and maker of each; they scroll."""
+    from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
+    from vomstudio.ui.registration.compare_panel import ComparePanel
+
+    return (
+        ("statistics", to_translate("Statistics"), StatisticsPanel),
+        ("compare", to_translate("Compare"), ComparePanel),
+    )
+
+
+def work_commands(
+    studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
+) -> list[Command]:
+    """parent : of the dialogs"""
+    from vomstudio.ui.analyse import profile_dialog
+    from vomstudio.ui.registration import commands as registration_commands
+
+    return [
+        profile_dialog.command(studio, dialogs, parent),
+        *registration_commands.commands(studio, dialogs, workspaces, docks, parent),
+    ]

@@ -1,0 +1,95 @@
+"""Paths over open models, searched for in a thread of their own."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vomstudio.errors import VomError
+from vomstudio.failures import exception_hooks
+from vomstudio.tools.followed_line import Answer
+from vomstudio.tools.interaction_types import Point
+from vomstudio.words import tr
+from vomstudio.workspace.models import Models
+
+if TYPE_CHECKING:
+    from vomstudio.extraction.surface_graph import SurfaceGraph
+
+
+@dataclass(frozen=True, eq=False)
+class _Wanted:
+    data: Any
+    cost: str
+    ends: tuple[Point, Point]
+    live: bool
+    answer: Answer
+
+
+class PathFinding:
+    """The thread lives while there is something to search for. The graph of the model that was
+    searched last is kept."""
+
+    def __init__(self, models: Models, hand_over: Callable[[Callable[[], object]], object]) -> None:
+        self._models, self._hand_over = models, hand_over
+        self._wanted: deque[_Wanted] = deque()
+        self._lock = threading.Lock()
+        self._running = False
+        self._surface: SurfaceGraph | None = None
+
+    def follow(
+        self, model_id: str, cost: str, ends: tuple[Point, Point], *, live: bool, answer: Answer
+    ) -> None:
+        """As `tools.followed_line.PathFinder` has it."""
+        opened = self._models.open.get(model_id)
+        if opened is None:
+            said = tr("The model is not loaded, so nothing can be followed on it.")
+            self._hand_over(lambda: answer(said))
+            return
+        with self._lock:
+            if live:
+                # The cursor has moved on.
+                self._wanted = deque(w for w in self._wanted if not w.live)
+            self._wanted.append(_Wanted(opened.data, cost, ends, live, answer))
+            if self._running:
+                return
+            self._running = True
+        threading.Thread(target=self._run, name="path finding", daemon=True).start()
+
+    def forget(self) -> None:
+        """Another project is opened: nothing is waited for, and no graph is kept."""
+        with self._lock:
+            self._wanted.clear()
+            self._surface = None
+
+    def _run(self) -> None:
+        while True:
+            with self._lock:
+                if not self._wanted:
+                    self._running = False
+                    return
+                wanted = self._wanted.popleft()
+            found = self._found(wanted)
+            self._hand_over(lambda w=wanted, f=found: w.answer(f))  # type: ignore[misc]
+
+    def _found(self, wanted: _Wanted) -> Any:
+        from vomstudio.extraction.following import Follower
+        from vomstudio.extraction.surface_graph import SurfaceGraph
+
+        try:
+            surface = self._surface
+            if surface is None or surface.data is not wanted.data:
+                surface = SurfaceGraph(wanted.data)
+                surface.prepare()
+                with self._lock:
+                    self._surface = surface
+            return Follower(surface, wanted.cost).follow(np.asarray(wanted.ends)).points
+        except VomError as error:
+            return str(error)
+        except Exception as error:  # noqa: BLE001 - shown like every unexpected error
+            exception_hooks.report_as_uncaught(error)
+            return tr("The path could not be found.")
