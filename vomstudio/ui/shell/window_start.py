@@ -27,7 +27,7 @@ def run_window(paths: Sequence[str]) -> int:
     os.environ.setdefault("QT_API", "pyside6")
     try:
         from PySide6.QtCore import QTimer
-        from PySide6.QtGui import QIcon, QSurfaceFormat
+        from PySide6.QtGui import QIcon
         from PySide6.QtWidgets import QApplication, QMessageBox
     except ImportError as error:
         said = missing_library(error)
@@ -36,12 +36,7 @@ def run_window(paths: Sequence[str]) -> int:
         print(said, file=sys.stderr)
         return 2
 
-    surface = QSurfaceFormat()
-    surface.setRenderableType(QSurfaceFormat.RenderableType.OpenGL)
-    surface.setVersion(3, 2)
-    surface.setProfile(QSurfaceFormat.OpenGLContextProfile.CoreProfile)
-    surface.setDepthBufferSize(24)
-    QSurfaceFormat.setDefaultFormat(surface)
+    _ask_for_opengl()
     application = QApplication([sys.argv[0]])
     # QApplication takes the user's locale; under a comma locale native readers misread decimals.
     locale.setlocale(locale.LC_NUMERIC, "C")
@@ -102,3 +97,15 @@ def run_window(paths: Sequence[str]) -> int:
     notices.close()
     qt_messages.uninstall()
     return code
+
+
+def _ask_for_opengl() -> None:
+    """Before the application is made, so that every widget gets it."""
+    from PySide6.QtGui import QSurfaceFormat
+
+    surface = QSurfaceFormat()
+    surface.setRenderableType(QSurfaceFormat.RenderableType.OpenGL)
+    surface.setVersion(3, 2)
+    surface.setProfile(QSurfaceFormat.OpenGLContextProfile.CoreProfile)
+    surface.setDepthBufferSize(24)
+    QSurfaceFormat.setDefaultFormat(surface)
