@@ -18,6 +18,7 @@ from vomstudio.cli.common.own_options import OWN_OPTIONS, add_own_options, run_o
 from vomstudio.cli.common.stop_signals import stop_signals_heard
 from vomstudio.errors import Cancelled, InputError, VomError
 from vomstudio.failures import log  # noqa: F401 - without a log nothing of it reaches stderr
+from vomstudio.failures.missing_libraries import missing_library
 from vomstudio.words import tr
 
 
@@ -78,6 +79,8 @@ def _in_a_sentence(error: Exception) -> VomError:
     match error:
         case VomError():
             return error
+        case ImportError() if (said := missing_library(error)) is not None:
+            return VomError(said)
         case MemoryError():
             return _OurFault(tr("There is not enough memory for this. Close other programs."))
         case OSError():

@@ -234,7 +234,9 @@ def _read_field(read: Reader, name: str, value: Any) -> Any:
 
 
 def _wrong_value(name: str) -> DocumentError:
-    return DocumentError(tr("The value cannot be what this field holds."), field=name)
+    return DocumentError(
+        tr("The value cannot be read: this field holds something else."), field=name
+    )
 
 
 def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:

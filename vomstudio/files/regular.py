@@ -50,7 +50,8 @@ def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
     # Without waiting, should a pipe have taken the place of the file since it was looked at.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY)
     with os.fdopen(descriptor, "rb") as file:
-        data = file.read(limit + 1)
+        # Room is made for what is asked for: so for no more than there is.
+        data = file.read(min(os.fstat(descriptor).st_size, limit) + 1)
     if len(data) > limit:
         raise InputError(
             tr(

@@ -19,7 +19,7 @@ from vomstudio.io.text.encodings import text_of
 from vomstudio.words import tr
 
 LONGEST_BYTES = 100_000
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _BETWEEN = r"[\s,;]+"
 _THREE = f"({_NUMBER}){_BETWEEN}({_NUMBER}){_BETWEEN}({_NUMBER})"
 _OFFSET = re.compile(rf"(?:offset|origin|shift)[\s:=(\[]*{_THREE}(?![\w.])", re.IGNORECASE)

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 from vomstudio.document.journal import Replay, Row, RowKind, replay
 from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.files.inside import check_beside
+from vomstudio.io.project.journal_json import dump_json, load_json
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
@@ -127,11 +128,11 @@ class SqliteJournal:
             kind,
             of_seq,
             _writable(label),
-            _dump(before),
-            _dump(after),
+            dump_json(before),
+            dump_json(after),
             time,
             version,
-            _dump(settings),
+            dump_json(settings),
         )
         new = Head(head.rows + 1, seq, checksum(head.checksum, values))
         try:
@@ -410,14 +411,14 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
             seq, total = number, str(stored)
             # They hardly ever change from row to row.
             if settings != told_settings[0]:
-                told_settings = (settings, _load(settings))
+                told_settings = (settings, load_json(settings))
             yield Row(
                 number,
                 kind,
                 of_seq,
                 label,
-                _load(before),
-                _load(after),
+                load_json(before),
+                load_json(after),
                 time,
                 version,
                 told_settings[1],
@@ -443,7 +444,17 @@ def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[Row]:
     except sqlite3.Error as error:
         raise InputError(tr("The journal is damaged ({error}).", error=error), file=path) from error
     return [
-        Row(seq, kind, of_seq, label, _load(before), _load(after), time, version, _load(settings))
+        Row(
+            seq,
+            kind,
+            of_seq,
+            label,
+            load_json(before),
+            load_json(after),
+            time,
+            version,
+            load_json(settings),
+        )
         for seq, kind, of_seq, label, before, after, time, version, settings in reversed(found)
     ]
 
@@ -471,28 +482,6 @@ def _writable(label: str) -> str:
 
 def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="milliseconds")
-
-
-def _dump(value: Mapping[str, Any] | None) -> str | None:
-    return None if value is None else json.dumps(value, allow_nan=False, separators=(",", ":"))
-
-
-class _Damaged(dict[str, Any]):
-    """Stands for JSON that cannot be read: the replay names the row and goes on."""
-
-
-def _no_number(word: str) -> float:
-    # Never written, since they are no JSON.
-    raise ValueError(word)
-
-
-def _load(text: str | None) -> Any:
-    if text is None:
-        return None
-    try:
-        return json.loads(text, parse_constant=_no_number)
-    except (ValueError, TypeError, RecursionError):
-        return _Damaged({"?": {"record": "damaged"}})
 
 
 def _open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:

@@ -26,7 +26,8 @@ _SHORTEST_LINE = 4  # characters, on average, of a long file: "0,0" and its end
 _SAMPLE = 200
 _DELIMITERS = (";", "\t", ",", " ")  # in order of preference where two fit equally well
 _DELIMITER_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "spaces"}
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
+# Each digit can be matched in one way only: else a long one that is no number takes minutes.
+_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
 _COMMA_NUMBER = re.compile(r"[+-]?(\d+,\d*|,\d+)([eEdD][+-]?\d+)?")
 _NOT_FINITE = {"nan": float("nan"), "inf": float("inf"), "infinity": float("inf")}
 _MISSING = {"", "na", "n/a", "null", "none", "-"}

@@ -9,39 +9,45 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from vomstudio.failures.missing_libraries import missing_library
 from vomstudio.paths import resource
-from vomstudio.words import tr
+from vomstudio.ui.shell.drawing_check import why_not_drawn
+
+_SHOWN_MS = 10_000
 
 
 def run_window(paths: Sequence[str]) -> int:
     """Open the window with these models, projects or photo folders; the process's exit code."""
-    if sys.platform.startswith("linux") and not any(
-        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
-    ):
-        # Without a screen Qt would abort the process with a page of its own.
-        print(
-            tr(
-                "There is no screen for the window (DISPLAY is not set). The commands work without "
-                "one: vomstudio --help lists them."
-            ),
-            file=sys.stderr,
-        )
+    from vomstudio.ui.shell.drawing_check import why_no_screen
+
+    if (refused := why_no_screen()) is not None:
+        # Qt would abort the process with a page of its own.
+        print(refused, file=sys.stderr)
         return 2
     os.environ.setdefault("QT_API", "pyside6")
-    from PySide6.QtCore import QTimer
-    from PySide6.QtGui import QIcon, QSurfaceFormat
-    from PySide6.QtWidgets import QApplication, QMessageBox
+    try:
+        from PySide6.QtCore import QTimer
+        from PySide6.QtGui import QIcon
+        from PySide6.QtWidgets import QApplication, QMessageBox
+    except ImportError as error:
+        said = missing_library(error)
+        if said is None:
+            raise
+        print(said, file=sys.stderr)
+        return 2
 
-    surface = QSurfaceFormat()
-    surface.setRenderableType(QSurfaceFormat.RenderableType.OpenGL)
-    surface.setVersion(3, 2)
-    surface.setProfile(QSurfaceFormat.OpenGLContextProfile.CoreProfile)
-    surface.setDepthBufferSize(24)
-    QSurfaceFormat.setDefaultFormat(surface)
+    _ask_for_opengl()
     application = QApplication([sys.argv[0]])
     # QApplication takes the user's locale; under a comma locale native readers misread decimals.
     locale.setlocale(locale.LC_NUMERIC, "C")
     application.setApplicationName("VOM Studio")
+    if (refused := why_not_drawn()) is not None:
+        print(refused, file=sys.stderr)
+        # Whoever started it from a menu sees no terminal; nobody may be there to close it.
+        box = QMessageBox(QMessageBox.Icon.Critical, "VOM Studio", refused)
+        QTimer.singleShot(_SHOWN_MS, box.close)
+        box.exec()
+        return 2
     application.setDesktopFileName("vomstudio")
     application.setWindowIcon(QIcon(str(resource("icon", "vomstudio.svg"))))
 
@@ -91,3 +97,15 @@ def run_window(paths: Sequence[str]) -> int:
     notices.close()
     qt_messages.uninstall()
     return code
+
+
+def _ask_for_opengl() -> None:
+    """Before the application is made, so that every widget gets it."""
+    from PySide6.QtGui import QSurfaceFormat
+
+    surface = QSurfaceFormat()
+    surface.setRenderableType(QSurfaceFormat.RenderableType.OpenGL)
+    surface.setVersion(3, 2)
+    surface.setProfile(QSurfaceFormat.OpenGLContextProfile.CoreProfile)
+    surface.setDepthBufferSize(24)
+    QSurfaceFormat.setDefaultFormat(surface)
