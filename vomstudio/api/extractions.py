@@ -91,8 +91,6 @@ def facets(
 
     Examples
     --------
-    Two walls of a corner:
-
     >>> import numpy as np
     >>> import vomstudio as vs
     >>> a, b = np.meshgrid(np.arange(0, 4, 0.1), np.arange(0, 4, 0.1))

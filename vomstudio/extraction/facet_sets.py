@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from vomstudio.extraction.facet_table import FacetTable
-from vomstudio.geology.set_proposals import propose_sets
+from vomstudio.geology.sets.proposals import propose_sets
 from vomstudio.io.text.orientation_reading import orientations_of
 from vomstudio.io.text.tables import table_of_cells
 

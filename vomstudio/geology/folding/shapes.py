@@ -15,8 +15,8 @@ from functools import cached_property
 
 import numpy as np
 
-from vomstudio.geology.chances import f_tail, t95
 from vomstudio.geology.orientation import Array, Line
+from vomstudio.geology.populations.chances import f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor, vollmer
 
 NO_SCATTER_DEG = 1e-3

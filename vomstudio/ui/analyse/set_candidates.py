@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from vomstudio.geology.common_turns import Turns
-    from vomstudio.geology.set_proposals import ProposedSet, SetProposal
+    from vomstudio.geology.sets.proposals import ProposedSet, SetProposal
 
 LEAST_PLANES = 3
 
@@ -188,7 +188,7 @@ def _places(studio: Studio, features: Sequence[Typed]) -> tuple[npt.NDArray[np.f
 def propose(of: Candidates, exactly: int | None, seeds: Sequence[Plane]) -> Proposed | VomError:
     """In any thread. exactly : the number of sets, None for a proposed one; seeds : a plane of each
     set, in place of a number."""
-    from vomstudio.geology.set_proposals import sets_among
+    from vomstudio.geology.sets.proposals import sets_among
 
     try:
         found = sets_among(of.poles, exactly=exactly, seeds=seeds, places=of.places)
@@ -204,7 +204,7 @@ def propose(of: Candidates, exactly: int | None, seeds: Sequence[Plane]) -> Prop
 
 
 def _cone(of: Candidates, found: SetProposal, one: ProposedSet) -> float | None:
-    from vomstudio.geology.set_statistics import mean_regions
+    from vomstudio.geology.populations.set_statistics import mean_regions
     from vomstudio.geology.statistics import fisher
 
     rows = np.flatnonzero(np.array(found.assignment) == one.name)
@@ -217,7 +217,7 @@ def _cone(of: Candidates, found: SetProposal, one: ProposedSet) -> float | None:
 
 def remarks_on(made: Proposed, exactly: int | None, seeded: bool) -> list[str]:
     """Sentences about what was found and what it was found among."""
-    from vomstudio.geology.axial_mixture import LEAST_MEMBERS
+    from vomstudio.geology.sets.axial_mixture import LEAST_MEMBERS
 
     found = made.found
     said = [*found.warnings, *made.of.remarks]

@@ -207,7 +207,7 @@ class SetsPanel(QWidget):
 
     def propose(self) -> None:
         """Among the chosen planes, in a thread."""
-        from vomstudio.geology.set_proposals import parse_seeds
+        from vomstudio.geology.sets.proposals import parse_seeds
 
         self._list_groups()
         text = self.seeds.text().strip()
