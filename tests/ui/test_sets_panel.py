@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 import pytest
 
 from tests import driver
+from tests.geology.test_set_proposals import cluster
 from tests.ui.conftest import add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.errors import DocumentError
+from vomstudio.geology.common_turns import together
+from vomstudio.ui.analyse.set_candidates import Candidates, propose
 from vomstudio.ui.analyse.sets_panel import SetsPanel
 
 
@@ -78,3 +84,33 @@ def test_one_edit_puts_features_in_several_sets(studio, panel) -> None:
     assert edit.label == "Put 2 features in 2 sets"
     with pytest.raises(DocumentError, match="already"):
         edits.put_in_sets(studio.records, {"r2": ""})
+
+
+def test_the_cone_holds_the_error_of_the_registration() -> None:
+    """Of equal turns about all axes a mean is off by the root of 5.99 times their error, 95 % of a
+    chi-square with two degrees of freedom; it adds to the set's own cone in squares."""
+    chance = np.random.default_rng(2)
+    poles = cluster((40, 60, 300, 80), chance)
+    sigma = math.radians(1.0)
+    turns = together([("registration", sigma**2 * np.eye(3))] * 80)
+    nowhere = np.full((80, 3), np.nan)
+    ids = tuple(map(str, range(80)))
+    of = Candidates(ids, poles, nowhere, turns, frozenset(), (), replacing=False)
+    made = propose(of, 1, ())
+    own = made.sets[0].cone95_deg
+    assert made.sets[0].n == 80
+    assert made.cones_deg[0] == pytest.approx(math.hypot(own, math.sqrt(5.991)), rel=0.02)
+
+
+def test_the_preview_ends_where_nobody_can_decide_on_it(window, studio, panel) -> None:
+    read(studio, [(90 + i % 2, 45) for i in range(12)])
+    seen = []
+    studio.sets_proposed.connect(seen.append)
+    proposed(window, panel)
+    assert [name for name, _ in seen[-1]] == ["J1", ""]
+    window.workspaces.switch("interpret")
+    assert seen[-1] is None
+    window.workspaces.switch("analyse")
+    window.docks["sets"].raise_()
+    assert panel.proposed is not None
+    assert seen[-1] is not None

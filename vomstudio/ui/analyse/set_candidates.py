@@ -13,7 +13,6 @@ from vomstudio.document.records import FeatureType, Model, Typed
 from vomstudio.document.registration_errors import model_of, turns_of
 from vomstudio.errors import GeometryError, VomError
 from vomstudio.geology.orientation import Plane
-from vomstudio.ui.analyse.net_sets import Groups
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
 
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
 
     from vomstudio.geology.common_turns import Turns
     from vomstudio.geology.sets.proposals import ProposedSet, SetProposal
+    from vomstudio.ui.analyse.net_sets import Groups
 
 LEAST_PLANES = 3
 
