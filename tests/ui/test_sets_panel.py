@@ -9,7 +9,7 @@ import pytest
 
 from tests import driver
 from tests.geology.test_set_proposals import cluster
-from tests.ui.conftest import add_cliff
+from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.errors import DocumentError
@@ -114,3 +114,14 @@ def test_the_preview_ends_where_nobody_can_decide_on_it(window, studio, panel) -
     window.docks["sets"].raise_()
     assert panel.proposed is not None
     assert seen[-1] is not None
+
+
+def test_what_was_picked_is_pooled_across_types_and_said_so(window, studio, panel) -> None:
+    for i in range(8):
+        add_bed(studio, f"b{i}", dip=0.5 + 0.01 * i, type_id="bedding" if i % 2 else "joint")
+    read(studio, [(10, 20), (100, 80), (200, 40)])
+    said = proposed(window, panel)
+    assert panel.of.currentText() == "All picked planes"
+    assert "Types are pooled" in said
+    assert set(panel.proposed.of.ids) == {f"b{i}" for i in range(8)}
+    assert panel.table.item(0, 1).text() == "8"

@@ -127,16 +127,6 @@ def sets_among(
     `propose_sets`, places (n, 3). Raises UsageError for numbers that cannot be."""
     warnings: list[str] = []
     mixture, criteria = _mixture(poles, most, exactly, seeds)
-    if exactly is not None and not seeds and mixture.k < exactly:
-        warnings.append(
-            tr_n(
-                "Only {count} set of at least {least} planes can be told apart, not {asked}.",
-                "Only {count} sets of at least {least} planes can be told apart, not {asked}.",
-                mixture.k,
-                least=LEAST_MEMBERS,
-                asked=exactly,
-            )
-        )
     group = mixture.assigned()
     order = list(range(mixture.k))
     if not seeds:
@@ -147,12 +137,23 @@ def sets_among(
         members = np.flatnonzero(group == j)
         names[j] = f"S{number}"
         if not len(members):
-            warnings.append(
-                tr("No plane belongs to the seed {number}; it makes no set.", number=number)
-            )
+            if seeds:
+                warnings.append(
+                    tr("No plane belongs to the seed {number}; it makes no set.", number=number)
+                )
             continue
         where = None if places is None else places[members]
         sets.append(_described(names[j], poles[members], where))
+    if exactly is not None and not seeds and len(sets) < exactly:
+        warnings.append(
+            tr_n(
+                "Only {count} set of at least {least} planes can be told apart, not {asked}.",
+                "Only {count} sets of at least {least} planes can be told apart, not {asked}.",
+                len(sets),
+                least=LEAST_MEMBERS,
+                asked=exactly,
+            )
+        )
     probability = mixture.posterior[np.arange(len(poles)), group]
     return SetProposal(
         n=len(poles),
