@@ -9,6 +9,7 @@ from tests import driver
 from tests.ui.conftest import add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
+from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
 
 
 @pytest.fixture
@@ -26,7 +27,7 @@ def panel(window, studio):
         for i, (kind, name, azimuth, dip) in enumerate(dips)
     ]
     assert studio.attempt(edits.add_readings, readings)
-    made = window.docks["statistics"].widget()
+    made = window.findChild(StatisticsPanel)
     driver.wait(lambda: "Planes" in made.figures.toPlainText(), "the figures")
     return made
 

@@ -239,7 +239,6 @@ class MainWindow(QMainWindow):
             key.activated.connect(actions["delete"].trigger)
 
     def _fill_docks(self) -> None:
-        from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
         from vomstudio.ui.shell.jobs_panel import JobsPanel
         from vomstudio.ui.shell.work_panels import work_panels
 
@@ -249,7 +248,6 @@ class MainWindow(QMainWindow):
         add("project", tr("Project"), self.tree)
         add("tool", tr("Tool"), self.tool_panel, scrolls=True)
         add("stereonet", tr("Stereonet"), self._net_place)
-        add("statistics", tr("Statistics"), StatisticsPanel(self.studio))
         add("view", tr("View direction"), self.view_panel, scrolls=True)
         add("display", tr("Display"), self.display_panel)
         add("properties", tr("Properties"), self.properties)

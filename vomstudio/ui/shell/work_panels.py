@@ -19,9 +19,13 @@ Make = Callable[[Studio], QWidget]
 
 def work_panels() -> tuple[tuple[str, str, Make], ...]:
     """Name of the dock, title and maker of each; they scroll."""
+    from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
     from vomstudio.ui.registration.compare_panel import ComparePanel
 
-    return (("compare", to_translate("Compare"), ComparePanel),)
+    return (
+        ("statistics", to_translate("Statistics"), StatisticsPanel),
+        ("compare", to_translate("Compare"), ComparePanel),
+    )
 
 
 def work_commands(
