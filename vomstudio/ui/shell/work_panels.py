@@ -19,11 +19,13 @@ Make = Callable[[Studio], QWidget]
 
 def work_panels() -> tuple[tuple[str, str, Make], ...]:
     """Name of the dock, title and maker of each; they scroll."""
+    from vomstudio.ui.analyse.slopes_panel import SlopesPanel
     from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
     from vomstudio.ui.registration.compare_panel import ComparePanel
 
     return (
         ("statistics", to_translate("Statistics"), StatisticsPanel),
+        ("slopes", to_translate("Slopes"), SlopesPanel),
         ("compare", to_translate("Compare"), ComparePanel),
     )
 

@@ -18,6 +18,7 @@ HOMES: dict[str, Area] = {
     "tool": "left",
     "stereonet": "right",
     "statistics": "right",
+    "slopes": "right",
     "view": "right",
     "display": "right",
     "properties": "right",
@@ -132,7 +133,7 @@ WORKSPACES: tuple[Workspace, ...] = (
             "features first, or import field measurements."
         ),
         "features",
-        right=(("stereonet",), ("statistics", "properties")),
+        right=(("stereonet",), ("statistics", "slopes", "properties")),
         bottom=(("table",),),
         shares=(0.205, 0.36, 0.26),
         first_share=0.6,

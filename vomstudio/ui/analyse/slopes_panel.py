@@ -1,0 +1,338 @@
+"""The dock of slopes: which planes and intersections let a face fail."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QGuiApplication, QPaintEvent
+from PySide6.QtWidgets import (
+    QDoubleSpinBox,
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QWidget,
+)
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.records import Typed
+from vomstudio.errors import VomError
+from vomstudio.geology.notation import format_plane, parse_plane
+from vomstudio.geology.orientation import Plane
+from vomstudio.geology.slopes import LATERAL_DEG, SlopeFace
+from vomstudio.io.project.export import write_csv
+from vomstudio.tables.project_table import project_table
+from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
+from vomstudio.ui.analyse.picture_file import ask_for_picture
+from vomstudio.ui.analyse.slope_answer import (
+    SlopeAnswer,
+    SlopeQuestion,
+    answer,
+    command_line,
+    write_figure,
+)
+from vomstudio.ui.analyse.slope_results import SlopeResults
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.words import tr
+
+_SOON_MS = 120
+_FRICTION_DEG = 30.0
+
+
+class SlopesPanel(QWidget):
+    """answered : what is shown, None where there is nothing to say"""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        explain(self, "conventions.md#slopes")
+        self._studio = studio
+        self._stale = True
+        self._writing = False
+        self._chosen_here: tuple[str, ...] | None = None
+        self._features: list[Typed] = []
+        self.answered: SlopeAnswer | None = None
+        self._background = Background(self)
+        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Computing…")))
+        self.of = GroupBox(studio, tr("All planes"))
+        self.of.setAccessibleName(tr("Planes"))
+        self.of.activated.connect(self._group_chosen)
+        self.face = QLineEdit()
+        self.face.setObjectName("slope_face")
+        self.face.setToolTip(tr("Attitude of the slope, in the notation of the project."))
+        self.face.textChanged.connect(self._soon)
+        self.take = QPushButton(tr("Take selected"))
+        self.take.clicked.connect(self._take_selected)
+        self.friction = _angle("slope_friction", _FRICTION_DEG, tr("Friction angle of the planes."))
+        self.lateral = _angle(
+            "slope_lateral",
+            LATERAL_DEG,
+            tr("How far from the slope's direction planes and toppling count; 90° for no limit."),
+        )
+        self.limits = ComboBox()
+        self.limits.setObjectName("slope_limits")
+        self.limits.addItem(tr("small circles"), "curved")
+        self.limits.addItem(tr("of the dip direction"), "straight")
+        self.limits.activated.connect(self._soon)
+        for box in (self.friction, self.lateral):
+            box.valueChanged.connect(self._soon)
+        self.said = hint_label()
+        self.said.setObjectName("slope_said")
+        self.results = SlopeResults()
+        self.results.chosen.connect(self._select)
+        self.copy = QPushButton(theme.icon("content-copy"), tr("Copy as command…"))
+        self.copy.clicked.connect(self._ask_for_table)
+        self.figure = QPushButton(theme.icon("image-outline"), tr("Figure…"))
+        self.figure.clicked.connect(self._ask_for_figure)
+        self._arrange()
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(_SOON_MS)
+        self._timer.timeout.connect(self.refresh)
+        studio.project_opened.connect(self._opened)
+        studio.settings_changed.connect(self._notation_changed)
+        studio.edited.connect(self._edited)
+        studio.selection_changed.connect(lambda _: self._selected())
+        studio.jobs.closed.connect(self._close)
+        self._notation_changed()
+
+    def _arrange(self) -> None:
+        form = QFormLayout()
+        form.setContentsMargins(0, 0, 0, 0)
+        row = QHBoxLayout()
+        row.addWidget(self.face, 1)
+        row.addWidget(self.take)
+        form.addRow(tr("Planes"), self.of)
+        form.addRow(tr("Face"), row)
+        angles = QHBoxLayout()
+        angles.addWidget(self.lateral)
+        angles.addWidget(self.limits, 1)
+        form.addRow(tr("Friction"), self.friction)
+        form.addRow(tr("Lateral limit"), angles)
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.copy)
+        buttons.addWidget(self.figure)
+        column = narrow_column(self)
+        column.addLayout(form)
+        column.addWidget(self.said)
+        column.addWidget(self.results, 1)
+        column.addLayout(buttons)
+
+    # --- when to look again ------------------------------------------------------------------
+    def _soon(self, *_: object) -> None:
+        if not self._timer.isActive():
+            self._timer.start()
+
+    def _edited(self, edit: Edit) -> None:
+        if self._studio.affected(edit):
+            self._soon()
+
+    def _opened(self) -> None:
+        """Another project."""
+        self._chosen_here = None
+        self._soon()
+
+    def _notation_changed(self) -> None:
+        example = format_plane(Plane(135.0, 70.0), self._studio.settings.notation)
+        self.face.setPlaceholderText(tr("such as {example}", example=example))
+        self._soon()
+
+    def _group_chosen(self, *_: object) -> None:
+        self._chosen_here = None
+        self._soon()
+
+    def _selected(self) -> None:
+        self._refresh_take()
+        ids = self._studio.selection.ids
+        self.results.mark(ids)
+        # What was clicked here is still one of those that were looked at.
+        if ids != self._chosen_here and self.of.choice() == SELECTED:
+            self._chosen_here = None
+            self._soon()
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
+        super().paintEvent(event)
+        if self._stale:
+            self._soon()
+
+    # --- the question ------------------------------------------------------------------------
+    def refresh(self) -> None:
+        """Ask anew, unless nobody sees it."""
+        self._stale = self.visibleRegion().isEmpty()
+        if self._stale:
+            return
+        self.of.list_groups()
+        self._refresh_take()
+        question = self._question()
+        if isinstance(question, str):
+            self._asked.drop()
+            self._show(None, question)
+        else:
+            self._asked.ask(partial(answer, question))
+            self._refresh_buttons()
+
+    def _question(self) -> SlopeQuestion | str:
+        """Or why there is none."""
+        studio = self._studio
+        if self._chosen_here is None:
+            self._features = self.of.features()
+        features = [f for f in self._features if f.id in studio.records]
+        measured = studio.measured(f.id for f in features)
+        features = [f for f in features if measured[f.id].plane is not None]
+        if not features:
+            if self.of.choice() == SELECTED:
+                return tr("Select planes, or choose others above.")
+            return tr("There are no planes here. Pick some, or import field measurements.")
+        text = self.face.text().strip()
+        if not text:
+            return tr(
+                "Type the attitude of the face, or select a plane that dips as it does and take it."
+            )
+        try:
+            face = SlopeFace(
+                parse_plane(text, studio.settings.notation),
+                self.friction.value(),
+                self.lateral.value(),
+                str(self.limits.currentData()),
+            )
+        except VomError as error:
+            return error.message
+        return SlopeQuestion(dict(studio.records), features, measured, face)
+
+    # --- the answer --------------------------------------------------------------------------
+    def _came(self, made: object) -> None:
+        if isinstance(made, SlopeAnswer):
+            self._show(made, "\n".join([*_counted(made), *made.found.warnings]))
+        else:
+            assert isinstance(made, VomError)
+            self._show(None, made.message)
+
+    def _show(self, answered: SlopeAnswer | None, said: str) -> None:
+        self.answered = answered
+        self.said.setText(said)
+        self.results.show_answer(answered)
+        self.results.mark(self._studio.selection.ids)
+        self._refresh_buttons()
+
+    def _select(self, ids: list[str]) -> None:
+        self._chosen_here = tuple(ids)
+        self._studio.selection.set(ids)
+
+    # --- the face ----------------------------------------------------------------------------
+    def _selected_plane(self) -> Plane | None:
+        current = self._studio.selection.current
+        record = None if current is None else self._studio.records.get(current)
+        if current is None or not isinstance(record, Typed):
+            return None
+        return self._studio.measured([current])[current].plane
+
+    def _refresh_take(self) -> None:
+        plane = self._selected_plane()
+        self.take.setEnabled(plane is not None)
+        self.take.setToolTip(
+            tr("Select a plane that dips as the face does first.")
+            if plane is None
+            else tr("The face dips as the selected plane does.")
+        )
+
+    def _take_selected(self) -> None:
+        plane = self._selected_plane()
+        if plane is not None:
+            self.face.setText(format_plane(plane, self._studio.settings.notation, 1))
+
+    # --- what is taken away ------------------------------------------------------------------
+    def _refresh_buttons(self) -> None:
+        why = None
+        if self._asked.waiting:
+            why = tr("The planes are being looked at.")
+        elif self.answered is None:
+            why = tr("There is nothing to take yet: choose planes and a face.")
+        self.copy.setEnabled(why is None)
+        self.copy.setToolTip(
+            why or tr("Keep the planes as a table, and copy the command that says the same of it.")
+        )
+        writing = tr("The figure is being written.") if self._writing else None
+        self.figure.setEnabled((why or writing) is None)
+        self.figure.setToolTip(
+            why or writing or tr("The nets of the four modes as SVG, PDF or PNG.")
+        )
+
+    def _ask_for_table(self) -> None:
+        if self.answered is None:
+            return
+        proposed = Path(start_folder(self._studio)) / "slope-planes.csv"
+        name, _ = QFileDialog.getSaveFileName(
+            self, tr("Table of the planes for the command"), str(proposed), tr("Table (*.csv)")
+        )
+        if name:
+            self.copy_command(Path(name if name.lower().endswith(".csv") else name + ".csv"))
+
+    def copy_command(self, path: Path) -> None:
+        """Write the planes as a table, and put the command on the clipboard."""
+        if self.answered is None:
+            return
+        question, studio = self.answered.question, self._studio
+        try:
+            only = {f.id for f in question.features}
+            write_csv(path, project_table(question.records, studio.measurements, only), force=True)
+        except VomError as error:
+            studio.fail(error)
+            return
+        QGuiApplication.clipboard().setText(command_line(path, question.face))
+        studio.info(tr("The command is on the clipboard; its planes are in {file}.", file=path))
+
+    def _ask_for_figure(self) -> None:
+        path = ask_for_picture(self, self._studio, tr("Figure of the slope"), "slope")
+        if path is not None:
+            self.write_figure(path)
+
+    def write_figure(self, path: Path) -> None:
+        """The four nets to a file, in a thread."""
+        if self.answered is None:
+            return
+        self._writing = True
+        self._refresh_buttons()
+        self._background.run(
+            partial(write_figure, self.answered, path), partial(self._written, path)
+        )
+
+    def _written(self, path: Path, error: object) -> None:
+        self._writing = False
+        self._refresh_buttons()
+        if isinstance(error, VomError):
+            self._studio.fail(error)
+        else:
+            self._studio.info(tr("Exported to {file}.", file=path))
+
+    def _close(self) -> None:
+        self._timer.stop()
+        self._asked.close()
+        self._background.close()
+
+
+def _counted(made: SlopeAnswer) -> list[str]:
+    """Of how many planes it is said, and what stands behind the probabilities."""
+    found = made.found
+    if not found.with_error:
+        return [tr("{n} planes; their errors are not known, so no probability.", n=found.n)]
+    return [tr("{n} planes, the error of {known} known.", n=found.n, known=found.with_error)]
+
+
+def _angle(name: str, value: float, tip: str) -> QDoubleSpinBox:
+    """Degrees; what cannot be is said in words."""
+    box = QDoubleSpinBox()
+    box.setObjectName(name)
+    box.setDecimals(1)
+    box.setRange(0.0, 90.0)
+    box.setSuffix("°")
+    box.setValue(value)
+    box.setToolTip(tip)
+    return box
