@@ -6,8 +6,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QItemSelectionModel, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
+    QBoxLayout,
+    QHBoxLayout,
     QHeaderView,
     QLabel,
     QListWidget,
@@ -38,10 +41,14 @@ _HEADS = (
     (to_translate("Critical"), to_translate("How many lie in the critical zone.")),
     (to_translate("Of"), to_translate("All planes, or all intersections of two planes.")),
     (to_translate("Share"), to_translate("Critical of all.")),
-    (to_translate("Probability"),
+    (to_translate("Expected"),
      to_translate("The share to be expected with each plane's own error.")),
 )  # fmt: skip
 _LIST_HEIGHT = 90
+_LIST_WIDTH = 145
+_NO_LIMIT = 16_777_215
+_BESIDE_FROM = 440
+"""Where it is wider, the planes are listed beside the table, else below it."""
 
 
 class SlopeResults(QWidget):
@@ -61,13 +68,23 @@ class SlopeResults(QWidget):
         self.planes.setMinimumHeight(_LIST_HEIGHT)
         self.planes.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.planes.itemSelectionChanged.connect(self._clicked)
+        self._sides = QHBoxLayout()
+        self._sides.setSpacing(4)
+        self._sides.addWidget(self.table, 1, Qt.AlignmentFlag.AlignTop)
+        self._sides.addWidget(self.planes)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(4)
-        column.addWidget(self.table)
+        column.setSpacing(2)
         column.addWidget(self.heading)
-        column.addWidget(self.planes, 1)
+        column.addLayout(self._sides, 1)
         self.show_answer(None)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        beside = self.width() >= _BESIDE_FROM
+        ways = QBoxLayout.Direction
+        self._sides.setDirection(ways.LeftToRight if beside else ways.TopToBottom)
+        self.planes.setMaximumWidth(_LIST_WIDTH if beside else _NO_LIMIT)
 
     @property
     def mode(self) -> str:
@@ -110,6 +127,7 @@ class SlopeResults(QWidget):
             self.planes.clear()
             for each in critical:
                 item = QListWidgetItem(self._said(each))
+                item.setToolTip(item.text())
                 item.setData(Qt.ItemDataRole.UserRole, each.id)
                 self.planes.addItem(item)
         self.planes.setVisible(bool(critical))
@@ -120,18 +138,17 @@ class SlopeResults(QWidget):
         _, title, of_planes = next(each for each in _MODES if each[0] == self.mode)
         mode = tr(title).removeprefix("– ")
         if not count:
-            return tr("{mode}: no critical plane.", mode=mode)
+            return tr("{mode}: no plane is critical.", mode=mode)
         if of_planes:
             return tr_n(
-                "{mode}: {count} critical plane. Click to select.",
-                "{mode}: {count} critical planes. Click to select.",
+                "{mode}: {count:,} critical plane. A click selects it.",
+                "{mode}: {count:,} critical planes. A click selects one.",
                 count,
                 mode=mode,
             )
-        return tr_n(
-            "{mode}: {count} plane with critical intersections. Click to select.",
-            "{mode}: {count} planes with critical intersections. Click to select.",
-            count,
+        return tr(
+            "{mode}: {count:,} planes by how many critical intersections they have.",
+            count=count,
             mode=mode,
         )
 
@@ -141,15 +158,8 @@ class SlopeResults(QWidget):
         feature = question.records[critical.id]
         plane = question.measured[critical.id].plane
         assert plane is not None
-        said = f"{getattr(feature, 'name', '') or critical.id}   {format_plane(plane)}"
-        if critical.intersections is None:
-            return said
-        return tr_n(
-            "{said}   in {count} intersection",
-            "{said}   in {count} intersections",
-            critical.intersections,
-            said=said,
-        )
+        said = f"{getattr(feature, 'name', '') or critical.id}  {format_plane(plane)}"
+        return said if critical.intersections is None else f"{said}  ({critical.intersections:,})"
 
     def _clicked(self) -> None:
         self.chosen.emit([i.data(Qt.ItemDataRole.UserRole) for i in self.planes.selectedItems()])

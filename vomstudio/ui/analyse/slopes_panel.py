@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLineEdit,
     QPushButton,
+    QToolButton,
     QWidget,
 )
 
@@ -42,7 +44,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 _SOON_MS = 120
 _FRICTION_DEG = 30.0
@@ -77,10 +79,18 @@ class SlopesPanel(QWidget):
             LATERAL_DEG,
             tr("How far from the slope's direction planes and toppling count; 90° for no limit."),
         )
+        self.lateral.setPrefix(tr("lateral ±"))
         self.limits = ComboBox()
         self.limits.setObjectName("slope_limits")
         self.limits.addItem(tr("small circles"), "curved")
-        self.limits.addItem(tr("of the dip direction"), "straight")
+        self.limits.addItem(tr("dip directions"), "straight")
+        self.limits.setToolTip(
+            tr(
+                "The lateral limits of planes: small circles about the strike of the face, or dip "
+                "directions."
+            )
+        )
+        self.limits.keep_narrow()
         self.limits.activated.connect(self._soon)
         for box in (self.friction, self.lateral):
             box.valueChanged.connect(self._soon)
@@ -88,10 +98,8 @@ class SlopesPanel(QWidget):
         self.said.setObjectName("slope_said")
         self.results = SlopeResults()
         self.results.chosen.connect(self._select)
-        self.copy = QPushButton(theme.icon("content-copy"), tr("Copy as command…"))
-        self.copy.clicked.connect(self._ask_for_table)
-        self.figure = QPushButton(theme.icon("image-outline"), tr("Figure…"))
-        self.figure.clicked.connect(self._ask_for_figure)
+        self.copy = _button("content-copy", tr("Copy as command…"), self._ask_for_table)
+        self.figure = _button("image-outline", tr("Figure…"), self._ask_for_figure)
         self._arrange()
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
@@ -107,24 +115,15 @@ class SlopesPanel(QWidget):
     def _arrange(self) -> None:
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
-        row = QHBoxLayout()
-        row.addWidget(self.face, 1)
-        row.addWidget(self.take)
-        form.addRow(tr("Planes"), self.of)
-        form.addRow(tr("Face"), row)
-        angles = QHBoxLayout()
-        angles.addWidget(self.lateral)
-        angles.addWidget(self.limits, 1)
-        form.addRow(tr("Friction"), self.friction)
-        form.addRow(tr("Lateral limit"), angles)
-        buttons = QHBoxLayout()
-        buttons.addWidget(self.copy)
-        buttons.addWidget(self.figure)
+        form.setVerticalSpacing(4)
+        form.addRow(tr("Planes"), _row(self.of, self.copy, self.figure, wide=self.of))
+        form.addRow(tr("Face"), _row(self.face, self.take, wide=self.face))
+        angles = _row(self.friction, self.lateral, self.limits, wide=self.limits)
+        form.addRow(tr("Friction"), angles)
         column = narrow_column(self)
         column.addLayout(form)
         column.addWidget(self.said)
         column.addWidget(self.results, 1)
-        column.addLayout(buttons)
 
     # --- when to look again ------------------------------------------------------------------
     def _soon(self, *_: object) -> None:
@@ -210,7 +209,7 @@ class SlopesPanel(QWidget):
     # --- the answer --------------------------------------------------------------------------
     def _came(self, made: object) -> None:
         if isinstance(made, SlopeAnswer):
-            self._show(made, "\n".join([*_counted(made), *made.found.warnings]))
+            self._show(made, " ".join([_counted(made), *made.found.warnings]))
         else:
             assert isinstance(made, VomError)
             self._show(None, made.message)
@@ -252,18 +251,20 @@ class SlopesPanel(QWidget):
     def _refresh_buttons(self) -> None:
         why = None
         if self._asked.waiting:
-            why = tr("The planes are being looked at.")
+            why = tr("the planes are being looked at")
         elif self.answered is None:
-            why = tr("There is nothing to take yet: choose planes and a face.")
+            why = tr("choose planes and a face first")
+        elif self._writing:
+            why = tr("the figure is being written")
         self.copy.setEnabled(why is None)
-        self.copy.setToolTip(
-            why or tr("Keep the planes as a table, and copy the command that says the same of it.")
-        )
-        writing = tr("The figure is being written.") if self._writing else None
-        self.figure.setEnabled((why or writing) is None)
-        self.figure.setToolTip(
-            why or writing or tr("The nets of the four modes as SVG, PDF or PNG.")
-        )
+        self.figure.setEnabled(why is None)
+        for button, more in (
+            (self.copy, tr("keep the planes as a table, and copy the command that says the same")),
+            (self.figure, tr("the nets of the four modes as SVG, PDF or PNG")),
+        ):
+            button.setToolTip(
+                tr("{button}: {more}", button=button.text().rstrip("…"), more=why or more)
+            )
 
     def _ask_for_table(self) -> None:
         if self.answered is None:
@@ -318,12 +319,29 @@ class SlopesPanel(QWidget):
         self._background.close()
 
 
-def _counted(made: SlopeAnswer) -> list[str]:
-    """Of how many planes it is said, and what stands behind the probabilities."""
+def _counted(made: SlopeAnswer) -> str:
+    """Of how many planes it is said, and where there are no probabilities, why."""
     found = made.found
     if not found.with_error:
-        return [tr("{n} planes; their errors are not known, so no probability.", n=found.n)]
-    return [tr("{n} planes, the error of {known} known.", n=found.n, known=found.with_error)]
+        return tr("{n:,} planes. No error of theirs is known, so no probability is.", n=found.n)
+    return tr_n("{count:,} plane.", "{count:,} planes.", found.n)
+
+
+def _row(*parts: QWidget, wide: QWidget) -> QHBoxLayout:
+    row = QHBoxLayout()
+    for part in parts:
+        row.addWidget(part, 1 if part is wide else 0)
+    return row
+
+
+def _button(icon: str, text: str, clicked: Callable[[], None]) -> QToolButton:
+    """Its tooltip says what it does."""
+    button = QToolButton()
+    button.setIcon(theme.icon(icon))
+    button.setText(text)
+    button.setAccessibleName(text)
+    button.clicked.connect(clicked)
+    return button
 
 
 def _angle(name: str, value: float, tip: str) -> QDoubleSpinBox:

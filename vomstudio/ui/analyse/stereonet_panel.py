@@ -28,7 +28,7 @@ from vomstudio.errors import VomError
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line
-from vomstudio.geology.orientation import Plane
+from vomstudio.geology.orientation import Array, Plane
 from vomstudio.products.net.contents import (
     AnyEllipse,
     NetContents,
@@ -481,5 +481,16 @@ def _sets(
         angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
         ids = tuple(id_ for id_, _ in lines)
         own = turned.of([rows[id_] for id_ in ids])
-        result.append(NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant, own))
+        slips = _slips([measured[id_] for id_ in ids])
+        result.append(
+            NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant, own, slips)
+        )
     return result
+
+
+def _slips(measured: Sequence[Measurement]) -> Array | None:
+    """(n, 3) movements of the hanging walls along these lines, as far as they are known."""
+    slips = [m.slip_vector() for m in measured]
+    if all(slip is None for slip in slips):
+        return None
+    return np.array([(np.nan,) * 3 if slip is None else slip for slip in slips])
