@@ -36,6 +36,9 @@ PROJECTION_NAMES = {
     "angle": to_translate("Equal angle, lower hemisphere"),
 }
 
+_SLIP = 0.1
+"""Half the length of an arrow of slip, which lies over the symbol of its striae."""
+
 
 class Page:
     """The layout of one figure, in points from its bottom left corner."""
@@ -261,8 +264,8 @@ class Page:
             drawn.append(line)
             if s.slips is not None and net.poles:
                 draw_slip_arrows(
-                    self.axes, at, s.slips, color=style.outline(color),
-                    width_pt=1.4 * style.line_pt, zorder=layer("poles"),
+                    self.axes, at, s.slips, color=style.ink, half=_SLIP,
+                    width_pt=1.2 * style.line_pt, zorder=layer("poles"),
                 )  # fmt: skip
             if up.any():
                 self.axes.plot(

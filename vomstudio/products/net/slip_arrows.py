@@ -12,17 +12,23 @@ from vomstudio.geology.orientation import Array, Flags
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_HALF = 0.07
-"""Of the length, in radii of the net."""
 _HEAD, _WING = 0.05, 0.022
 _UPRIGHT = 1e-6
 
 
 def draw_slip_arrows(
-    ax: Axes, at: Array, slips: Array, *, color: str, width_pt: float, zorder: float
+    ax: Axes,
+    at: Array,
+    slips: Array,
+    *,
+    color: str,
+    width_pt: float,
+    zorder: float,
+    half: float = 0.07,
 ) -> Flags:
     """Arrows at net positions (n, 2) of movements (n, 3); NaN for none. Returns (n,) which have
-    one: a slip straight up or down has no direction on the net."""
+    one: a slip straight up or down has no direction on the net. half : of their length, in radii of
+    the net"""
     from matplotlib.collections import LineCollection, PolyCollection
 
     ahead = np.asarray(slips, np.float64)[:, :2]
@@ -30,9 +36,9 @@ def draw_slip_arrows(
     moving = length > _UPRIGHT
     step = ahead[moving] / length[moving, None]
     side = np.stack([-step[:, 1], step[:, 0]], axis=1)
-    tip = at[moving] + _HALF * step
+    tip = at[moving] + half * step
     neck = tip - _HEAD * step
-    shafts = np.stack([at[moving] - _HALF * step, neck], axis=1)
+    shafts = np.stack([at[moving] - half * step, neck], axis=1)
     heads = np.stack([tip, neck + _WING * side, neck - _WING * side], axis=1)
     ax.add_collection(
         LineCollection(list(shafts), colors=color, linewidths=width_pt, zorder=zorder),

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QListWidget,
     QListWidgetItem,
+    QSizePolicy,
     QTableWidget,
     QTableWidgetItem,
     QVBoxLayout,
@@ -66,6 +67,7 @@ class SlopeResults(QWidget):
         self.planes = QListWidget()
         self.planes.setAccessibleName(tr("Critical planes"))
         self.planes.setMinimumHeight(_LIST_HEIGHT)
+        self.planes.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.planes.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.planes.itemSelectionChanged.connect(self._clicked)
         self._sides = QHBoxLayout()
