@@ -173,3 +173,14 @@ def test_radians_are_noticed() -> None:
     # The same in degrees, and beds that are nearly flat, are what they are.
     vs.stats((np.degrees(direction), np.degrees(dip)))
     vs.stats((chance.uniform(0, 360, 30), chance.uniform(0, 1.5, 30)))
+
+
+@pytest.mark.parametrize("text", SAME_PLANE.values(), ids=SAME_PLANE)
+def test_what_was_read_goes_into_the_statistics(write: Write, text: str) -> None:
+    """The file's own columns, which follow ours, do not claim the same angles once more."""
+    path = write(text)
+    read = vs.read_orientations(path)
+    mean = vs.stats(read).sets["all"].tensor.axes[0]
+    assert (mean.trend_deg, mean.plunge_deg) == pytest.approx((300.0, 45.0))
+    again = vs.stats(str(path)).sets["all"].tensor.axes[0]
+    assert mean.trend_deg == pytest.approx(again.trend_deg)

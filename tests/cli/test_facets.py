@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from tests.extraction.planes_by_construction import clouds_of, sheet
+from tests.extraction.planes_by_construction import angle_deg, clouds_of, normal_of, sheet
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.text.orientation_reading import read_orientations
 
@@ -49,6 +49,40 @@ def test_the_object_and_the_table(run, cloud: Path, tmp_path: Path) -> None:
     assert set(facet.tolist()) <= {-1, 0, 1, 2}
     assert (np.asarray(data.fields["set"]) == -1).all()
     assert set(read.ids) == {"0", "1", "2"}
+
+
+def test_sets_are_named_in_the_table_and_counted_in_the_labels(run, tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    parts = [
+        sheet(
+            rng, ATTITUDES[k % 3], (3.0 * (k % 6), 3.0 * (k // 6), 0.0), size=1.5, count=400,
+        )
+        for k in range(36)
+    ]  # fmt: skip
+    cloud, part = clouds_of(*parts)
+    path, table, labels = (tmp_path / name for name in ("c.xyz", "t.csv", "l.ply"))
+    np.savetxt(path, cloud.points, fmt="%.5f")
+    ran = run("facets", path, "-o", table, "--labels", labels, "--sets", "--json")
+    assert ran.code == 0
+    assert ran.json["facets"] == 36
+    sets = ran.json["sets"]
+    assert [one["n"] for one in sets] == [12, 12, 12]
+    for direction, dip in ATTITUDES:
+        near = min(
+            sets,
+            key=lambda one: angle_deg(
+                normal_of(one["dip_direction_deg"], one["dip_deg"]), normal_of(direction, dip)
+            ),
+        )
+        found = normal_of(near["dip_direction_deg"], near["dip_deg"])
+        assert angle_deg(found, normal_of(direction, dip)) < 1.0
+    field = np.asarray(read_model(labels).data.fields["set"])
+    assert field.dtype == np.int32
+    for k in range(3):
+        assert len(set(field[(part % 3 == k) & (field >= 0)].tolist())) == 1
+    names = read_orientations(table).sets
+    assert names is not None
+    assert set(names) == {one["name"] for one in sets}
 
 
 def test_stats_and_fold_read_the_table(run, cloud: Path, tmp_path: Path) -> None:

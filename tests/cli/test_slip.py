@@ -126,7 +126,7 @@ def test_arrows_of_normal_faults_point_outward_and_the_picture_names_the_axes(
     from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
-    from vomstudio.geology.table_slip import table_slip
+    from vomstudio.geology.faults.table_slip import table_slip
     from vomstudio.products.net.slip_figure import draw_slip
 
     path, target = write(TABLE), tmp_path / "s.svg"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from vomstudio.geology.chances import chi2_tail, f_tail, t95
+from vomstudio.geology.populations.chances import chi2_tail, f_tail, t95
 
 
 @pytest.mark.parametrize("free", [1, 2, 3, 5, 8, 9, 20])

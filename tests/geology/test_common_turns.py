@@ -23,7 +23,7 @@ from vomstudio.geology.common_turns import (
 )
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, normals_to_planes
-from vomstudio.geology.set_statistics import set_statistics
+from vomstudio.geology.populations.set_statistics import set_statistics
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry.tilts import direction_covariance
 

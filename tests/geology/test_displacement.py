@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.displacement import (
+from vomstudio.geology.faults.displacement import (
     Errors,
     net_slip_of_cutoffs,
     net_slip_of_piercing_points,

@@ -14,11 +14,11 @@ from scipy.special import gammaln, hyp1f1, ive
 
 from tests.geology.samples import bingham_sample, fisher_sample
 from vomstudio.errors import UsageError
-from vomstudio.geology.distributions import uniformity
-from vomstudio.geology.error_weights import Errors
 from vomstudio.geology.orientation import Line, planes_to_poles
-from vomstudio.geology.set_statistics import SetStatistics, set_statistics
-from vomstudio.geology.sphere_models import (
+from vomstudio.geology.populations.distributions import uniformity
+from vomstudio.geology.populations.error_weights import Errors
+from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
+from vomstudio.geology.populations.sphere_models import (
     bingham_nodes,
     bingham_of,
     kent_concentrations,
@@ -277,7 +277,7 @@ def test_what_is_not_defined_is_null_with_a_reason(v: np.ndarray, directed: bool
 
 
 def test_weights_without_errors_are_refused() -> None:
-    from vomstudio.geology.table_statistics import table_statistics
+    from vomstudio.geology.populations.table_statistics import table_statistics
     from vomstudio.io.text.orientation_reading import orientations_of
     from vomstudio.io.text.tables import table_of_cells
 

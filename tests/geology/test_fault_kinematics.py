@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vomstudio.geology.fault_kinematics import (
+from vomstudio.geology.faults.kinematics import (
     kinematic_axes,
     movements,
     p_axes,

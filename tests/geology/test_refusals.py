@@ -30,7 +30,7 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
     rake_of,
 )
-from vomstudio.geology.set_statistics import set_statistics
+from vomstudio.geology.populations.set_statistics import set_statistics
 from vomstudio.geology.statistics import (
     axial_mean,
     fisher,

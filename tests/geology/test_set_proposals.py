@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vomstudio.geology.axial_mixture import clusters_from_seeds, propose_clusters
 from vomstudio.geology.orientation import normals_to_planes, planes_to_poles
-from vomstudio.geology.set_proposals import spacing_along
+from vomstudio.geology.sets.axial_mixture import clusters_from_seeds, propose_clusters
+from vomstudio.geology.sets.proposals import spacing_along
 from vomstudio.geology.statistics import orientation_tensor
 
 Set = tuple[float, float, float, int]
@@ -133,7 +133,7 @@ def test_the_spacing_of_planes_a_known_distance_apart() -> None:
 
 
 def test_bedding_of_big_elk_is_two_limbs(data_dir: Path) -> None:
-    from vomstudio.geology.set_proposals import propose_sets
+    from vomstudio.geology.sets.proposals import propose_sets
     from vomstudio.io.text.orientation_reading import read_orientations
 
     found = propose_sets(

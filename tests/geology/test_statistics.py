@@ -19,7 +19,7 @@ from vomstudio.geology.orientation import (
     lines_to_vectors,
     planes_to_poles,
 )
-from vomstudio.geology.set_statistics import set_statistics
+from vomstudio.geology.populations.set_statistics import set_statistics
 from vomstudio.geology.statistics import (
     axial_mean,
     fisher,

@@ -142,7 +142,8 @@ def test_noise_on_a_closed_stdout_does_not_reach_the_table_written(
 
 
 @posix
-def test_an_interruption_ends_with_130_and_one_sentence(tmp_path: Path) -> None:
+@pytest.mark.parametrize("asked", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_an_interruption_ends_with_130_and_one_sentence(tmp_path: Path, asked: str) -> None:
     pipe = tmp_path / "slow"
     os.mkfifo(pipe)
     process = subprocess.Popen(
@@ -159,7 +160,7 @@ def test_an_interruption_ends_with_130_and_one_sentence(tmp_path: Path) -> None:
             writer.write(b"0 0 0\n")
             writer.flush()
             time.sleep(0.3)  # let it get from opening to reading, where a signal is seen
-            process.send_signal(signal.SIGINT)
+            process.send_signal(getattr(signal, asked))
             out, err = process.communicate(timeout=20)
     finally:
         process.kill()
@@ -262,3 +263,29 @@ def processor_seconds(work: Callable[[], object]) -> float:
 @posix
 def test_a_small_fit_uses_half_a_second_of_processor(points: Path) -> None:
     assert min(processor_seconds(lambda: run("fit", points)) for _ in range(3)) < 0.5
+
+
+@posix
+def test_a_library_that_hears_signals_of_its_own_does_not_change_that(tmp_path: Path) -> None:
+    """COLMAP's logging would print a stack of C++."""
+    said = (
+        "import os, signal, time\n"
+        "from vomstudio.cli.common.stop_signals import stop_signals_heard\n"
+        "from vomstudio.photogrammetry.base.colmap import colmap\n"
+        "try:\n"
+        "    with stop_signals_heard():\n"
+        "        colmap()\n"
+        "        os.kill(os.getpid(), signal.SIGTERM)\n"
+        "        time.sleep(20)\n"
+        "except KeyboardInterrupt:\n"
+        "    print('stopped')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", said],
+        capture_output=True,
+        env=environment(),
+        timeout=60,
+        check=False,
+        preexec_fn=lambda: signal.signal(signal.SIGTERM, signal.SIG_DFL),
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"stopped\n", b"")

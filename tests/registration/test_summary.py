@@ -40,3 +40,16 @@ def test_points_beside_a_fit_to_another_model_are_judged_by_its_surfaces() -> No
     assert any("No check points" in said for said in by_points)
     fitted = summary_of(registration("reference")).warnings
     assert not any("control points" in said or "check points" in said for said in fitted)
+
+
+def test_errors_beyond_all_turns_are_no_figures() -> None:
+    """One of four points is clicked where another one is: one sigma came out as 120 degrees, and
+    as 451448516490.5 where the points were a little different."""
+    from vomstudio.registration.placing import register_points
+
+    model = np.array([[0, 0, 0], [12, 0.3, 2.3], [3, -0.3, 4], [12, 0.1, 0]], float)
+    world = model.copy()
+    world[3] = model[0]
+    said = " ".join(register_points(model, world).warnings)
+    assert "as good as unknown" in said
+    assert "turned by about" not in said

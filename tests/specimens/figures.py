@@ -22,6 +22,8 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.files.spreadsheet_cells import unguarded
+
 HERE = Path(__file__).resolve().parent
 SPECIMENS = ("schema1", "schema1_draft", "schema2", "schema3", "schema4", "schema5")
 RECORDED = {
@@ -100,7 +102,8 @@ def read_table(path: Path) -> dict[str, Any]:
     lines = path.read_text(encoding="utf-8").splitlines()
     comments = [line for line in lines if line.startswith("#")][1:]
     rows = csv.DictReader(line for line in lines if not line.startswith("#"))
-    return {"comments": comments, "rows": {row["id"]: row for row in rows}}
+    plain = [{name: unguarded(cell) for name, cell in row.items()} for row in rows]
+    return {"comments": comments, "rows": {row["id"]: row for row in plain}}
 
 
 def read_layers(path: Path) -> dict[str, Any]:

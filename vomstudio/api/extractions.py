@@ -56,6 +56,7 @@ def facets(
     max_distance: float | None = None,
     min_points: int | None = None,
     min_area: float | None = None,
+    sets: bool = False,
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Facets:
@@ -70,6 +71,7 @@ def facets(
         times their local noise where that is more
     min_points : of a facet; None takes 50, or on a mesh 1 % of its area
     min_area : of a facet, square metres
+    sets : propose sets among the facets' planes, as `vs.sets` does
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken that stops the work
 
@@ -89,8 +91,6 @@ def facets(
 
     Examples
     --------
-    Two walls of a corner:
-
     >>> import numpy as np
     >>> import vomstudio as vs
     >>> a, b = np.meshgrid(np.arange(0, 4, 0.1), np.arange(0, 4, 0.1))
@@ -101,6 +101,7 @@ def facets(
     >>> found.facets, sorted(found.table["dip_deg"].round(3))
     (2, [90.0, 90.0])
     """
+    from vomstudio.extraction.facet_sets import with_sets
     from vomstudio.extraction.facet_table import WKT, facet_table
     from vomstudio.extraction.facets import Limits, find_facets
     from vomstudio.tables.orientation_table import COLUMNS
@@ -117,6 +118,8 @@ def facets(
     found = facet_table(
         find_facets(data, limits, progress=report), limits, model=name, frame=crs or "local"
     )
+    if sets:
+        found = with_sets(found)
     warn(found.warnings)
     table = frame(found.rows, COLUMNS)
     table[WKT] = [row[WKT] for row in found.rows]

@@ -11,7 +11,7 @@ import numpy as np
 from vomstudio.api.checking import warn
 from vomstudio.api.tables import Azimuth, frame_of_table, rows_of
 from vomstudio.geology.orientation import Plane
-from vomstudio.geology.set_proposals import SetProposal, propose_sets
+from vomstudio.geology.sets.proposals import SetProposal, propose_sets
 from vomstudio.io.text.set_columns import PROBABILITY, SET, places_of
 
 

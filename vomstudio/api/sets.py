@@ -8,12 +8,12 @@ from typing import Any, Literal
 from vomstudio.api.checking import one_of, warn
 from vomstudio.api.tables import Azimuth, rows_of, text_of
 from vomstudio.errors import UsageError
-from vomstudio.geology.error_weights import WEIGHTINGS
+from vomstudio.geology.faults.table_slip import TableSlip, table_slip
 from vomstudio.geology.orientation import Plane
+from vomstudio.geology.populations.error_weights import WEIGHTINGS
+from vomstudio.geology.populations.table_statistics import TableStatistics, table_statistics
 from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
-from vomstudio.geology.table_slip import TableSlip, table_slip
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
-from vomstudio.geology.table_statistics import TableStatistics, table_statistics
 from vomstudio.io.text.slip_reading import slips_of
 from vomstudio.words import tr
 

@@ -14,15 +14,20 @@ from vomstudio.document import catalogue
 from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.io.text import orientation_reading
+from vomstudio.io.text.orientation_columns import ALIASES
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
 from vomstudio.io.text.table_turns import registrations_in
-from vomstudio.io.text.tables import TextTable, read_table, table_of_cells
+from vomstudio.io.text.tables import TextTable, plain, read_table, table_of_cells
 from vomstudio.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
 from vomstudio.tables.registration_lines import registration_lines
 from vomstudio.words import tr
 
 FORMS = {figure.name: figure.form for figure in catalogue.ORIENTATION}
 _IN_MEMORY = "the table"
+_ANGLES = (
+    "dip direction", "strike", "dip", "quadrant", "azimuth", "trend", "plunge", "pole trend",
+    "pole plunge", "attitude",
+)  # fmt: skip
 _TRUE = ("true", "yes", "1")
 
 Azimuth = Literal["strike", "dipdir"]
@@ -79,13 +84,23 @@ def rows_of(table: Any, azimuth: Azimuth | None = None, depth: int = 4) -> Orien
     if isinstance(table, str | os.PathLike):
         found = orientation_reading.read_orientations(Path(table), azimuth)
     elif hasattr(table, "columns") and hasattr(table, "itertuples"):
-        names, cells = _cells_of(table)
+        names, cells = _cells_of(_without_claims(table))
         told = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
         found = orientations_of(table_of_cells(names, cells, _IN_MEMORY, told), azimuth)
     else:
         found = orientations_of(_arrays(table), None)
     warn(_noticed(found), depth)
     return found
+
+
+def _without_claims(frame: Any) -> Any:
+    """A DataFrame of ours, such as `read_orientations` gives it, without those of the file's own
+    columns whose angles stand in ours already."""
+    if not set(COLUMNS) <= set(frame.columns):
+        return frame
+    angles = {word for meaning in _ANGLES for word in ALIASES[meaning]}
+    claimed = {c for c in frame.columns if c not in COLUMNS and plain(str(c)) in angles}
+    return frame.drop(columns=list(claimed)) if claimed else frame
 
 
 def text_of(table: Any) -> TextTable:

@@ -49,8 +49,8 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.geology.displacement import Errors
-    from vomstudio.geology.displacement_pairs import displacements
+    from vomstudio.geology.faults.displacement import Errors
+    from vomstudio.geology.faults.displacement_pairs import displacements
     from vomstudio.geology.orientation import Line, rake_of
     from vomstudio.io.text.tables import read_table
 

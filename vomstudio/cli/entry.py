@@ -15,15 +15,17 @@ from vomstudio.cli.common.arguments import HelpWanted, Parser
 from vomstudio.cli.common.first_word import COMMANDS, check_first_word
 from vomstudio.cli.common.output import Channel, Output, stdout_kept, to_json
 from vomstudio.cli.common.own_options import OWN_OPTIONS, add_own_options, run_own_option
+from vomstudio.cli.common.stop_signals import stop_signals_heard
 from vomstudio.errors import Cancelled, InputError, VomError
 from vomstudio.failures import log  # noqa: F401 - without a log nothing of it reaches stderr
+from vomstudio.failures.missing_libraries import missing_library
 from vomstudio.words import tr
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns its exit code and never raises, whatever happens in it."""
     words = sys.argv[1:] if argv is None else list(argv)
-    with stdout_kept() as channel:
+    with stdout_kept() as channel, stop_signals_heard():
         try:
             return _run(words, channel)
         except BrokenPipeError:  # `| head` has seen enough
@@ -77,6 +79,8 @@ def _in_a_sentence(error: Exception) -> VomError:
     match error:
         case VomError():
             return error
+        case ImportError() if (said := missing_library(error)) is not None:
+            return VomError(said)
         case MemoryError():
             return _OurFault(tr("There is not enough memory for this. Close other programs."))
         case OSError():

@@ -52,10 +52,14 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--min-area", metavar="M2", type=float, help=tr("of a facet, m2 (any area)")
     )
+    parser.add_argument(
+        "--sets", action="store_true", help=tr("propose sets among the facets' planes")
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
+    from vomstudio.extraction.facet_sets import with_sets
     from vomstudio.extraction.facet_table import WKT, facet_table
     from vomstudio.extraction.facets import Limits, find_facets, require_limits
     from vomstudio.files.atomic import check_target
@@ -79,6 +83,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         model=Path(args.model).name,
         frame=model.crs or "local",
     )
+    if args.sets:
+        found = with_sets(found)
     if not model.metric:
         warnings.append(
             tr("The file states no unit: what is said in metres is in the unit of the file.")
@@ -147,4 +153,14 @@ def in_words(found: FacetTable) -> str:
                 share=100.0 * found.near_planar_share,
             )
         )
+    said += [
+        tr(
+            "Set {name}: {count} facets about {plane}.",
+            name=one["name"],
+            count=one["n"],
+            plane=f"{text_tables.azimuth(one['dip_direction_deg'], 1)}/"
+            f"{text_tables.inclination(one['dip_deg'], 1)}",
+        )
+        for one in found.sets
+    ]
     return "\n".join(said)

@@ -172,19 +172,15 @@ def _picture(path: Path) -> dict[str, Any]:
     from vomstudio.io.text.rows import require_file
 
     require_file(path)
-    from PIL import Image, UnidentifiedImageError
+    from PIL import UnidentifiedImageError
+
+    from vomstudio.files.pictures import open_picture
 
     try:
-        # Survey photos and orthophotos are larger than Pillow's idea of an attack; only the
-        # header is read here.
-        limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
-        try:
-            with Image.open(path) as image:
-                width, height = image.size
-                bands = list(image.getbands())
-                tags = getattr(image, "tag_v2", None) or {}
-        finally:
-            Image.MAX_IMAGE_PIXELS = limit
+        with open_picture(path) as image:
+            width, height = image.size
+            bands = list(image.getbands())
+            tags = getattr(image, "tag_v2", None) or {}
     except UnidentifiedImageError as error:
         raise InputError(
             tr("This is no picture of a kind that can be read, or it is damaged."), file=path

@@ -28,7 +28,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target, write_bytes
-    from vomstudio.geology.set_proposals import parse_seeds, propose_sets
+    from vomstudio.geology.sets.proposals import parse_seeds, propose_sets
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.io.text.set_columns import places_of, table_with_sets
 

@@ -33,7 +33,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import atomic_write, check_target
-    from vomstudio.geology.table_slip import table_slip
+    from vomstudio.geology.faults.table_slip import table_slip
     from vomstudio.io.text.slip_reading import read_slips
     from vomstudio.products.net.figure import picture_format
 

@@ -1,4 +1,4 @@
-"""`vomstudio trace`: lines on the surface of a model, followed through way-points or drawn."""
+"""`vomstudio trace`: lines on a model: one that follows a contact, or those of a drawing."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from vomstudio.cli import trace_drawing
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.frames_of_models import declared_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.words import tr
@@ -23,10 +24,7 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers,
-        "trace",
-        run,
-        help_=tr("Follow a contact over a model, or bring drawn lines back to its surface"),
+        subparsers, "trace", run, help_=tr("Lines on a model: through way-points, or of a drawing")
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
     parser.add_argument(
@@ -43,27 +41,25 @@ def add_parser(subparsers: Subparsers) -> None:
             "gradient, curvature, or low values of a field"
         ),
     )
-    trace_drawing.add_options(parser)
     add_output(parser, tr("write every vertex of the lines as CSV"), required=True)
+    trace_drawing.add_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
     if (args.through is None) == (args.from_ortho is None):
         raise UsageError(
-            tr(
-                "Give way-points to follow (--through POINTS), or a drawing with its picture "
-                "(--from-ortho DRAWING --sidecar FILE)."
-            ),
+            tr("Give way-points, --through POINTS, or a drawing, --from-ortho DRAWING."),
             field="--through",
         )
     if args.from_ortho is not None:
         trace_drawing.run(args, out)
-        return
-    _follow(args, out)
+    else:
+        _follow(args, out)
 
 
 def _follow(args: argparse.Namespace, out: Output) -> None:
+    """Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.extraction.followed_trace import followed_trace, write_path
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.files.atomic import check_target
@@ -77,7 +73,7 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
         raise InputError(
             tr("A trace is followed between at least two way-points."), file=args.through
         )
-    model = read_in_world(args.model, progress_of(args))
+    model = read_in_world(args.model, progress_of(args), declared_of(args))
     spacing = resolution(model.data)
     try:
         surface = SurfaceGraph(model.data)

@@ -15,6 +15,7 @@ from typing import Any
 
 from vomstudio.document import kinds
 from vomstudio.document.edit import Edit
+from vomstudio.document.field_types import Reader, field_types
 from vomstudio.document.records import (
     Asset,
     FeatureType,
@@ -84,7 +85,7 @@ def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NOTHING) ->
         )
     values = _known(cls, values)
     try:
-        record: Record = cls(**_decoded(values, records))
+        record: Record = cls(**_decoded(cls, values, records))
     except TypeError as error:
         raise DocumentError(
             tr("A record of the kind {kind} lacks a field: {error}.", kind=kind, error=error)
@@ -115,6 +116,8 @@ def encode_edit(edit: Edit) -> tuple[Plain, Plain]:
 def decode_edit(label: str, before: Plain, after: Plain, records: Mapping[str, Record]) -> Edit:
     """The edit that a row of the journal holds; `records` are those before it, from which changed
     records take the fields that the row does not name. Raises DocumentError."""
+    if not (isinstance(before, Mapping) and isinstance(after, Mapping)):
+        raise DocumentError(tr("The row does not say what it changed."))
     olds = {id_: _read(id_, before.get(id_), records, records) for id_ in after}
     news: dict[str, Record | None] = {}
     models = {id_ for id_, plain in after.items() if _is_model(plain, records.get(id_))}
@@ -130,7 +133,9 @@ def decode_edit(label: str, before: Plain, after: Plain, records: Mapping[str, R
 
 
 def _is_model(plain: Plain | None, record: Record | None) -> bool:
-    return isinstance(record, Model) or (plain is not None and plain.get("record") == "model")
+    return isinstance(record, Model) or (
+        isinstance(plain, Mapping) and plain.get("record") == "model"
+    )
 
 
 def _read(
@@ -138,8 +143,13 @@ def _read(
 ) -> Record | None:
     if plain is None:
         return None
+    if not isinstance(plain, Mapping):
+        raise DocumentError(tr("A record of the row cannot be read."), field=id_)
     if "record" in plain:
-        return decode(plain, named)
+        made = decode(plain, named)
+        if made.id != id_:
+            raise DocumentError(tr("The record has two names."), field="id")
+        return made
     record = records.get(id_)
     if record is None:
         raise DocumentError(
@@ -148,7 +158,9 @@ def _read(
                 record=id_,
             )
         )
-    values = _decoded(_known(type(record), plain), named)
+    values = _decoded(type(record), _known(type(record), plain), named)
+    if values.get("id", id_) != id_:
+        raise DocumentError(tr("The record has two names."), field="id")
     changed: Record = dataclasses.replace(record, **values)
     return changed
 
@@ -192,16 +204,39 @@ def _encoded(values: Mapping[str, Any]) -> Plain:
     return made
 
 
-def _decoded(values: Mapping[str, Any], records: Mapping[str, Record]) -> Plain:
+def _decoded(cls: type, values: Mapping[str, Any], records: Mapping[str, Record]) -> Plain:
     made: Plain = {}
+    simple, readers = field_types(cls)
     for name, value in values.items():
-        if name in _PARTS and value is not None:
+        kinds = simple.get(name)
+        if kinds is not None:
+            if type(value) not in kinds:
+                raise _wrong_value(name)
+            made[name] = value
+        elif name in readers:
+            made[name] = _read_field(readers[name], name, value)
+        elif name in _PARTS and value is not None:
             made[name] = _part(name, value, records)
         elif name in _LISTS and isinstance(value, list):
             made[name] = tuple(_small(_LISTS[name], name, each) for each in value)
+        elif name in _PARTS or name in _LISTS:
+            raise _wrong_value(name)
         else:
             made[name] = _tuples(value)
     return made
+
+
+def _read_field(read: Reader, name: str, value: Any) -> Any:
+    try:
+        return read(value)
+    except ValueError as error:
+        raise _wrong_value(name) from error
+
+
+def _wrong_value(name: str) -> DocumentError:
+    return DocumentError(
+        tr("The value cannot be read: this field holds something else."), field=name
+    )
 
 
 def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:
@@ -219,7 +254,7 @@ def _small(cls: type, name: str, value: Any) -> Any:
     if not isinstance(value, Mapping):
         raise DocumentError(tr("A part of the record cannot be read."), field=name)
     try:
-        return cls(**{key: _tuples(each) for key, each in value.items()})
+        return cls(**_decoded(cls, value, NOTHING))
     except TypeError as error:
         raise DocumentError(
             tr("A part of the record cannot be read: {error}.", error=error), field=name

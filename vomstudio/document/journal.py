@@ -107,10 +107,10 @@ def _replay(rows: Iterable[Row]) -> Replay:
     for row in rows:
         if row.notice:
             result.problems.append(row.notice)
-        result.settings = row.settings or result.settings
         try:
             if row.problem:
                 raise DocumentError(row.problem)
+            result.settings = _settings_of(row) or result.settings
             _play(result, row)
         except DocumentError as error:
             result.problems.append(
@@ -123,6 +123,13 @@ def _replay(rows: Iterable[Row]) -> Replay:
                 )
             )
     return result
+
+
+def _settings_of(row: Row) -> Plain | None:
+    """Raises DocumentError."""
+    if row.settings is not None and not isinstance(row.settings, Mapping):
+        raise DocumentError(tr("The settings beside the row cannot be read."))
+    return None if row.settings is None else dict(row.settings)
 
 
 def _play(result: Replay, row: Row) -> None:
@@ -148,6 +155,8 @@ def _play(result: Replay, row: Row) -> None:
         result.saved = dict(result.records)
         result.saved_top = result.top
     elif row.kind == "draft":
+        if row.after is not None and not isinstance(row.after, Mapping):
+            raise DocumentError(tr("The draft of a tool cannot be read."))
         result.draft = None if row.after is None else Draft(row.seq, row.after)
     elif row.kind != "gap":
         raise DocumentError(

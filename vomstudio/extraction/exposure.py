@@ -36,6 +36,7 @@ class Exposure:
 
     coverage : of the whole model, the share that lies in facets
     near_planar_share : of the exposed rock, without vegetation and debris, the share in facets
+        that are large beside the resolution
     vegetation_share, debris_share : of the whole model
     """
 
@@ -46,9 +47,10 @@ class Exposure:
     debris_share: float
 
 
-def exposure_of(elements: Elements, labels: Labels, colors: Array | None) -> Exposure:
-    """labels : (n,) facet of each element, -1 for none; colors : (n, 3) 0 to 255 of the elements,
-    or None."""
+def exposure_of(elements: Elements, labels: Labels, large: Bools, colors: Array | None) -> Exposure:
+    """labels : (n,) facet of each element, -1 for none; large : (n,) whether that facet is so large
+    beside the resolution that its error can be believed: any surface is planar at the scale of its
+    points; colors : (n, 3) 0 to 255 of the elements, or None."""
     area = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
     total = float(area.sum())
     inside = labels >= 0
@@ -64,7 +66,7 @@ def exposure_of(elements: Elements, labels: Labels, colors: Array | None) -> Exp
     return Exposure(
         total,
         float(area[inside].sum()) / total if total > 0.0 else None,
-        float(area[rock & inside].sum()) / exposed if exposed > 0.0 else None,
+        float(area[rock & large].sum()) / exposed if exposed > 0.0 else None,
         float(area[plants].sum()) / total if total > 0.0 else 0.0,
         float(area[rubble].sum()) / total if total > 0.0 else 0.0,
     )

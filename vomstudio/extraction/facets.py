@@ -20,7 +20,7 @@ from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_
 from vomstudio.extraction.growing import grown, share_going_over
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
-from vomstudio.geology.quality import Verdict, judge
+from vomstudio.geology.quality import Verdict, feature_extent_m, judge
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
@@ -141,7 +141,8 @@ def find_facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
     )
     wavy = share_going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
-    exposure = exposure_of(elements, labels, _colors(data, elements))
+    large = np.array([_is_believed(facet, thresholds) for facet in found] + [False])
+    exposure = exposure_of(elements, labels, large[labels], _colors(data, elements))
     return Facets(
         found,
         _of_points(data, elements, labels),
@@ -235,6 +236,12 @@ def _facet(
     )
     border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
     return Facet(fit, verdict, area, resolution, border, rows)
+
+
+def _is_believed(facet: Facet, thresholds: Thresholds) -> bool:
+    """It is so large beside the resolution that its error can be believed."""
+    extent = feature_extent_m(facet.fit, "patch") or 0.0
+    return extent >= thresholds.least_extent_over_resolution * facet.resolution
 
 
 def _colors(data: Mesh | PointCloud, elements: Elements) -> Array | None:

@@ -16,6 +16,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from vomstudio.errors import TargetError
+from vomstudio.files.inside import check_beside, check_in_project
 from vomstudio.words import tr
 
 _DISK_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
@@ -34,6 +35,7 @@ def check_target(
     already that may not be replaced.
     """
     shown = Path(path)
+    check_in_project(shown)
     if not shown.name:
         raise TargetError(tr("This does not name a file. Give the output a file name."), file=shown)
     try:
@@ -95,6 +97,9 @@ def atomic_group(
     what was replaced returns. Only a crash between two renames can leave them apart.
     """
     given = list(inputs)
+    # The first is the user's; the names of what goes with it are ours.
+    for path in paths[1:]:
+        check_beside(path)
     targets = [check_target(path, force=force, inputs=given) for path in paths]
     if len(set(targets)) < len(targets):
         raise TargetError(
@@ -152,7 +157,7 @@ def _put_in_place(temporaries: list[Path], targets: list[Path], key: str) -> Non
 
 
 def write_bytes(path: str | Path, data: bytes, *, force: bool = False) -> None:
-    """Write `data` to `path`, whole or not at all."""
+    """Write `data` to `path`, whole or not at all. Raises `TargetError`."""
     with atomic_write(path, force) as temporary:
         temporary.write_bytes(data)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import write_bytes
+from vomstudio.files.inside import check_beside
 from vomstudio.words import tr
 
 
@@ -33,6 +34,7 @@ def set_aside(path: Path) -> Path:
             if kept.read_bytes() == data:
                 return kept
         if not kept.exists():
+            check_beside(kept)
             write_bytes(kept, data)
             return kept
     raise AssertionError("numbers do not end")

@@ -12,6 +12,7 @@ import sqlite3
 from pathlib import Path
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.files.inside import check_beside
 from vomstudio.words import to_translate, tr
 
 
@@ -22,6 +23,8 @@ class FolderLock:
 
     def __init__(self, path: Path, busy: str, unwritable: str, patience_s: float = 0.0) -> None:
         """Raises InputError that says who holds it, TargetError where it cannot be written."""
+        for name in (path.name, f"{path.name}-journal", f"{path.name}-wal", f"{path.name}-shm"):
+            check_beside(path.with_name(name))
         for attempt in (1, 2):
             try:
                 self._db = sqlite3.connect(

@@ -16,13 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.chances import chi2_tail, f_tail
 from vomstudio.geology.common_turns import Moved, Turns, joined, moved, principal_axis
-from vomstudio.geology.distributions import f95
 from vomstudio.geology.folding.verdicts import KNOWN_AXIS_DEG, WEAK_AXIS_DEG, Verdict
 from vomstudio.geology.folds import MIN_ARC, FoldAxis, PairFigures, axis_of
 from vomstudio.geology.intersections import UncertainPlane, intersection_line, mean_plane
 from vomstudio.geology.orientation import Array, planes_to_poles
+from vomstudio.geology.populations.chances import chi2_tail, f_tail
+from vomstudio.geology.populations.distributions import f95
 from vomstudio.geology.statistics import flip_to, orientation_tensor, unit_vectors
 from vomstudio.words import tr
 

@@ -32,7 +32,6 @@ from vomstudio.geology.common_turns import (
     principal_axis,
     region,
 )
-from vomstudio.geology.distributions import LineFigures, f95, uniformity
 from vomstudio.geology.folding.shapes import Shape, arc_deg, rms, shape_of
 from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict, verdict_of
 from vomstudio.geology.orientation import (
@@ -42,6 +41,7 @@ from vomstudio.geology.orientation import (
     planes_to_poles,
     rake_of,
 )
+from vomstudio.geology.populations.distributions import LineFigures, f95, uniformity
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
 from vomstudio.words import tr
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.files.inside import make_folder
 from vomstudio.io.project.sidecar_import import Beside
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
@@ -62,7 +63,7 @@ def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:
 
     found = read_photos(asked.photos, progress)
     thumbnails = asked.cache / "thumbnails"
-    thumbnails.mkdir(parents=True, exist_ok=True)
+    make_folder(thumbnails)
     places = metres_from_gps(found.photos)
     progress.stage(tr("Making thumbnails"), len(found.photos))
     rows = []

@@ -43,8 +43,10 @@ class _Reporter:
 
 def main() -> int:
     """Serve jobs until stdin ends; the exit status."""
-    # Ctrl+C in the terminal reaches every process: the window decides what it ends.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # What ends the window or the command may reach every process: that one decides what it ends.
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
     _end_with_supervisor()
     # A comma locale makes some native readers misread decimal points.
     locale.setlocale(locale.LC_NUMERIC, "C")

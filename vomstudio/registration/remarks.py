@@ -21,6 +21,8 @@ Array = npt.NDArray[np.float64]
 
 _Z95 = 1.959963984540054
 _WARN_DEG = 1.0
+# One sigma, above which figures mean nothing: it could be turned to any side.
+_ANY_DEG = 90.0
 _WORTH_TELLING_DEG = 0.1
 _NO_TURN_RAD = 1e-7
 
@@ -149,7 +151,9 @@ def said_of_errors(
         _WARN_DEG
     ):  # fmt: skip
         said.append(
-            tr(
+            tr("How the model is turned is as good as unknown. {what}", what=_what_helps(points))
+            if max(up, float(np.hypot(east, north))) > _ANY_DEG
+            else tr(
                 "The model can be turned by about {turn:.1f}° and tilted by about {tilt:.1f}° "
                 "(1 sigma): dip directions and dips can be wrong by as much. {what}",
                 turn=up,

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.files.names import in_unicode, utf8_name
+from vomstudio.files.regular import read_json
 from vomstudio.progress import Progress, Silent
 from vomstudio.survey.photo_quality import blur
 from vomstudio.words import to_translate, tr, tr_n
@@ -395,7 +396,7 @@ def _checked_target(folder: Path, force: bool) -> Path:
 def is_ours(folder: Path) -> bool:
     """Made by an earlier call, and holding nothing else."""
     try:
-        record = json.loads((folder / _RECORD).read_text("utf-8"))
+        record = read_json(folder / _RECORD)
         names = {frame["name"] for frame in record["frames"]} | {_RECORD}
     except (OSError, ValueError, KeyError, TypeError):
         return False

@@ -281,7 +281,7 @@ def test_where_no_folder_can_be_made_to_save_to_that_is_said(
 def test_a_saving_that_fails_leaves_nothing_and_work_goes_on_where_it_was(
     project: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failure: Exception
 ) -> None:
-    def full(*_: object) -> None:
+    def full(*_: object, **__: object) -> None:
         raise failure
 
     (project.folder / "models").mkdir()

@@ -15,8 +15,8 @@ from functools import cached_property
 
 import numpy as np
 
-from vomstudio.geology.chances import f_tail, t95
 from vomstudio.geology.orientation import Array, Line
+from vomstudio.geology.populations.chances import f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor, vollmer
 
 NO_SCATTER_DEG = 1e-3
@@ -267,8 +267,10 @@ def two_great_circles(poles: Array, axes: Array) -> TwoCircles | None:
         return None
     for best in np.argsort(cost)[:3]:
         start = np.array([normals[first[best]], normals[second[best]]])
-        found.append(_mixture(poles, start, rms(single)))
+        found.append(_mixture(few, start, rms(single)))
     normals, logs = max(found, key=lambda each: each[1])
+    if len(few) < n:
+        normals, logs = _mixture(poles, normals, rms(single))
     return _two_circles(poles, axes, normals, logs, single)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.backup import set_aside
+from vomstudio.files.inside import check_beside
 from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.words import tr
@@ -48,6 +49,7 @@ def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
 def _write(
     path: Path, header: Sequence[str], rows: Sequence[Sequence[str]], comment: str = ""
 ) -> Path | None:
+    check_beside(path)
     kept = set_aside(path) if path.exists() and not _is_plain(path, header) else None
     if not rows:
         try:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.errors import InputError, UsageError
+from vomstudio.files.regular import read_small
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.text.encodings import text_of
 from vomstudio.words import tr
@@ -181,7 +182,7 @@ def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
     see `vomstudio.io.gis.axis_units`."""
     path = sidecar_path(model)
     try:
-        text = text_of(path.read_bytes()[:_LONGEST])
+        text = text_of(read_small(path, _LONGEST))
         axes = stated_axes(text)
     except FileNotFoundError:
         return None, None

@@ -20,6 +20,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.files.inside import make_folder
+from vomstudio.files.regular import read_json
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.geometry.progressive_order import Arrangement, arrange
@@ -78,7 +80,7 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         **_stamp(loaded.path),
     }
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(folder.parent)
         draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     except OSError as error:
         raise TargetError(
@@ -227,7 +229,7 @@ def _damaged(folder: Path, why: str) -> InputError:
 
 def _read_meta(folder: Path) -> dict[str, Any]:
     try:
-        meta = json.loads((Path(folder) / META).read_text(encoding="utf-8"))
+        meta = read_json(Path(folder) / META)
     except OSError as error:
         raise _damaged(folder, f"{META}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:

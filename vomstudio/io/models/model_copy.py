@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.files.inside import check_in_project, make_folder, place_inside
 from vomstudio.io.models.formats._gltf_document import files_beside
 from vomstudio.io.models.mtl import decode, find_beside, read_library
 from vomstudio.io.photos.cameras_file import (
@@ -73,6 +74,7 @@ def copy_model(
     if seen is not None and photos and seen.photos.is_dir():
         files += _photo_files(seen)
         seen = replace(seen, photos=PHOTOS)
+    check_in_project(folder / model.stem)
     target = folder / model.stem
     number = 1
     while target.exists():
@@ -84,7 +86,7 @@ def copy_model(
         progress.stage(tr("Copying files"), len(files))
         for done, (file, name) in enumerate(files, 1):
             place = part / name
-            place.parent.mkdir(parents=True, exist_ok=True)
+            make_folder(place_inside(place, part).parent, part)
             shutil.copyfile(file, place)
             progress.step(done)
         if seen is not None:
@@ -129,7 +131,9 @@ def _photo_files(cameras: Cameras) -> list[tuple[Path, Path]]:
     return [
         (file, name)
         for file, name in found
-        if file.is_file() and file.resolve().is_relative_to(cameras.photos)
+        if ".." not in name.parts
+        and file.is_file()
+        and file.resolve().is_relative_to(cameras.photos)
     ]
 
 

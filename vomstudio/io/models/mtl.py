@@ -9,10 +9,11 @@ from __future__ import annotations
 import ntpath
 import os
 import posixpath
-import threading
-import warnings as python_warnings
 from pathlib import Path
 
+from vomstudio.errors import InputError
+from vomstudio.files.pictures import open_picture
+from vomstudio.files.regular import read_small
 from vomstudio.geometry.mesh import Material
 from vomstudio.io.text.encodings import as_utf8, text_of
 from vomstudio.words import tr
@@ -36,8 +37,6 @@ _FIXED_OPTIONS = {
     "-type": 1,
 }
 _UP_TO_THREE_NUMBERS = {"-o", "-s", "-t"}
-
-_pillow_limit = threading.Lock()
 
 
 def decode(raw: bytes) -> str:
@@ -145,24 +144,15 @@ def _moves_the_image(option: str) -> bool:
 
 def check_image(path: Path) -> str | None:
     """Why the file is no image that can be used, from its header alone; None where it is one."""
-    from PIL import Image, UnidentifiedImageError
+    from PIL import UnidentifiedImageError
 
-    # Pillow's own limit is below the textures that photogrammetry programs write.
-    with _pillow_limit, python_warnings.catch_warnings():
-        python_warnings.simplefilter("ignore")
-        before = Image.MAX_IMAGE_PIXELS
-        Image.MAX_IMAGE_PIXELS = None
-        try:
-            with Image.open(path) as image:
-                width, height = image.size
-        except UnidentifiedImageError:
-            return tr("'{image}' is not an image that can be read", image=path.name)
-        except (OSError, ValueError, SyntaxError, MemoryError) as error:
-            return tr(
-                "'{image}' cannot be read as an image ({error})", image=path.name, error=error
-            )
-        finally:
-            Image.MAX_IMAGE_PIXELS = before
+    try:
+        with open_picture(path) as image:
+            width, height = image.size
+    except UnidentifiedImageError:
+        return tr("'{image}' is not an image that can be read", image=path.name)
+    except (InputError, OSError, ValueError, SyntaxError, MemoryError) as error:
+        return tr("'{image}' cannot be read as an image ({error})", image=path.name, error=error)
     if width < 1 or height < 1 or width * height > MAX_IMAGE_PIXELS:
         return tr(
             "'{image}' has {width} x {height} pixels, which is too large",
@@ -178,8 +168,11 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[st
     then from `folder`, the OBJ's, and never outside of `folder`."""
     said: list[str] = []
     try:
-        with open(path, "rb") as file:
-            raw = file.read(MAX_LIBRARY_BYTES + 1)
+        raw = as_utf8(read_small(path, MAX_LIBRARY_BYTES))
+        if b"\0" in raw:
+            raise InputError(tr("It is binary."))
+    except InputError:
+        return {}, [tr("'{file}' is not a material file (MTL). It is not used.", file=path.name)]
     except OSError as error:
         return {}, [
             tr(
@@ -188,9 +181,6 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[st
                 reason=error.strerror,
             )
         ]
-    raw = as_utf8(raw)
-    if len(raw) > MAX_LIBRARY_BYTES or b"\0" in raw:
-        return {}, [tr("'{file}' is not a material file (MTL). It is not used.", file=path.name)]
     textures: dict[str, str] = {}
     colors: dict[str, tuple[float, float, float]] = {}
     names: dict[str, None] = {}

@@ -12,13 +12,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import read_small
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.text.encodings import text_of
 from vomstudio.words import tr
 
 LONGEST_BYTES = 100_000
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _BETWEEN = r"[\s,;]+"
 _THREE = f"({_NUMBER}){_BETWEEN}({_NUMBER}){_BETWEEN}({_NUMBER})"
 _OFFSET = re.compile(rf"(?:offset|origin|shift)[\s:=(\[]*{_THREE}(?![\w.])", re.IGNORECASE)
@@ -45,11 +46,10 @@ def read_offset(model: Path) -> Offset:
     """What `NAME.offset.txt` beside `model` says; empty where there is none."""
     path = offset_path(model)
     try:
-        with open(path, "rb") as file:
-            text = text_of(file.read(LONGEST_BYTES))
+        text = text_of(read_small(path, LONGEST_BYTES))
     except FileNotFoundError:
         return Offset()
-    except (OSError, UnicodeDecodeError):
+    except (InputError, OSError, UnicodeDecodeError):
         return Offset(
             problem=tr("'{file}' cannot be read as text. No origin is added.", file=path.name)
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import os
 import threading
 from collections.abc import Callable, Iterator
@@ -38,6 +39,7 @@ SAMPLED_POINTS = 20_000
 SAMPLED_PLACES = 1_000
 WINDOWS = 16
 FEW_POINTS = 300
+MOST_FIELDS = 300
 
 
 def read_model(path: str | Path, progress: Progress | None = None) -> LoadedModel:
@@ -74,7 +76,24 @@ def _read(path: Path, progress: Progress | None) -> LoadedModel:
     except BaseException:
         hasher.stop()
         raise
+    loaded = _with_fields_that_are_meant(loaded)
     return replace(loaded, path=path, content_hash=loaded.content_hash or hasher.result())
+
+
+def _with_fields_that_are_meant(loaded: LoadedModel) -> LoadedModel:
+    """Each value of a point becomes a file of the project's cache."""
+    fields = loaded.data.fields
+    if len(fields) <= MOST_FIELDS:
+        return loaded
+    said = tr(
+        "The file has {count:,} values per point; the first {kept:,} are read.",
+        count=len(fields),
+        kept=MOST_FIELDS,
+    )
+    kept = dict(itertools.islice(fields.items(), MOST_FIELDS))
+    return replace(
+        loaded, data=replace(loaded.data, fields=kept), warnings=(*loaded.warnings, said)
+    )
 
 
 def file_hash(path: Path, wanted: Callable[[], bool] = lambda: True) -> str:

@@ -11,6 +11,7 @@ import importlib
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import require_regular
 from vomstudio.io.models.reader import HEAD_BYTES, Reader
 from vomstudio.io.plugins import Found, find_plugins
 from vomstudio.words import tr
@@ -52,6 +53,7 @@ def read_head(path: Path) -> bytes:
     try:
         if path.is_dir():
             raise InputError(tr("This is a folder. Name a model file in it."), file=path)
+        require_regular(path)
         with open(path, "rb") as file:
             return file.read(HEAD_BYTES)
     except FileNotFoundError:

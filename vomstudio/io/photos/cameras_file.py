@@ -17,6 +17,7 @@ import numpy as np
 
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.files.atomic import atomic_write
+from vomstudio.files.regular import read_json
 from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.geometry.places import no_places
@@ -117,7 +118,7 @@ def read_cameras(path: str | Path) -> Cameras:
     """Raises InputError that says what is wrong with the file."""
     path = Path(path)
     try:
-        head = json.loads(path.read_text(encoding="utf-8"))
+        head = read_json(path)
     except OSError as error:
         raise InputError(
             tr("The file cannot be read ({reason}).", reason=error.strerror), file=path

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.backup import set_aside
+from vomstudio.files.inside import check_beside
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import opened, read_mask
 from vomstudio.words import tr
@@ -60,6 +61,7 @@ def write_mask(path: Path, used: Flags) -> Path | None:
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 
+    check_beside(path)
     kept = set_aside(path) if path.exists() and not is_ours(path) else None
     said = PngInfo()
     said.add_text("Software", _SOFTWARE)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.pictures import PHOTOS, open_picture
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -27,14 +28,12 @@ def opened(path: str | Path) -> Iterator[Image.Image]:
     the block is an InputError that names the file."""
     import warnings
 
-    from PIL import Image, UnidentifiedImageError
+    from PIL import UnidentifiedImageError
 
-    # Photos are larger than Pillow's idea of an attack.
-    Image.MAX_IMAGE_PIXELS = None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            with Image.open(path) as image:
+            with open_picture(path, PHOTOS) as image:
                 yield image
     except FileNotFoundError as error:
         raise InputError(tr("There is no such file. Check its name."), file=path) from error

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.errors import InputError
+from vomstudio.files.pictures import jpeg_scan_start
 from vomstudio.io.photos.apple_maker_note import down_in_photo
 from vomstudio.io.photos.camera_table import camera_label, find_camera
 from vomstudio.io.photos.exif import Exif, read_exif
@@ -361,7 +362,7 @@ def has_jpeg_end(path: Path) -> bool:
     """Whether the end marker follows the compressed picture: it occurs nowhere inside of it
     (ITU T.81, B.1.1.5), and what cameras append (previews, sound) does not matter."""
     with path.open("rb") as file:
-        scan = _start_of_scan(file)
+        scan = jpeg_scan_start(file)
         if scan is None:
             return False
         end = file.seek(0, os.SEEK_END)
@@ -374,26 +375,6 @@ def has_jpeg_end(path: Path) -> bool:
                 return True
             end = start
     return False
-
-
-def _start_of_scan(file: object) -> int | None:
-    """Offset of the first scan, past all headers and the thumbnail inside them."""
-    read, seek = file.read, file.seek  # type: ignore[attr-defined]
-    seek(0)
-    if read(2) != b"\xff\xd8":
-        return None
-    at = 2
-    while True:
-        seek(at)
-        head = read(4)
-        if len(head) < 4 or head[0] != 0xFF:
-            return None
-        if head[1] == 0xFF:  # padding
-            at += 1
-            continue
-        if head[1] == 0xDA:
-            return at
-        at += 2 + int.from_bytes(head[2:4], "big")
 
 
 def _focal(

@@ -12,7 +12,6 @@ above the horizon (-90 looks straight down), roll about the axis.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -77,17 +76,26 @@ def flatten(packet: bytes | str | None) -> dict[str, str]:
     if not packet:
         return {}
     data = packet if isinstance(packet, bytes) else packet.encode("utf-8", "replace")
-    found = re.search(rb"<x:xmpmeta.*?</x:xmpmeta>|<rdf:RDF.*?</rdf:RDF>", data, re.DOTALL)
-    if found is None or len(found[0]) > _LARGEST:
+    inside = _between(data, b"<x:xmpmeta", b"</x:xmpmeta>") or _between(
+        data, b"<rdf:RDF", b"</rdf:RDF>"
+    )
+    if not inside or len(inside) > _LARGEST:
         return {}
     try:
-        root = parse_xml(found[0])
+        root = parse_xml(inside)
     except InputError:
         return {}
     tags: dict[str, str] = {}
     for description in root.iter("{http://www.w3.org/1999/02/22-rdf-syntax-ns#}Description"):
         _collect(description, "", tags)
     return tags
+
+
+def _between(data: bytes, begin: bytes, end: bytes) -> bytes:
+    """From the first beginning to the end after it; looked through once, however many there are."""
+    first = data.find(begin)
+    last = data.find(end, first) if first >= 0 else -1
+    return data[first : last + len(end)] if last >= 0 else b""
 
 
 def _collect(element: Element, under: str, tags: dict[str, str]) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from vomstudio.document.records import Asset
 from vomstudio.errors import InputError
 from vomstudio.files.atomic import write_bytes
+from vomstudio.files.inside import make_folder
 from vomstudio.words import tr
 
 FOLDER = "assets"
@@ -22,7 +23,7 @@ def keep_asset(project: Path, data: bytes, suffix: str) -> Asset:
     name = hashlib.sha256(data).hexdigest()
     path = project / FOLDER / f"{name}{suffix}"
     if not path.is_file() or path.stat().st_size != len(data):
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent, project)
         write_bytes(path, data, force=True)
     return Asset(f"{FOLDER}/{path.name}", len(data))
 

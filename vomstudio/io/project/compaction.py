@@ -19,6 +19,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.journal import RowKind
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, TargetError
+from vomstudio.files.inside import make_folder
 from vomstudio.io.project.assets import FOLDER
 from vomstudio.io.project.journal import NAME, SqliteJournal
 from vomstudio.io.project.verify import assets_of
@@ -84,7 +85,7 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
     taken = put_in_place(new, folder, session, journal, numbers)
     aside = folder / _PUT_ASIDE
     for path in _unused(folder, session):
-        aside.mkdir(exist_ok=True)
+        make_folder(aside, folder)
         with contextlib.suppress(OSError):
             path.replace(aside / path.name)
     return Compacted(taken, numbers, taken.last)
@@ -178,7 +179,7 @@ def _bring_back_files(folder: Path) -> None:
     if not aside.is_dir():
         return
     try:
-        (folder / FOLDER).mkdir(exist_ok=True)
+        make_folder(folder / FOLDER, folder)
         for path in aside.iterdir():
             path.replace(folder / FOLDER / path.name)
         aside.rmdir()

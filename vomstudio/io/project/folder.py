@@ -19,6 +19,7 @@ from typing import Any
 from vomstudio.document.records import Feature, Model
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, InputError, TargetError, VomError
+from vomstudio.files.inside import links_of
 from vomstudio.files.lock import ProjectLock
 from vomstudio.files.user_folders import state_folder
 from vomstudio.io.photos.cameras_file import FILE_NAME
@@ -175,7 +176,7 @@ class Project:
             self.journal.copy_to(part / JOURNAL)
             for name in _ALONG:
                 if (self.folder / name).is_dir():
-                    shutil.copytree(self.folder / name, part / name)
+                    shutil.copytree(self.folder / name, part / name, ignore=links_of)
             moves = self.untitled and _same_disk(self.folder, part)
             if not moves:
                 _copy_reconstructions(self.folder, part)
@@ -264,11 +265,12 @@ def _copy_reconstructions(source: Path, target: Path) -> None:
         return shutil.copy2(one, other)
 
     def unfinished(folder: str, names: list[str]) -> set[str]:
+        links = links_of(folder, names)
         below = Path(folder).relative_to(source / RECONSTRUCTIONS).parts
         if below[1:2] != ("work",):
-            return set()
+            return links
         locks = {n for n in names if n.startswith("lock")} if len(below) == 2 else set()
-        return locks | {n for n in names if n.endswith(".part")}
+        return links | locks | {n for n in names if n.endswith(".part")}
 
     if (source / RECONSTRUCTIONS).is_dir():
         shutil.copytree(

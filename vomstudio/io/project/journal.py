@@ -6,6 +6,7 @@ WAL with synchronous FULL where the file system can do it, a rollback journal wh
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import sqlite3
@@ -16,6 +17,8 @@ from typing import Any, NamedTuple
 
 from vomstudio.document.journal import Replay, Row, RowKind, replay
 from vomstudio.errors import DocumentError, InputError, TargetError
+from vomstudio.files.inside import check_beside
+from vomstudio.io.project.journal_json import dump_json, load_json
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
@@ -62,6 +65,7 @@ class SqliteJournal:
 
     def _open(self, create: bool) -> None:
         path = self.path
+        _refuse_links(path)
         if create and path.exists():
             raise TargetError(tr("There is already a project here."), file=path)
         if not create and not path.is_file():
@@ -124,11 +128,11 @@ class SqliteJournal:
             kind,
             of_seq,
             _writable(label),
-            _dump(before),
-            _dump(after),
+            dump_json(before),
+            dump_json(after),
             time,
             version,
-            _dump(settings),
+            dump_json(settings),
         )
         new = Head(head.rows + 1, seq, checksum(head.checksum, values))
         try:
@@ -180,7 +184,9 @@ class SqliteJournal:
 
     def copy_views(self, other: SqliteJournal) -> None:
         for key, value in other._db.execute("SELECT key, value FROM view"):
-            self.set_view(key, json.loads(value))
+            # One that cannot be read is not worth stopping for.
+            with contextlib.suppress(ValueError, TypeError, RecursionError):
+                self.set_view(key, json.loads(value))
 
     def rows(self) -> Iterator[Row]:
         """Rows in order. Raises InputError where the file itself is damaged."""
@@ -198,7 +204,7 @@ class SqliteJournal:
         try:
             found = self._db.execute("SELECT value FROM view WHERE key = ?", (key,)).fetchone()
             return default if found is None else json.loads(found[0])
-        except (sqlite3.Error, ValueError):
+        except (sqlite3.Error, ValueError, TypeError, RecursionError):
             return default
 
     # --- copies ------------------------------------------------------------------------------
@@ -231,6 +237,12 @@ def read_replay(folder: Path) -> Replay:
     return read_schema_and_replay(folder)[1]
 
 
+def _refuse_links(path: Path) -> None:
+    """SQLite writes beside a journal, even while it reads. Raises TargetError."""
+    for ending in ("", "-journal", "-wal", "-shm"):
+        check_beside(path.with_name(path.name + ending))
+
+
 def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
     """As `read_replay`, with the schema of the journal."""
     path = Path(folder)
@@ -240,6 +252,7 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
             tr("This is not a VOM Studio project (a folder with journal.sqlite). Check the name."),
             file=folder,
         )
+    _refuse_links(path)
     try:
         db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
         db.text_factory = _text
@@ -302,6 +315,7 @@ _STEPS = {1: _to_schema_2, **dict.fromkeys(range(2, SCHEMA_VERSION), _read_as_th
 
 def copy_database(db: sqlite3.Connection, path: Path) -> None:
     """A sound copy of everything committed so far. Raises TargetError."""
+    check_beside(path)
     try:
         target = sqlite3.connect(path)
         try:
@@ -391,17 +405,20 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
                 notice = _missing(seq + 1, number - 1)
             elif summed and stored != checksum(total, values):
                 problem = tr("The checksum differs from what was written.")
+            elif not all(type(word) is str for word in (kind, label, time, version)):
+                problem = tr("Its words are no text.")
+                kind, label, time, version = map(str, (kind, label, time, version))
             seq, total = number, str(stored)
             # They hardly ever change from row to row.
             if settings != told_settings[0]:
-                told_settings = (settings, _load(settings))
+                told_settings = (settings, load_json(settings))
             yield Row(
                 number,
                 kind,
                 of_seq,
                 label,
-                _load(before),
-                _load(after),
+                load_json(before),
+                load_json(after),
                 time,
                 version,
                 told_settings[1],
@@ -427,7 +444,17 @@ def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[Row]:
     except sqlite3.Error as error:
         raise InputError(tr("The journal is damaged ({error}).", error=error), file=path) from error
     return [
-        Row(seq, kind, of_seq, label, _load(before), _load(after), time, version, _load(settings))
+        Row(
+            seq,
+            kind,
+            of_seq,
+            label,
+            load_json(before),
+            load_json(after),
+            time,
+            version,
+            load_json(settings),
+        )
         for seq, kind, of_seq, label, before, after, time, version, settings in reversed(found)
     ]
 
@@ -455,23 +482,6 @@ def _writable(label: str) -> str:
 
 def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="milliseconds")
-
-
-def _dump(value: Mapping[str, Any] | None) -> str | None:
-    return None if value is None else json.dumps(value, allow_nan=False, separators=(",", ":"))
-
-
-class _Damaged(dict[str, Any]):
-    """Stands for JSON that cannot be read: the replay names the row and goes on."""
-
-
-def _load(text: str | None) -> Any:
-    if text is None:
-        return None
-    try:
-        return json.loads(text)
-    except ValueError:
-        return _Damaged({"?": {"record": "damaged"}})
 
 
 def _open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:

@@ -19,6 +19,7 @@ from vomstudio.document.records import (
 )
 from vomstudio.document.records.basics import Point
 from vomstudio.errors import InputError
+from vomstudio.files.regular import JSON_BYTES, read_json, read_small
 from vomstudio.words import tr
 
 RESULT, REQUEST = "reconstruction.json", "request.json"
@@ -31,7 +32,7 @@ _METHODS: dict[str, Literal["gps", "control"]] = {
 def asked(folder: Path) -> Mapping[str, Any] | None:
     """What a run in `folder` was asked for; None where it cannot be read."""
     try:
-        found = json.loads((folder / REQUEST).read_text(encoding="utf-8"))
+        found = read_json(folder / REQUEST)
     except (OSError, ValueError):
         return None
     return found if isinstance(found, dict) and isinstance(found.get("photos"), str) else None
@@ -43,10 +44,10 @@ def read_reconstruction(
     """The records of what a run has left in `folder`. Raises InputError."""
     path = folder / RESULT
     try:
-        data = path.read_bytes()
+        data = read_small(path, JSON_BYTES)
         found = json.loads(data)
         finished = datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(timespec="seconds")
-    except (OSError, ValueError) as error:
+    except (InputError, OSError, ValueError, RecursionError) as error:
         raise InputError(
             tr("The file cannot be read: the results of the reconstruction are lost."), file=path
         ) from (error)
@@ -116,7 +117,7 @@ def placing_error_m(model: Path) -> float | None:
     direction: of the check points, else of the control points that placed it. None where nothing
     beside it says so."""
     try:
-        told = json.loads(model.with_name(RESULT).read_text(encoding="utf-8"))["registration"]
+        told = read_json(model.with_name(RESULT))["registration"]
         rms = _number(told.get("rms_check_m")) or _number(told.get("rms_control_m"))
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

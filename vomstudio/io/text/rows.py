@@ -21,10 +21,13 @@ from vomstudio.words import tr, tr_n
 
 LARGEST_FILE = 4 << 30
 LONGEST_LINE = 1_000_000
+_LONG = 20_000_000
+_SHORTEST_LINE = 4  # characters, on average, of a long file: "0,0" and its end
 _SAMPLE = 200
 _DELIMITERS = (";", "\t", ",", " ")  # in order of preference where two fit equally well
 _DELIMITER_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "spaces"}
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
+# Each digit can be matched in one way only: else a long one that is no number takes minutes.
+_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
 _COMMA_NUMBER = re.compile(r"[+-]?(\d+,\d*|,\d+)([eEdD][+-]?\d+)?")
 _NOT_FINITE = {"nan": float("nan"), "inf": float("inf"), "infinity": float("inf")}
 _MISSING = {"", "na", "n/a", "null", "none", "-"}
@@ -216,6 +219,11 @@ def read_text(path: Path) -> tuple[str, list[str]]:
             )
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if len(text) > _LONG and text.count("\n") * _SHORTEST_LINE > len(text):
+        raise InputError(
+            tr("The file is made of millions of empty lines. Remove them, or export it again."),
+            file=path,
+        )
     return text, notes
 
 

@@ -11,39 +11,44 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import is_regular, read_small
 from vomstudio.words import tr, tr_n
 
 Element = Any
 """Of lxml, which carries no types."""
 LARGEST_FILE = 64 << 20
 _DEEPEST = 64
+# Each takes a hundred and more bytes once read; thousands of photos with their marks are far below.
+_MOST_ELEMENTS = 1_000_000
 
 
 def read_xml(path: str | Path) -> Element:
     """The root of a file. Raises InputError with the line where it is no XML, as `parse_xml`."""
     path = Path(path)
     try:
-        with path.open("rb") as stream:
-            data = stream.read(LARGEST_FILE + 1)
+        data = read_small(path, LARGEST_FILE)
     except OSError as error:
         raise InputError(
             tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
         ) from error
-    if len(data) > LARGEST_FILE:
-        raise InputError(
-            tr("The file is larger than {limit} MB.", limit=LARGEST_FILE >> 20), file=path
-        )
     return parse_xml(data, path)
 
 
 def parse_xml(data: bytes, path: Path | None = None) -> Element:
     """The root; path : for errors. Comments and processing instructions are left out.
 
-    Raises InputError where it is no XML, where elements stand in each other more than 64 deep, and
-    where it declares entities, which can unfold to more than any memory holds.
+    Raises InputError where it is no XML, where elements stand in each other more than 64 deep,
+    where there are more than a million, and where it declares entities, which can unfold to more
+    than any memory holds.
     """
     from lxml import etree
 
+    if data.count(b"<") > _MOST_ELEMENTS or data.count(b"=") > 4 * _MOST_ELEMENTS:
+        raise InputError(
+            tr("The file has more than {limit} elements, more than can be meant.",
+               limit=_MOST_ELEMENTS),
+            file=path,
+        )  # fmt: skip
     parser = etree.XMLParser(
         resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True
     )
@@ -69,6 +74,8 @@ def parse_xml(data: bytes, path: Path | None = None) -> Element:
 
 def is_xml(path: str | Path) -> bool:
     """By the first sign in it; False for what cannot be read."""
+    if not is_regular(path):
+        return False
     try:
         with Path(path).open("rb") as stream:
             head = stream.read(256)

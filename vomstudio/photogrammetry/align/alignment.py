@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import read_json
 from vomstudio.photogrammetry.align import mapping, match_database, matching, shared_lenses
 from vomstudio.photogrammetry.align.calibration import calibrate
 from vomstudio.photogrammetry.align.features import (
@@ -99,7 +100,7 @@ class Alignment:
     def load(cls, folder: Path) -> Alignment:
         """Raises InputError where the folder holds no whole alignment."""
         try:
-            head = json.loads((folder / _HEAD).read_text(encoding="utf-8"))
+            head = read_json(folder / _HEAD)
             if head["version"] > _VERSION:
                 raise InputError(
                     tr("This alignment was written by a newer version. Update VOM Studio."),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import math
 import tempfile
@@ -15,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.files.atomic import atomic_write
+from vomstudio.files.pictures import PHOTOS, open_picture
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.words import tr
 
@@ -128,13 +128,9 @@ class Features:
 def extract(task: ExtractTask) -> Features:
     """The features of one photo. A photo that cannot be read is no error but a `problem`, so that
     it does not stop the others."""
-    from PIL import Image
-
-    # Photos are larger than Pillow's idea of an attack.
-    Image.MAX_IMAGE_PIXELS = None
     width = height = 0
     try:
-        with Image.open(io.BytesIO(task.photo)) as image:
+        with open_picture(task.photo, PHOTOS) as image:
             width, height = image.size
             pixels = _pixels(image, task.options.max_size)
         use = None if task.mask is None else _mask(task.mask, width, height)
@@ -246,8 +242,8 @@ def _pixels(image: Image.Image, size: int) -> npt.NDArray[np.uint8]:
 def _mask(data: bytes, width: int, height: int) -> npt.NDArray[np.bool_]:
     from PIL import Image
 
-    with Image.open(io.BytesIO(data)) as image:
-        band = image.getchannel("A") if image.mode in ("LA", "PA") else image
+    with open_picture(data, PHOTOS) as image:
+        band: Image.Image = image.getchannel("A") if image.mode in ("LA", "PA") else image
         if band.mode not in ("L", "1", "I", "I;16"):
             band = band.convert("L")
         if band.size != (width, height):

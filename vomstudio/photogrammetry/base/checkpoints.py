@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.files.regular import read_json
 from vomstudio.photogrammetry.base.memory import peak_bytes
 from vomstudio.words import tr
 
@@ -172,7 +173,7 @@ def file_name(photo: str) -> str:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = read_json(path)
     except (OSError, ValueError):
         return {}
     if not isinstance(found, dict):

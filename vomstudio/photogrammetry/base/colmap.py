@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import sys
 import threading
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -15,8 +17,12 @@ _POLL_S = 0.1
 
 def colmap() -> Any:
     """The pycolmap module, which then says only what is fatal, and never on standard output."""
+    first = "pycolmap" not in sys.modules
     import pycolmap
 
+    if first and threading.current_thread() is threading.main_thread():
+        # Its logging prints a stack of C++ and ends the process where it is asked to end.
+        signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))
     pycolmap.logging.logtostdout = False
     pycolmap.logging.minloglevel = 3
     pycolmap.logging.stderrthreshold = 3

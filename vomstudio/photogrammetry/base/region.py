@@ -63,6 +63,7 @@ class Region:
         views = frozenset(np.flatnonzero(counts >= FEWEST).tolist())
         if len(views) < 2:
             places = scene.points + np.asarray(scene.origin, np.float64)
+            frame = tr("local frame") if scene.crs is None else scene.crs
             ends = [] if not len(places) else [*places.min(axis=0), *places.max(axis=0)]
             raise GeometryError(
                 tr(
@@ -70,7 +71,7 @@ class Region:
                     "of them lie in {bounds}. Check the region and its frame ({frame}).",
                     count=int(there.sum()),
                     bounds=",".join(f"{v:.1f}" for v in ends),
-                    frame=scene.crs or tr("local"),
+                    frame=frame,
                 ),
                 field="--region",
             )

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import read_json
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.units import UNPLACED, WORLD, Axes
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
@@ -114,7 +115,7 @@ class SparseScene:
         """Raises InputError where the folder holds no whole scene."""
         folder = Path(folder)
         try:
-            head = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+            head = read_json(folder / "scene.json")
             if head["version"] > _VERSION:
                 raise InputError(
                     tr("This scene was written by a newer version. Update VOM Studio."),

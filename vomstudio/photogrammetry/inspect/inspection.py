@@ -6,7 +6,6 @@ InputError where a stage is not finished or damaged. Pixels are those of the pho
 
 from __future__ import annotations
 
-import json
 import math
 import zipfile
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import read_json
 from vomstudio.photogrammetry.align import mapping, match_database
 from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.base.checkpoints import file_name
@@ -49,7 +49,7 @@ def _stage(out: Path, name: str, results: str) -> Path:
 def _aligned_names(folder: Path) -> list[tuple[str, int, int]]:
     """(name, width, height) of the photos in the order in which they were aligned."""
     try:
-        rows = json.loads((folder / "database.json").read_text(encoding="utf-8"))
+        rows = read_json(folder / "database.json")
         return [(str(row[0]), int(row[1]), int(row[2])) for row in rows]
     except (OSError, ValueError, TypeError, IndexError) as error:
         raise InputError(
@@ -115,7 +115,7 @@ def overview(out: Path) -> dict[str, Any]:
 
 def _facts(folder: Path) -> dict[str, Any]:
     try:
-        found = json.loads((folder / "stage.json").read_text(encoding="utf-8"))
+        found = read_json(folder / "stage.json")
     except (OSError, ValueError):
         return {}
     return found if isinstance(found, dict) else {}
@@ -123,7 +123,7 @@ def _facts(folder: Path) -> dict[str, Any]:
 
 def _photo_folder(out: Path) -> str | None:
     try:
-        asked = json.loads((out / "request.json").read_text(encoding="utf-8"))
+        asked = read_json(out / "request.json")
         return str(asked["photos"])
     except (OSError, ValueError, KeyError, TypeError):
         return None

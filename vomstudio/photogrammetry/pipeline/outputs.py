@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.errors import TargetError, VomError
+from vomstudio.files.inside import refuse_links
 from vomstudio.files.lock import FolderLock
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.base.stage_folders import WORK
@@ -94,6 +95,7 @@ def claim_folder(out: Path) -> Outputs:
             ),
             file=out,
         )
+    refuse_links(out)
     try:
         (out / WORK).mkdir(exist_ok=True)
     except OSError as error:

@@ -110,7 +110,8 @@ def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     low_x, low_y, high_x, high_y = shapely.total_bounds(shapes)
     span = max(high_x - low_x, high_y - low_y) or 1.0
     ax.set_xlim(low_x - 0.02 * span, high_x + 0.02 * span)
-    ax.set_ylim(low_y - 0.12 * span, high_y + 0.02 * span)
+    rows = min(len(mapped.sets), 8) if len(mapped.sets) > 1 else 0
+    ax.set_ylim(low_y - (0.12 + 0.07 * max(rows - 1, 0)) * span, high_y + 0.02 * span)
     bar = _round_length(0.3 * span)
     ax.plot([low_x, low_x + bar], [low_y - 0.05 * span] * 2, color=style.ink,
             linewidth=2 * style.line_pt, solid_capstyle="butt")  # fmt: skip

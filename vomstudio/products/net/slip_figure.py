@@ -13,9 +13,9 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.geology import stereonet as nets
-from vomstudio.geology.fault_kinematics import compressed_share, movements, p_axes, t_axes
+from vomstudio.geology.faults.kinematics import compressed_share, movements, p_axes, t_axes
+from vomstudio.geology.faults.table_slip import SlipRows, TableSlip
 from vomstudio.geology.orientation import Array, lines_to_vectors
-from vomstudio.geology.table_slip import SlipRows, TableSlip
 from vomstudio.products.net.plain_net import FONT_PT, INK, SOFT, draw_frame, save_figure
 from vomstudio.products.net.slip_arrows import draw_slip_arrows
 from vomstudio.words import tr, tr_n

@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_write, check_target
+from vomstudio.files.inside import check_beside
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
@@ -117,8 +118,7 @@ def write_orthophoto(
     drawings = {} if features is None else drawing_targets(image)
     targets = [image, depth, sidecar, world, *drawings.values()]
     targets += [Path(sheet)] if sheet is not None else []
-    for target in targets:
-        check_target(target, force=force)
+    _check_targets(targets, (depth, sidecar, world), force)
     grid = plan.grid
     warnings = [*plan.notes, *([tr(_NO_CRS)] if is_map and crs is None else [])]
     transform = _transform(plan)
@@ -195,6 +195,14 @@ def _place_facts(plan: Plan, crs: str | None, facts: dict[str, Any]) -> dict[str
     elif crs is not None:
         north = "grid north of the CRS"
     return {"world_crs": crs, "north": north, "picture_id": picture_id(facts)}
+
+
+def _check_targets(targets: Iterable[Path], ours: Iterable[Path], force: bool) -> None:
+    """ours : those whose names follow from the picture's. Raises TargetError."""
+    for target in ours:
+        check_beside(target)
+    for target in targets:
+        check_target(target, force=force)
 
 
 def _transform(plan: Plan) -> Affine:

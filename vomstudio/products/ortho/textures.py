@@ -6,9 +6,16 @@ import threading
 from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.files.pictures import open_picture
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 MEMORY_BYTES = 1_500_000_000
 """What decoded textures may take together before the longest unused are dropped."""
@@ -30,27 +37,20 @@ class Pyramid:
 
 def picture_size(path: Path) -> tuple[int, int] | None:
     """(width, height) of an image file, None where it cannot be read."""
-    from PIL import Image
-
-    Image.MAX_IMAGE_PIXELS = None
     try:
-        with Image.open(path) as picture:
+        with open_picture(path) as picture:
             return picture.size
-    except (OSError, ValueError, SyntaxError):
+    except (InputError, OSError, ValueError, SyntaxError):
         return None
 
 
 def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
     """All levels of an image file from 1 / 2**coarser of its resolution down; None where it cannot
     be read."""
-    from PIL import Image
-
-    # Large textures are what orthophotos are made of.
-    Image.MAX_IMAGE_PIXELS = None
     try:
-        with Image.open(path) as picture:
-            image = picture.convert("RGB")
-    except (OSError, ValueError, SyntaxError):
+        with open_picture(path) as picture:
+            image: Image.Image = picture.convert("RGB")
+    except (InputError, OSError, ValueError, SyntaxError):
         return None
     size = (image.width / 2**coarser, image.height / 2**coarser)
     if coarser:

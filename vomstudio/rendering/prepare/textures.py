@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.errors import InputError
 from vomstudio.words import tr
 
 Pixels = npt.NDArray[np.uint8]
@@ -48,13 +49,11 @@ class Texture:
 
 
 def open_picture(path: Path):  # type: ignore[no-untyped-def]
-    from PIL import Image
+    from vomstudio.files import pictures
 
-    # Large textures are normal here; the size is judged below instead.
-    Image.MAX_IMAGE_PIXELS = None
     try:
-        picture = Image.open(path)
-    except (OSError, ValueError, SyntaxError) as error:
+        picture = pictures.open_picture(path)
+    except (InputError, OSError, ValueError, SyntaxError) as error:
         raise TextureProblem(
             tr(
                 "The texture {file} cannot be read ({reason}). The surface is drawn without it.",
@@ -78,7 +77,8 @@ def open_picture(path: Path):  # type: ignore[no-untyped-def]
 def reason(error: Exception) -> str:
     if isinstance(error, FileNotFoundError):
         return tr("file not found")
-    return str(error).splitlines()[0][:120] if str(error) else type(error).__name__
+    said = error.message if isinstance(error, InputError) else str(error)
+    return said.splitlines()[0][:120].rstrip(".") if said else type(error).__name__
 
 
 def overview(path: Path) -> Pixels | None:

@@ -72,7 +72,10 @@ class StatisticsPanel(QWidget):
         self._soon()
 
     def _soon(self) -> None:
-        if not self._timer.isActive():
+        """Nothing waits where nobody looks: the panel comes up to date when it is painted."""
+        if self.visibleRegion().isEmpty():
+            self._stale = True
+        elif not self._timer.isActive():
             self._timer.start()
 
     def _edited(self, edit: Edit) -> None:
@@ -109,7 +112,7 @@ class StatisticsPanel(QWidget):
         import numpy as np
 
         from vomstudio.geology.folds import fold_axis
-        from vomstudio.geology.set_statistics import set_statistics
+        from vomstudio.geology.populations.set_statistics import set_statistics
 
         measured = self._studio.measured(f.id for f in features)
         own = [f for f in features if getattr(measured[f.id], geometry) is not None]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from vomstudio.geology.distributions import AxisConfidence, LineFigures
 from vomstudio.geology.domains import DomainFigures, OneAxisFigures
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geology.orientation import Line, Plane
-from vomstudio.geology.set_statistics import SetStatistics
+from vomstudio.geology.populations.distributions import AxisConfidence, LineFigures
+from vomstudio.geology.populations.set_statistics import SetStatistics
 from vomstudio.words import tr, tr_n
 
 Rows = list[tuple[str, str]]

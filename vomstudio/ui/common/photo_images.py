@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import OrderedDict
 from dataclasses import dataclass
 from functools import partial
@@ -10,6 +11,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QImage, QImageIOHandler, QImageReader, QPainter, QTransform
 
+from vomstudio.files.regular import is_regular
 from vomstudio.ui.common.worker_thread import Work, WorkerThread
 
 THUMBNAIL = QSize(102, 68)
@@ -109,13 +111,13 @@ class PhotoImages(QObject):
         return partial(self._read_thumbnail, self._waiting.pop(0)) if self._waiting else None
 
     def _read(self, key: str) -> None:
-        reader = QImageReader(key)
+        reader = _reader(key)
         reader.setAutoTransform(False)
         size, orientation = reader.size(), reader.transformation()
         orientation = _Turn(orientation.value) if hasattr(orientation, "value") else orientation
         width, height = size.width(), size.height()
         if max(width, height) > 2 * _FIRST_LOOK:
-            quick = QImageReader(key)
+            quick = _reader(key)
             quick.setAutoTransform(False)
             quick.setScaledSize(size.scaled(QSize(_FIRST_LOOK, _FIRST_LOOK), _KEEP))
             image = quick.read()
@@ -137,7 +139,7 @@ class PhotoImages(QObject):
         self.pictured.emit(key, Picture(tuple(levels), width, height, turn))
 
     def _read_thumbnail(self, key: str) -> None:
-        reader = QImageReader(key)
+        reader = _reader(key)
         reader.setAutoTransform(True)
         size = reader.size()
         if size.isValid():
@@ -157,6 +159,19 @@ class PhotoImages(QObject):
         self._thumbnails[key] = image
 
 
+def _reader(path: str) -> QImageReader:
+    """For what photos may be, and nothing else that Qt has a plugin for."""
+    kind = b""
+    if is_regular(path):
+        with contextlib.suppress(OSError), open(path, "rb") as file:
+            head = file.read(4)
+            kind = next((name for mark, name in _KINDS.items() if head.startswith(mark)), b"")
+    reader = QImageReader(path if kind else "", kind)
+    reader.setAutoDetectImageFormat(False)
+    return reader
+
+
+_KINDS = {b"\xff\xd8": b"jpeg", b"\x89PNG": b"png", b"II*\0": b"tiff", b"MM\0*": b"tiff"}
 _KEEP = Qt.AspectRatioMode.KeepAspectRatio
 
 

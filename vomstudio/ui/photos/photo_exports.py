@@ -14,6 +14,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.errors import TargetError, VomError
 from vomstudio.files.backup import set_aside
+from vomstudio.files.inside import make_folder
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
@@ -187,7 +188,7 @@ class PhotoExports(QObject):
             if place.parent == spare:
                 raise
             try:
-                spare.mkdir(parents=True, exist_ok=True)
+                make_folder(spare)
                 self._write_to(spare / name, now)
             except (OSError, TargetError):
                 raise error from None

@@ -11,6 +11,7 @@ from pathlib import Path
 from vomstudio.document.photo_edits import add_reconstruction
 from vomstudio.errors import TargetError, VomError, WorkerError
 from vomstudio.files.atomic import write_bytes
+from vomstudio.files.inside import check_beside, make_folder
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
 from vomstudio.io.project.reconstructions import REQUEST, RESULT, read_reconstruction
 from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
@@ -48,8 +49,8 @@ def keep_failure(out: Path, reason: str) -> None:
     once it is made again. A disk that takes nothing has told so already."""
     with contextlib.suppress(OSError, TargetError):
         if reason:
-            (out / _FAILURE).parent.mkdir(parents=True, exist_ok=True)
-            write_bytes(out / _FAILURE, reason.encode("utf-8"), force=True)
+            make_folder((out / _FAILURE).parent)
+            write_bytes(check_beside(out / _FAILURE), reason.encode("utf-8"), force=True)
         else:
             (out / _FAILURE).unlink(missing_ok=True)
 

@@ -9,39 +9,41 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from vomstudio.failures.missing_libraries import missing_library
 from vomstudio.paths import resource
-from vomstudio.words import tr
+from vomstudio.ui.shell.drawing_check import why_not_drawn
+
+_SHOWN_MS = 10_000
 
 
 def run_window(paths: Sequence[str]) -> int:
     """Open the window with these models, projects or photo folders; the process's exit code."""
-    if sys.platform.startswith("linux") and not any(
-        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
-    ):
-        # Without a screen Qt would abort the process with a page of its own.
-        print(
-            tr(
-                "There is no screen for the window (DISPLAY is not set). The commands work without "
-                "one: vomstudio --help lists them."
-            ),
-            file=sys.stderr,
-        )
+    from vomstudio.ui.shell.drawing_check import why_no_screen
+
+    if (refused := why_no_screen()) is not None:
+        # Qt would abort the process with a page of its own.
+        print(refused, file=sys.stderr)
         return 2
     os.environ.setdefault("QT_API", "pyside6")
-    from PySide6.QtCore import QTimer
-    from PySide6.QtGui import QIcon, QSurfaceFormat
-    from PySide6.QtWidgets import QApplication, QMessageBox
+    try:
+        from PySide6.QtCore import QTimer
+        from PySide6.QtGui import QIcon
+        from PySide6.QtWidgets import QApplication, QMessageBox
+    except ImportError as error:
+        said = missing_library(error)
+        if said is None:
+            raise
+        print(said, file=sys.stderr)
+        return 2
 
-    surface = QSurfaceFormat()
-    surface.setRenderableType(QSurfaceFormat.RenderableType.OpenGL)
-    surface.setVersion(3, 2)
-    surface.setProfile(QSurfaceFormat.OpenGLContextProfile.CoreProfile)
-    surface.setDepthBufferSize(24)
-    QSurfaceFormat.setDefaultFormat(surface)
+    _ask_for_opengl()
     application = QApplication([sys.argv[0]])
     # QApplication takes the user's locale; under a comma locale native readers misread decimals.
     locale.setlocale(locale.LC_NUMERIC, "C")
     application.setApplicationName("VOM Studio")
+    if (refused := why_not_drawn()) is not None:
+        _tell(refused)
+        return 2
     application.setDesktopFileName("vomstudio")
     application.setWindowIcon(QIcon(str(resource("icon", "vomstudio.svg"))))
 
@@ -80,7 +82,9 @@ def run_window(paths: Sequence[str]) -> int:
     QTimer.singleShot(0, begin)
     # Ctrl+C in the terminal closes like the window's own button; the timer lets Python hear it.
     # A signal comes between any two lines of Python: closing waits for the event loop.
-    signal.signal(signal.SIGINT, lambda *_: QTimer.singleShot(0, window.close))
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), lambda *_: QTimer.singleShot(0, window.close))
     listener = QTimer()
     listener.start(500)
     listener.timeout.connect(lambda: None)
@@ -89,3 +93,26 @@ def run_window(paths: Sequence[str]) -> int:
     notices.close()
     qt_messages.uninstall()
     return code
+
+
+def _tell(refused: str) -> None:
+    from PySide6.QtCore import QTimer
+    from PySide6.QtWidgets import QMessageBox
+
+    print(refused, file=sys.stderr)
+    # Whoever started it from a menu sees no terminal; nobody may be there to close it.
+    box = QMessageBox(QMessageBox.Icon.Critical, "VOM Studio", refused)
+    QTimer.singleShot(_SHOWN_MS, box.close)
+    box.exec()
+
+
+def _ask_for_opengl() -> None:
+    """Before the application is made, so that every widget gets it."""
+    from PySide6.QtGui import QSurfaceFormat
+
+    surface = QSurfaceFormat()
+    surface.setRenderableType(QSurfaceFormat.RenderableType.OpenGL)
+    surface.setVersion(3, 2)
+    surface.setProfile(QSurfaceFormat.OpenGLContextProfile.CoreProfile)
+    surface.setDepthBufferSize(24)
+    QSurfaceFormat.setDefaultFormat(surface)

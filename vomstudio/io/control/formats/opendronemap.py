@@ -9,6 +9,7 @@ from math import isfinite
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import is_regular, read_small
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
@@ -52,6 +53,8 @@ def _placed(path: Path) -> tuple[list[ControlPoint], str | None]:
 
 def is_odm(path: str | Path) -> bool:
     """By its first line with words; False for what cannot be read."""
+    if not is_regular(path):
+        return False
     try:
         with Path(path).open("rb") as stream:
             head = as_utf8(stream.read(1 << 16)).decode("utf-8", "ignore")
@@ -67,11 +70,7 @@ def read_odm(path: str | Path) -> OdmControl:
     """Raises InputError with line and column."""
     path = Path(path)
     try:
-        if path.stat().st_size > _LARGEST:
-            raise InputError(
-                tr("The file is larger than {limit} MB.", limit=_LARGEST >> 20), file=path
-            )
-        lines = text_of(path.read_bytes()).splitlines()
+        lines = text_of(read_small(path, _LARGEST)).splitlines()
     except OSError as error:
         raise InputError(
             tr("The file cannot be read ({reason}).", reason=error.strerror), file=path

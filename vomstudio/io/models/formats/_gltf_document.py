@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import read_whole
 from vomstudio.io.models.mtl import find_beside
 from vomstudio.progress import Progress, Silent
@@ -30,8 +31,7 @@ Array = npt.NDArray[Any]
 MAGIC = b"glTF"
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 MAX_JSON_BYTES = 1 << 28
-# Of accessors that are not backed by bytes of the file, which could promise anything.
-MAX_UNBACKED = 50_000_000
+MAX_JSON_VALUES = 4_000_000
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 COMPRESSED = {
@@ -75,6 +75,7 @@ class Document:
         self.path = path
         self.progress = progress
         data = read_whole(path, progress)
+        self.budget = Budget(path, len(data))
         self._binary: Array | None = None
         packed = data[:4].tobytes() == MAGIC
         text = self._split(data) if packed else data.tobytes()
@@ -127,7 +128,7 @@ class Document:
         return text
 
     def _parsed(self, text: bytes) -> dict[str, Any]:
-        if len(text) > MAX_JSON_BYTES:
+        if len(text) > MAX_JSON_BYTES or sum(map(text.count, (b",", b"{", b"["))) > MAX_JSON_VALUES:
             raise self.wrong(tr("The JSON part is too large"))
         try:
             found = json.loads(text.decode("utf-8-sig"))
@@ -233,6 +234,7 @@ class Document:
                 data: Array = np.frombuffer(source, np.uint8)
             else:
                 data = read_whole(source, self.progress)
+                self.budget.add(len(data))
                 self._hasher.update(data.data)
                 self._has_files = True
         elif index == 0 and self._binary is not None:
@@ -292,7 +294,8 @@ class Document:
         sparse = accessor.get("sparse")
         if "bufferView" in accessor:
             values = self._typed(accessor, accessor["bufferView"], dtype, count, width, field)
-        elif isinstance(sparse, dict) and count <= MAX_UNBACKED:
+        elif isinstance(sparse, dict):
+            self.budget.take(count * width * dtype.itemsize, field)
             values = np.zeros((count, width), dtype)
         else:
             raise self.wrong(tr("It has no data"), field)

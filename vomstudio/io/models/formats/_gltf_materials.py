@@ -126,7 +126,10 @@ def _image(document: Document, index: object, material: str) -> tuple[Path | Non
     label = name if isinstance(name, str) and name else material
     try:
         if "bufferView" in entry:
-            content = document.view(entry["bufferView"])[0].tobytes()
+            packed = document.view(entry["bufferView"])[0]
+            # Kept under its hash: many images may be of the same bytes.
+            document.budget.take(len(packed), where)
+            content = packed.tobytes()
         else:
             source = document.uri_bytes(entry.get("uri"), where)
             if isinstance(source, Path):

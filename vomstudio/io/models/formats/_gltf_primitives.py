@@ -18,6 +18,8 @@ from vomstudio.words import tr
 Array = npt.NDArray[Any]
 
 MAX_VERTICES = 200_000_000
+# What Python itself keeps for each.
+_PLACE_BYTES, _PRIMITIVE_BYTES = 400, 1000
 POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
 
 
@@ -36,17 +38,26 @@ class Piece:
 
 
 def pieces_of(document: Document, said: list[str]) -> Iterator[Piece]:
-    placed = list(_placed_meshes(document, said))
+    placed = []
+    for place in _placed_meshes(document, said):
+        document.budget.take(_PLACE_BYTES, "nodes")
+        placed.append(place)
     uses: dict[object, int] = {}
+    steps = 0
     for index, _, _ in placed:
-        for primitive in _primitives(document, index):
+        primitives = _primitives(document, index)
+        steps += len(primitives)
+        document.budget.take(_PRIMITIVE_BYTES * len(primitives), "meshes")
+        for primitive in primitives:
             key = document.section("attributes", primitive).get("POSITION")
             uses[_key(key)] = uses.get(_key(key), 0) + 1
-    total = lines = 0
+    total = lines = done = 0
     progress = document.progress
-    progress.stage(tr("Reading the scene"), len(placed))
-    for done, (index, matrix, weights) in enumerate(placed):
+    progress.stage(tr("Reading the scene"), steps)
+    for index, matrix, weights in placed:
         for primitive in _primitives(document, index):
+            progress.step(done)
+            done += 1
             mode = primitive.get("mode", TRIANGLES)
             if mode in (1, 2, 3):
                 lines += 1
@@ -67,7 +78,7 @@ def pieces_of(document: Document, said: list[str]) -> Iterator[Piece]:
                 )
             if len(piece.positions):
                 yield piece
-        progress.step(done + 1)
+    progress.step(steps)
     if lines:
         said.append(tr("Lines in the file are left out."))
 
@@ -150,12 +161,25 @@ def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator
         yield _local_matrix(document, place, index)
 
 
+def _rows_used(
+    faces: npt.NDArray[np.int64], n: int
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Which of n vertices faces use, and the faces by their places among these."""
+    if 8 * faces.size < n:
+        # Thousands of small pieces may be cut out of one large buffer.
+        rows, inverse = np.unique(faces, return_inverse=True)
+        return rows, inverse.reshape(faces.shape)
+    used = np.zeros(n, bool)
+    used[faces] = True
+    return np.flatnonzero(used), (np.cumsum(used) - 1)[faces]
+
+
 def _shaped(
-    document: Document, primitive: dict[str, Any], stored: Array, weights: object
+    document: Document, primitive: dict[str, Any], stored: Array, rows: Any, weights: object
 ) -> npt.NDArray[np.float64]:
     """Positions with the shapes of the mesh (morph targets) at their weights; without weights they
     are as they stand (glTF 2.0, 3.7.2.2)."""
-    positions = stored.astype(np.float64)
+    positions: npt.NDArray[np.float64] = stored[rows].astype(np.float64)
     targets = primitive.get("targets")
     if not isinstance(targets, list) or not targets or weights is None:
         return positions
@@ -172,7 +196,7 @@ def _shaped(
                     ),
                     "targets",
                 )
-            positions += share * moves.astype(np.float64)
+            positions += share * moves[rows].astype(np.float64)
     return positions
 
 
@@ -221,11 +245,9 @@ def _piece(
     rows: Any = slice(None)
     if faces is not None and shared:
         # One large buffer cut into many primitives: each takes only what it needs.
-        used = np.zeros(len(stored), bool)
-        used[faces] = True
-        rows = np.flatnonzero(used)
-        faces = (np.cumsum(used) - 1)[faces]
-    positions = _shaped(document, primitive, stored, weights)[rows]
+        rows, faces = _rows_used(faces, len(stored))
+    document.budget.take(24 * (len(stored) if isinstance(rows, slice) else len(rows)), "meshes")
+    positions = _shaped(document, primitive, stored, rows, weights)
     if not np.array_equal(matrix, np.eye(4)):
         positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
         if faces is not None and np.linalg.det(matrix[:3, :3]) < 0:
@@ -242,7 +264,9 @@ def _piece(
                 tr("It has {count:,} rows for {vertices:,} vertices", count=len(found), vertices=n),
                 name,
             )
-        return np.asarray(found[rows])
+        taken = np.asarray(found[rows])
+        document.budget.take(taken.nbytes, name)
+        return taken
 
     texture = color_map(document, material)
     piece.uv = values(f"TEXCOORD_{uv_set(document, texture)}", 2)
@@ -274,14 +298,17 @@ def _faces(
         raw = document.accessor(primitive["indices"], 1)[:, 0]
         if raw.dtype.kind != "u":
             raise document.wrong(tr("The indices are not whole numbers"), "primitives")
+        document.budget.take(8 * len(raw), "primitives")
         corners = raw.astype(np.int64)
     else:
+        document.budget.take(8 * n, "primitives")
         corners = np.arange(n)
     if mode == TRIANGLES:
         faces = corners[: len(corners) // 3 * 3].reshape(-1, 3)
     elif mode in (STRIP, FAN):
         if len(corners) < 3:
             return np.empty((0, 3), np.int64)
+        document.budget.take(16 * len(corners), "primitives")
         second, third = corners[1:-1], corners[2:]
         if mode == FAN:
             first = np.broadcast_to(corners[0], second.shape)

@@ -21,6 +21,7 @@ from vomstudio.words import tr
 MIN_HEADER_BYTES = 227
 MIN_POINT_BYTES = 20
 USUAL_CHUNK_POINTS = 50_000
+_LARGEST_CUT = 64 << 20
 MAX_CHUNK_POINTS = 10_000_000
 VARIABLE = 2**32 - 1
 POINT_FORMAT_AT, COMPRESSED = 104, 0x80
@@ -153,6 +154,41 @@ def laszip_chunk_points(top: bytes, at: int, n_records: int, record_bytes: int) 
             return points if 0 < points <= MAX_CHUNK_POINTS or points == VARIABLE else None
         at += length
     return None
+
+
+def is_layered(path: Path) -> bool:
+    """Whether the points are compressed, and of a format that is compressed in layers."""
+    with open(path, "rb") as file:
+        file.seek(POINT_FORMAT_AT)
+        kind = file.read(1)[0]
+    return bool(kind & COMPRESSED) and kind & 0x3F >= 6
+
+
+def check_layers(path: Path, top: Top) -> None:
+    """Chunks of the layered formats state the length of each layer, for which lazrs makes room
+    unseen. Raises InputError where one states far more than is left of the file; a last chunk that
+    is cut off passes."""
+    if not top.layers or is_copc(path):
+        return
+    form = f"<{top.layers}I"
+    with open(path, "rb") as file:
+        file.seek(top.points_at)
+        (end,) = struct.unpack("<q", file.read(8).ljust(8, b"\0"))
+        if end == -1:
+            file.seek(top.size - 8)
+            (end,) = struct.unpack("<q", file.read(8))
+        # The table of chunks follows the last one.
+        end = end if top.points_at < end < top.size else top.size
+        at = top.points_at + 8
+        while at < end:
+            file.seek(at + top.record_bytes + 4)
+            sizes = file.read(struct.calcsize(form))
+            if len(sizes) < struct.calcsize(form):
+                return
+            held = sum(struct.unpack(form, sizes))
+            at += top.record_bytes + 4 + len(sizes) + held
+            if at > top.size + _LARGEST_CUT:
+                raise _contradiction(path)
 
 
 def is_copc(path: str | Path) -> bool:

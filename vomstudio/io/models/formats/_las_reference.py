@@ -3,6 +3,7 @@ its variable length records or in the extended ones behind the points (LAS 1.4 R
 
 from __future__ import annotations
 
+import os
 import struct
 from pathlib import Path
 
@@ -45,6 +46,8 @@ def _records(path: Path) -> dict[int, bytes]:
     """The contents of the records of LASF_Projection by number; the first of each."""
     found: dict[int, bytes] = {}
     with open(path, "rb") as file:
+        size_of_file = file.seek(0, os.SEEK_END)
+        file.seek(0)
         head = file.read(375)
         header_size, _, count = struct.unpack_from("<HII", head, 94)
         places = [(header_size, count, "<16sHH", 54)]
@@ -53,6 +56,8 @@ def _records(path: Path) -> dict[int, bytes]:
             places.append((start, extended, "<16sHQ", 60))
         for at, number, form, size in places:
             for _ in range(min(number, _RECORDS_AT_MOST)):
+                if at >= size_of_file:
+                    break
                 file.seek(at)
                 top = file.read(size)
                 if len(top) < size:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
     points_missing,
     refuse_decimal_commas,
@@ -21,6 +22,7 @@ from vomstudio.words import tr, tr_n
 Array = npt.NDArray[np.generic]
 
 VALUES_PER_STEP = 1 << 20
+_BLOCK_BYTES = 1 << 22
 
 
 @dataclass
@@ -49,7 +51,11 @@ def _missing(element: Element, found: int, said: list[str]) -> None:
 
 
 def read_binary(
-    buffer: npt.NDArray[np.uint8], header: Header, said: list[str], progress: Progress
+    buffer: npt.NDArray[np.uint8],
+    header: Header,
+    budget: Budget,
+    said: list[str],
+    progress: Progress,
 ) -> dict[str, Table]:
     tables: dict[str, Table] = {}
     at = header.body
@@ -59,7 +65,7 @@ def read_binary(
             # Never believe a count: each record takes at least so many bytes.
             least = sum(np.dtype(p.count_type or p.type).itemsize for p in element.properties)
             n = min(element.count, (len(buffer) - at) // least)
-            table, at = _binary_table(buffer, at, element, n, header.order)
+            table, at = _binary_table(buffer, at, element, n, header.order, budget)
             if table.n < element.count:
                 _missing(element, table.n, said)
                 at = len(buffer)
@@ -71,7 +77,12 @@ def read_binary(
 
 
 def _binary_table(
-    buffer: npt.NDArray[np.uint8], at: int, element: Element, n: int, order: str
+    buffer: npt.NDArray[np.uint8],
+    at: int,
+    element: Element,
+    n: int,
+    order: str,
+    budget: Budget,
 ) -> tuple[Table, int]:
     """Up to n records from byte `at`, and the byte after them."""
     lists = [p for p in element.properties if p.count_type]
@@ -79,7 +90,7 @@ def _binary_table(
     if lists:
         guess = _first_lengths(buffer, at, element, order) if n else {}
         if len(guess) < len(lists):
-            return _ragged_table(buffer, at, element, n, order)
+            return _ragged_table(buffer, at, element, n, order, budget)
     parts: list[tuple[str, object]] = []
     for p in element.properties:
         if p.count_type:
@@ -91,9 +102,11 @@ def _binary_table(
     fitting = min(n, (len(buffer) - at) // record.itemsize)
     array = np.frombuffer(buffer, record, fitting, at)
     if any(np.any(array[f"n {p.name}"] != guess[p.name]) for p in lists):
-        return _ragged_table(buffer, at, element, n, order)
+        return _ragged_table(buffer, at, element, n, order, budget)
     if lists and fitting < n:
-        return _ragged_table(buffer, at, element, n, order)
+        return _ragged_table(buffer, at, element, n, order, budget)
+    if lists:
+        budget.take(24 * fitting * len(lists), element.name)
     table = Table(fitting)
     for p in element.properties:
         values = array[p.name].astype(p.type)
@@ -129,7 +142,12 @@ def _first_lengths(
 
 
 def _ragged_table(
-    buffer: npt.NDArray[np.uint8], at: int, element: Element, n: int, order: str
+    buffer: npt.NDArray[np.uint8],
+    at: int,
+    element: Element,
+    n: int,
+    order: str,
+    budget: Budget,
 ) -> tuple[Table, int]:
     from vomstudio.io.models.formats import _ply_kernels as k
 
@@ -139,6 +157,7 @@ def _ragged_table(
     count_kinds = [np.dtype(p.count_type) if p.count_type else None for p in element.properties]
     count_sizes = np.array([c.itemsize if c else 0 for c in count_kinds], np.int64)
     signed = np.array([c is not None and c.kind == "i" for c in count_kinds])
+    budget.take(24 * n * len(sizes), element.name)
     places = np.empty((n, len(sizes)), np.int64)
     counts = np.empty((n, len(sizes)), np.int64)
     n = k.walk(data, at, sizes, count_sizes, signed, order == "<", places, counts)
@@ -158,7 +177,12 @@ def _ragged_table(
 
 
 def read_text(
-    buffer: bytearray, header: Header, path: Path, said: list[str], progress: Progress
+    buffer: bytearray,
+    header: Header,
+    path: Path,
+    budget: Budget,
+    said: list[str],
+    progress: Progress,
 ) -> dict[str, Table]:
     from vomstudio.io.models.formats import _ply_kernels as k
 
@@ -185,6 +209,7 @@ def read_text(
             continue
         # A record takes two bytes for each of its values at least.
         wanted = min(element.count, (len(buffer) - at) // (2 * len(element.properties)) + 1)
+        budget.take((8 + 16 * len(element.properties)) * wanted, element.name)
         starts = np.zeros(wanted + 1, np.int64)
         longest = _longest_line(buffer, at)
         room = max(VALUES_PER_STEP, longest)
@@ -204,6 +229,7 @@ def read_text(
                     first_wrong = begin if first_wrong is None else first_wrong
             starts[before + 1 : row + 1] += filled
             filled += n
+            budget.take(16 * n, element.name)
             parts.append(values[:n].copy())
             progress.step(at)
         if row < element.count:
@@ -233,8 +259,14 @@ def _value(token: bytes) -> tuple[float, bool]:
 
 def _longest_line(buffer: bytearray, at: int) -> int:
     """An upper bound for the values of one line, and of what else a step needs."""
-    lengths = np.diff(np.flatnonzero(np.frombuffer(buffer, np.uint8)[at:] == 10), prepend=-1)
-    return int(lengths.max(initial=0)) // 2 + 2
+    data = np.frombuffer(buffer, np.uint8)[at:]
+    longest, last = 0, -1
+    for start in range(0, len(data), _BLOCK_BYTES):
+        ends = np.flatnonzero(data[start : start + _BLOCK_BYTES] == 10) + start
+        if len(ends):
+            longest = max(longest, int(ends[0]) - last, int(np.diff(ends).max(initial=0)))
+            last = int(ends[-1])
+    return longest // 2 + 2
 
 
 def _text_table(

@@ -51,6 +51,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     Raises InputError for a picture, for a raster without a place, and for a damaged file.
     """
     import rasterio
+    from rasterio._err import CPLE_BaseError
     from rasterio.errors import RasterioError
 
     progress.stage(tr("Reading the heights"))
@@ -71,7 +72,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         raise InputError(
             tr("The GeoTIFF is larger than the free memory. Export a part of it."), file=path
         ) from error
-    except (RasterioError, OSError, ValueError) as error:
+    except (RasterioError, CPLE_BaseError, OSError, ValueError) as error:
         raise InputError(
             tr(
                 "The GeoTIFF cannot be read: it is damaged, cut short, or of a kind that this "

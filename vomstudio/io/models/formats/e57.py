@@ -11,6 +11,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.files.names import utf8_name
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
     Columns,
     drop_unsound_points,
@@ -100,6 +101,8 @@ def _read_scans(
     colored = all(set(COLORS) <= known for known in names)
     bright = all("intensity" in known for known in names)
     unread = set()
+    # A value that never changes takes no bits of the file, however many points have it.
+    budget = Budget(path, path.stat().st_size)
     for number, (scan, known) in enumerate(zip(scans, names, strict=True)):
         place = next((axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known), None)
         if place is None:
@@ -112,6 +115,7 @@ def _read_scans(
         limits = _color_limits(scan)
         for part in _blocks(e57, image, scan, [*wanted, *flags]):
             got = len(part[place[0]])
+            budget.take(8 * got * len(wanted), "points")
             xyz = np.column_stack([part[name] for name in place])
             if place is SPHERICAL:
                 xyz = _cartesian(xyz)

@@ -20,7 +20,14 @@ from vomstudio.io.models.formats._common import (
     scale_colors,
 )
 from vomstudio.io.models.formats._las_extra import WithoutRecord, place_of_unsound_extra
-from vomstudio.io.models.formats._las_header import check_header, is_copc, mended
+from vomstudio.io.models.formats._las_header import (
+    check_header,
+    check_layers,
+    is_copc,
+    is_layered,
+    mended,
+    read_top,
+)
 from vomstudio.io.models.formats._las_records import (
     STANDARD_FIELDS,
     no_data_of,
@@ -117,6 +124,8 @@ def _read(path: Path, size: int, progress: Progress, said: list[str]) -> PointCl
     import laspy
 
     stream: Any = mended(path, size)
+    if is_layered(path):
+        check_layers(path, read_top(path))
     place = place_of_unsound_extra(path)
     if place is not None and stream is None:
         said.append(tr("The fields of the points are described wrongly. They are not read."))

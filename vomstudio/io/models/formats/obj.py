@@ -40,6 +40,7 @@ LOOKED_AT_ONCE = 1 << 18
 MAX_THREADS = 8
 MAX_ROWS = 2**31 - 1
 LISTED = 5
+MOST_LIBRARIES = 100
 HEAD = 65536
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
@@ -407,7 +408,15 @@ class _Reading:
     def _materials(self, names: list[str], libraries: list[str]) -> tuple[Material, ...]:
         folder = self.path.parent
         found: dict[str, Material] = {}
-        for entry in libraries:
+        if len(libraries) > MOST_LIBRARIES:
+            self.said.append(
+                tr(
+                    "The file names {count:,} material files; the first {kept:,} are read.",
+                    count=len(libraries),
+                    kept=MOST_LIBRARIES,
+                )
+            )
+        for entry in libraries[:MOST_LIBRARIES]:
             for path in self._library_paths(entry):
                 materials, said = read_library(path, folder)
                 for name, material in materials.items():
@@ -442,7 +451,8 @@ class _Reading:
                 self.said.append(tr("Material file: {problem}.", problem=problem))
             return [found]
         paths = []
-        for name in entry.split():
+        words = entry.split()
+        for name in words[:MOST_LIBRARIES]:
             found, said = find_beside(self.path.parent, name)
             if found is not None:
                 paths.append(found)
@@ -450,7 +460,7 @@ class _Reading:
                 self.said.append(
                     tr(
                         "Material file: {problem}.",
-                        problem=said if len(entry.split()) > 1 else problem,
+                        problem=said if len(words) > 1 else problem,
                     )
                 )
         return paths

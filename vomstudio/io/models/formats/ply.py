@@ -18,6 +18,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
     drop_unsound,
     drop_unsound_points,
@@ -64,10 +65,11 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         data = np.frombuffer(as_utf8(data.tobytes()), np.uint8)
     header = read_header(data[:MAX_HEADER_BYTES].tobytes(), path)
     said: list[str] = []
+    budget = Budget(path, len(data))
     if header.order == "":
-        tables = read_text(bytearray(data), header, path, said, progress)
+        tables = read_text(bytearray(data), header, path, budget, said, progress)
     else:
-        tables = read_binary(data, header, said, progress)
+        tables = read_binary(data, header, budget, said, progress)
     del data
     model = _assemble(header, tables, path, said)
     kind: Literal["mesh", "cloud"] = "cloud" if isinstance(model, PointCloud) else "mesh"

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.files.regular import read_small_text
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import parse_crs
@@ -235,8 +236,8 @@ def prj_text(crs: str, esri: bool = False) -> str:
 def says_the_same(path: Path, text: str, crs: str) -> bool:
     """Whether a .prj file that is there names this CRS, in whatever words."""
     try:
-        there = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
+        there = read_small_text(path)
+    except (InputError, OSError, UnicodeDecodeError):
         return False
     if there.strip() == text.strip():
         return True

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import TargetError
+from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import atomic_group
+from vomstudio.files.pictures import open_picture
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.geometry.units import WORLD
@@ -261,14 +262,12 @@ class _Scene:
 
 def _as_png(path: Any) -> bytes:
     """glTF knows JPEG and PNG only."""
-    from PIL import Image
-
     stream = io.BytesIO()
     try:
-        with Image.open(path) as image:
+        with open_picture(path) as image:
             mode = "RGBA" if "A" in image.getbands() else "RGB"
             image.convert(mode).save(stream, "PNG", compress_level=3)
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+    except (InputError, OSError, ValueError, SyntaxError) as error:
         raise TargetError(
             tr(
                 "This texture cannot be turned into PNG ({error}). Save it as JPEG or PNG.",

@@ -7,7 +7,6 @@ the camera in UTM. Lenses are given in units of the longer side of the photo.
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError
+from vomstudio.files.regular import read_json, read_small_text
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.result import from_centre, posed, said_of_lens, straight
@@ -115,9 +115,9 @@ def find_offset(path: Path) -> tuple[float, float] | None:
     """East and north that OpenDroneMap takes off its models, from its `coords.txt`."""
     for folder in (path.parent, path.parent / ".." / "odm_georeferencing"):
         try:
-            lines = (folder / "coords.txt").read_text("utf-8").split("\n")
+            lines = read_small_text(folder / "coords.txt").split("\n")
             east, north = (float(cell) for cell in lines[1].split()[:2])
-        except (OSError, ValueError, IndexError):
+        except (OSError, ValueError, IndexError, InputError):
             continue
         return east, north
     return None
@@ -162,11 +162,13 @@ def _plain_lens(shot: Mapping[str, Any]) -> Intrinsics:
 # --- fields -----------------------------------------------------------------------------------
 def load_json(path: Path) -> Any:
     """Raises InputError."""
-    from vomstudio.io.text.rows import read_bytes
-
     try:
-        return json.loads(read_bytes(path))
-    except (ValueError, RecursionError) as error:
+        return read_json(path)
+    except OSError as error:
+        raise InputError(
+            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
+        ) from error
+    except ValueError as error:
         raise InputError(tr("The file is not JSON ({error}).", error=error), file=path) from error
 
 

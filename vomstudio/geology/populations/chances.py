@@ -46,7 +46,7 @@ def t95(free: float) -> float:
     low, high = 0.0, 13.0
     while f_tail(1.0, free, high**2) > 0.05:
         high *= 2.0
-    for _ in range(80):
+    for _ in range(50):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if f_tail(1.0, free, middle**2) > 0.05 else (low, middle)
     return 0.5 * (low + high)

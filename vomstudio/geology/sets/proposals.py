@@ -11,14 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError, VomError
-from vomstudio.geology.axial_mixture import (
+from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
+from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.sets.axial_mixture import (
     LEAST_MEMBERS,
     Mixture,
     clusters_from_seeds,
     propose_clusters,
 )
-from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
-from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import fisher
 from vomstudio.reprs import Shown
 from vomstudio.words import tr, tr_n

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vomstudio.geology.error_weights import WEIGHTINGS, Errors, errors_of
 from vomstudio.geology.orientation_rows import OrientationRows
-from vomstudio.geology.set_statistics import SetStatistics, set_statistics
+from vomstudio.geology.populations.error_weights import WEIGHTINGS, Errors, errors_of
+from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
 

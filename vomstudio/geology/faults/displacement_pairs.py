@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.geology.displacement import (
+from vomstudio.geology.faults.displacement import (
     NO_ERRORS,
     Displacement,
     Errors,

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geology.fault_kinematics import (
+from vomstudio.geology.faults.kinematics import (
     kinematic_axes,
     movements,
     p_axes,

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geology.common_turns import Region, Turns, cone, moved, region, resultant
-from vomstudio.geology.distributions import (
+from vomstudio.geology.orientation import Array
+from vomstudio.geology.populations.distributions import (
     AxisConfidence,
     BinghamFigures,
     KentFigures,
@@ -22,8 +23,7 @@ from vomstudio.geology.distributions import (
     line_figures,
     uniformity,
 )
-from vomstudio.geology.error_weights import Errors, WeightFigures, weights_of
-from vomstudio.geology.orientation import Array
+from vomstudio.geology.populations.error_weights import Errors, WeightFigures, weights_of
 from vomstudio.geology.statistics import (
     Fisher,
     fisher,

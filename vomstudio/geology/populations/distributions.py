@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vomstudio.geology.chances import chi2_tail
 from vomstudio.geology.orientation import Array, Line
-from vomstudio.geology.sphere_models import (
+from vomstudio.geology.populations.chances import chi2_tail
+from vomstudio.geology.populations.sphere_models import (
     FEW_FOR_FIT,
     Bingham,
     bingham_fit,

@@ -1,0 +1,63 @@
+"""Short runs of the campaigns, and every file that once fell."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from tests.fuzz import projects, readers
+
+pytestmark = pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="the readers' limits are Linux's"
+)
+
+
+def test_bent_files_are_read_or_refused_by_name() -> None:
+    counts, wrong = readers.campaign(150, seed=7)
+    assert wrong == []
+    assert counts["read"] > 20  # the sound ones are sound
+    assert counts["refused"] > 20
+
+
+def test_single_bits_change_no_figure_silently() -> None:
+    counts, wrong = projects.campaign(projects.flip_bit, 12, 7, same=True)
+    assert wrong == []
+    assert sum(counts.values()) == 12
+
+
+def test_odd_rows_open_as_far_as_they_are_sound() -> None:
+    counts, wrong = projects.campaign(projects.odd_row, 8, 7, same=False)
+    assert wrong == []
+    assert counts["named"] + counts["sound"] + counts["refused"] == 8
+
+
+def test_a_name_that_is_a_number_is_named_and_left_aside(tmp_path_factory) -> None:  # type: ignore[no-untyped-def]
+    import json
+    import sqlite3
+
+    from vomstudio.io.project.folder import Project
+    from vomstudio.io.project.journal import COLUMNS, NAME, checksum
+
+    project = projects.specimen(tmp_path_factory.mktemp("a"))
+    db = sqlite3.connect(project / NAME)
+    rows = [list(r) for r in db.execute(f"SELECT {COLUMNS} FROM journal ORDER BY seq")]
+    row = next(r for r in reversed(rows) if r[5] and '"record":"trace"' in r[5])
+    after = json.loads(row[5])
+    id_ = next(i for i, plain in after.items() if plain and plain.get("record") == "trace")
+    after[id_]["name"] = 7
+    row[5] = json.dumps(after)
+    total = ""
+    for values in rows:
+        total = checksum(total, values)
+        db.execute(
+            "UPDATE journal SET after = ?, checksum = ? WHERE seq = ?",
+            (values[5], total, values[0]),
+        )
+    db.execute("UPDATE head SET checksum = ?", (total,))
+    db.commit()
+    db.close()
+    opened = Project.open(project)
+    assert id_ not in opened.session.records
+    assert any(f"row {row[0]} " in said and "name" in said for said in opened.problems)
+    opened.close()

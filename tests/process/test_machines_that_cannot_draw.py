@@ -1,0 +1,55 @@
+"""No screen, no OpenGL, a library that is missing: a sentence with the remedy, and code 2."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vomstudio.failures.missing_libraries import missing_library
+
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="about X11")
+
+
+def window(tmp_path: Path, **extra: str | None) -> subprocess.CompletedProcess[str]:
+    values = {**os.environ, "XDG_STATE_HOME": str(tmp_path), **extra}
+    return subprocess.run(
+        [sys.executable, "-P", "-m", "vomstudio"],
+        env={name: value for name, value in values.items() if value is not None},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        cwd=Path(__file__).parents[2],
+    )
+
+
+@pytest.mark.parametrize("display", [None, "", ":7777"])
+def test_no_screen(tmp_path: Path, display: str | None) -> None:
+    done = window(tmp_path, DISPLAY=display, WAYLAND_DISPLAY=None, QT_QPA_PLATFORM=None)
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.count("\n") == 1
+    assert "screen" in done.stderr
+    assert "vomstudio --help" in done.stderr
+
+
+@pytest.mark.skipif(not os.environ.get("DISPLAY"), reason="needs a screen")
+def test_an_opengl_that_is_too_old(tmp_path: Path) -> None:
+    done = window(
+        tmp_path, QT_QPA_PLATFORM="xcb", LIBGL_ALWAYS_SOFTWARE="1", MESA_GL_VERSION_OVERRIDE="2.1"
+    )
+    assert done.returncode == 2, done.stderr
+    assert "OpenGL 2.1; drawing needs 3.2" in done.stderr
+
+
+def test_a_library_that_is_missing_is_named_with_its_package() -> None:
+    said = missing_library(ImportError("libEGL.so.1: cannot open shared object file"))
+    assert said is not None
+    assert "libEGL.so.1" in said
+    assert "apt install libegl1" in said
+    assert "libusb-1.0-0" in str(missing_library("libusb-1.0.so.0: file too short"))
+    assert "liboddity.so.3" in str(missing_library("liboddity.so.3: no version information"))
+    assert missing_library(ImportError("No module named 'pye57'")) is None

@@ -1,0 +1,46 @@
+"""Libraries of the system that a package of ours needs and that are not there."""
+
+from __future__ import annotations
+
+import re
+
+from vomstudio.words import tr
+
+_PACKAGES = {
+    "libEGL": "libegl1",
+    "libGL": "libgl1",
+    "libOpenGL": "libopengl0",
+    "libGLX": "libglx0",
+    "libX11": "libx11-6",
+    "libxcb-cursor": "libxcb-cursor0",
+    "libxcb": "libxcb1",
+    "libxkbcommon-x11": "libxkbcommon-x11-0",
+    "libxkbcommon": "libxkbcommon0",
+    "libusb-1.0": "libusb-1.0-0",
+    "libgomp": "libgomp1",
+    "libfontconfig": "libfontconfig1",
+    "libdbus-1": "libdbus-1-3",
+}
+"""Of Debian and Ubuntu, by the name of the library without its number."""
+_LIBRARY = re.compile(r"\b(lib[\w.+-]+?)\.so[.\d]*")
+
+
+def missing_library(error: BaseException | str) -> str | None:
+    """A sentence that names the library and the package to install; None where the failure is
+    another."""
+    found = _LIBRARY.search(str(error))
+    if found is None:
+        return None
+    package = _PACKAGES.get(found[1])
+    if package is None:
+        return tr(
+            "The system's library {library} is missing or damaged. Install the package that it "
+            "belongs to.",
+            library=found[0],
+        )
+    return tr(
+        "The system's library {library} is missing or damaged. Install it (on Debian and Ubuntu: "
+        "sudo apt install {package}).",
+        library=found[0],
+        package=package,
+    )

@@ -1,0 +1,89 @@
+"""Files that are found by name: only regular ones, of a size that their kind can have.
+
+What lies beside a photo or a model is named by whoever made the folder. A pipe waits for ever, a
+device has no end, and a file of the right name may be of any size.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+from pathlib import Path
+from typing import Any
+
+from vomstudio.errors import InputError
+from vomstudio.words import tr
+
+SIDECAR_BYTES = 16 << 20
+"""More than any description beside a model or a photo has."""
+JSON_BYTES = 1 << 30
+"""Cameras and points of a reconstruction of thousands of photos stay below it."""
+_MOST_VALUES = 8_000_000
+
+
+def is_regular(path: str | Path) -> bool:
+    """Whether there is a file with content at the path, links followed; never waits for one."""
+    try:
+        return stat.S_ISREG(os.stat(path).st_mode)
+    except (OSError, ValueError):
+        return False
+
+
+def require_regular(path: str | Path) -> None:
+    """Raises InputError for a folder, device, pipe or socket; what is not there is left to the
+    reader."""
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError):
+        return
+    if not stat.S_ISREG(mode):
+        raise InputError(tr("This is no file with content (a folder, device or pipe)."), file=path)
+
+
+def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
+    """The content of a file of at most `limit` bytes.
+
+    Raises InputError where it is larger or no regular file, and OSError where it cannot be read.
+    """
+    require_regular(path)
+    # Without waiting, should a pipe have taken the place of the file since it was looked at.
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY)
+    with os.fdopen(descriptor, "rb") as file:
+        # Room is made for what is asked for: so for no more than there is.
+        data = file.read(min(os.fstat(descriptor).st_size, limit) + 1)
+    if len(data) > limit:
+        raise InputError(
+            tr(
+                "The file is larger than {limit} MB, which no file of its kind is.",
+                limit=limit >> 20,
+            ),
+            file=path,
+        )
+    return data
+
+
+def read_json(path: str | Path, limit: int = JSON_BYTES) -> Any:
+    """What a JSON file of at most `limit` bytes holds; named by whoever made its folder.
+
+    Raises ValueError with the reason where it is larger, no regular file, no JSON or nested without
+    end, and OSError where it cannot be read.
+    """
+    try:
+        data = read_small(path, limit)
+        # Each takes some sixty bytes of memory once read, and two of the file.
+        if sum(data.count(sign) for sign in (b",", b"[", b"{")) > _MOST_VALUES:
+            raise ValueError(tr("more than {limit} values", limit=_MOST_VALUES))
+        return json.loads(data)
+    except InputError as error:
+        raise ValueError(error.message) from error
+    except RecursionError as error:
+        raise ValueError(tr("values nested without end")) from error
+
+
+def read_small_text(path: str | Path, limit: int = SIDECAR_BYTES) -> str:
+    """As `read_small`, in UTF-8. Raises UnicodeDecodeError, a ValueError, besides."""
+    return read_small(path, limit).decode("utf-8")
+
+
+_BINARY = getattr(os, "O_BINARY", 0)

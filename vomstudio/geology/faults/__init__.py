@@ -1,0 +1,1 @@
+"""Slip on faults: its kinematics, and displacements measured."""

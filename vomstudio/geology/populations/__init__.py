@@ -1,0 +1,1 @@
+"""Sets of orientations as samples of a population: distributions, tests, weights, all figures."""

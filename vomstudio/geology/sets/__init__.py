@@ -1,0 +1,1 @@
+"""Sets of orientations: how they are told apart."""

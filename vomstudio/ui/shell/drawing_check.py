@@ -1,0 +1,77 @@
+"""Whether this machine can draw, found out before the window that would crash over it."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+
+from vomstudio.failures.missing_libraries import missing_library
+from vomstudio.words import tr
+
+_NEEDED = (3, 2)
+# What Qt's plugin for X11 is linked with and distributions leave out; without it Qt aborts.
+_OF_X11 = ("libxcb.so.1", "libxcb-cursor.so.0", "libxkbcommon-x11.so.0")
+
+
+def why_no_screen() -> str | None:
+    """One sentence where Qt would find no screen, and would end the process over it; None where it
+    finds one. To be asked before the application is made."""
+    platform = os.environ.get("QT_QPA_PLATFORM", "").partition(":")[0]
+    if not sys.platform.startswith("linux") or platform not in ("", "xcb"):
+        return None
+    if platform == "" and os.environ.get("WAYLAND_DISPLAY"):
+        return None
+    display = os.environ.get("DISPLAY")
+    if not display:
+        return tr(
+            "There is no screen for the window (DISPLAY is not set). The commands work without "
+            "one: vomstudio --help lists them."
+        )
+    try:
+        xcb, *_ = [ctypes.CDLL(name) for name in _OF_X11]
+    except OSError as error:
+        return missing_library(error) or str(error)
+    xcb.xcb_connect.restype = ctypes.c_void_p
+    connection = ctypes.c_void_p(xcb.xcb_connect(None, None))
+    failed = xcb.xcb_connection_has_error(connection)
+    xcb.xcb_disconnect(connection)
+    if not failed:
+        return None
+    return tr(
+        "The screen {display} cannot be reached: check DISPLAY, and whether this user may use it. "
+        "The commands work without one: vomstudio --help lists them.",
+        display=display,
+    )
+
+
+def why_not_drawn() -> str | None:
+    """One sentence with the remedy; None where OpenGL 3.2 is there. To be asked after the
+    application and its default surface are made."""
+    from PySide6.QtGui import QGuiApplication, QOffscreenSurface, QOpenGLContext, QSurfaceFormat
+
+    if QGuiApplication.platformName() in ("offscreen", "minimal"):
+        # Nobody looks at it.
+        return None
+    context = QOpenGLContext()
+    surface = QOffscreenSurface()
+    surface.setFormat(QSurfaceFormat.defaultFormat())
+    surface.create()
+    if not context.create() or not context.makeCurrent(surface):
+        return tr(
+            "This screen has no OpenGL, which drawing needs. Install the driver of the graphics "
+            "card, or on Linux the package libgl1-mesa-dri, which draws without one; the commands "
+            "work without it: vomstudio --help lists them."
+        )
+    found = context.format().version()
+    context.doneCurrent()
+    if tuple(found) < _NEEDED:
+        return tr(
+            "This screen has OpenGL {major}.{minor}; drawing needs {needed}. Update the driver of "
+            "the graphics card, or on Linux set LIBGL_ALWAYS_SOFTWARE=1, which draws without it; "
+            "the commands work without it: vomstudio --help lists them.",
+            major=found[0],
+            minor=found[1],
+            needed="{}.{}".format(*_NEEDED),
+        )
+    return None
