@@ -160,6 +160,17 @@ def test_a_face_is_taken_from_a_plane_and_the_selection_is_not_lost_by_a_click(
     assert len(studio.records) == edits_before
 
 
+def test_another_notation_leaves_the_face_where_it_is(window, panel) -> None:
+    type_face(panel, "120/70")
+    before = [cell(panel, row, 1) for row in range(5)]
+    window.studio.settings.notation = "strike/dip"
+    window.studio.keep_settings()
+    settle(panel)
+    assert panel.face.text() == "030/70 RHR"
+    assert [cell(panel, row, 1) for row in range(5)] == before
+    assert panel.answered.question.face.plane.dip_direction_deg == 120.0
+
+
 def test_what_cannot_be_is_said_in_words(window, panel) -> None:
     for typed, said in (
         ("120/0", "horizontal"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QItemSelectionModel, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -66,6 +66,7 @@ class SlopeResults(QWidget):
         self.heading.setWordWrap(True)
         self.planes = QListWidget()
         self.planes.setAccessibleName(tr("Critical planes"))
+        self.planes.setUniformItemSizes(True)
         self.planes.setMinimumHeight(_LIST_HEIGHT)
         self.planes.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.planes.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
@@ -111,13 +112,12 @@ class SlopeResults(QWidget):
     def mark(self, ids: tuple[str, ...]) -> None:
         """These are selected elsewhere."""
         wanted = set(ids)
-        flag = QItemSelectionModel.SelectionFlag
         with QSignalBlocker(self.planes):
             for row in range(self.planes.count()):
                 item = self.planes.item(row)
                 inside = item.data(Qt.ItemDataRole.UserRole) in wanted
                 if inside != item.isSelected():
-                    self.planes.setCurrentItem(item, flag.Select if inside else flag.Deselect)
+                    item.setSelected(inside)
 
     def _critical(self) -> tuple[CriticalPlane, ...]:
         return () if self._answer is None else self._answer.critical[self.mode]

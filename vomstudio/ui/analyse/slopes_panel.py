@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -59,6 +60,7 @@ class SlopesPanel(QWidget):
         self._studio = studio
         self._stale = True
         self._writing = False
+        self._notation = ""
         self._chosen_here: tuple[str, ...] | None = None
         self._features: list[Typed] = []
         self.answered: SlopeAnswer | None = None
@@ -127,7 +129,10 @@ class SlopesPanel(QWidget):
 
     # --- when to look again ------------------------------------------------------------------
     def _soon(self, *_: object) -> None:
-        if not self._timer.isActive():
+        """Nothing waits where nobody looks: the panel comes up to date when it is painted."""
+        if self.visibleRegion().isEmpty():
+            self._stale = True
+        elif not self._timer.isActive():
             self._timer.start()
 
     def _edited(self, edit: Edit) -> None:
@@ -140,8 +145,16 @@ class SlopesPanel(QWidget):
         self._soon()
 
     def _notation_changed(self) -> None:
-        example = format_plane(Plane(135.0, 70.0), self._studio.settings.notation)
+        """What was typed stays the plane that it was."""
+        before, notation = self._notation, self._studio.settings.notation
+        self._notation = notation
+        example = format_plane(Plane(135.0, 70.0), notation)
         self.face.setPlaceholderText(tr("such as {example}", example=example))
+        if before and before != notation:
+            with suppress(VomError):
+                plane = parse_plane(self.face.text(), before)
+                whole = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
+                self.face.setText(format_plane(plane, notation, 0 if whole else 2))
         self._soon()
 
     def _group_chosen(self, *_: object) -> None:
@@ -149,6 +162,9 @@ class SlopesPanel(QWidget):
         self._soon()
 
     def _selected(self) -> None:
+        if self.visibleRegion().isEmpty():
+            self._stale = True
+            return
         self._refresh_take()
         ids = self._studio.selection.ids
         self.results.mark(ids)
@@ -197,7 +213,7 @@ class SlopesPanel(QWidget):
             )
         try:
             face = SlopeFace(
-                parse_plane(text, studio.settings.notation),
+                parse_plane(text, self._notation),
                 self.friction.value(),
                 self.lateral.value(),
                 str(self.limits.currentData()),
@@ -222,8 +238,9 @@ class SlopesPanel(QWidget):
         self._refresh_buttons()
 
     def _select(self, ids: list[str]) -> None:
-        self._chosen_here = tuple(ids)
-        self._studio.selection.set(ids)
+        # One may be deleted that is still listed.
+        self._chosen_here = tuple(id_ for id_ in ids if id_ in self._studio.records)
+        self._studio.selection.set(self._chosen_here)
 
     # --- the face ----------------------------------------------------------------------------
     def _selected_plane(self) -> Plane | None:
@@ -245,7 +262,7 @@ class SlopesPanel(QWidget):
     def _take_selected(self) -> None:
         plane = self._selected_plane()
         if plane is not None:
-            self.face.setText(format_plane(plane, self._studio.settings.notation, 1))
+            self.face.setText(format_plane(plane, self._notation, 1))
 
     # --- what is taken away ------------------------------------------------------------------
     def _refresh_buttons(self) -> None:
