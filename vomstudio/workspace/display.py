@@ -147,9 +147,9 @@ class Display:
         self.cameras = bool(kept.get("cameras"))
         fields = kept.get("fields")
         for model_id, values in fields.items() if isinstance(fields, Mapping) else ():
-            with contextlib.suppress(ValueError):
+            with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
                 self.styles[str(model_id)] = FieldStyle.from_dict(values)
-        with contextlib.suppress(ValueError):
+        with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
             self.box = ClipBox.from_dict(kept.get("box"))
         self.clipping = bool(kept.get("clipping")) and self.box is not None
         self.handles = bool(kept.get("handles", True))
