@@ -135,8 +135,9 @@ class Display:
         self._clear()
         if not isinstance(kept, Mapping):
             return
-        if kept.get("mode") in MODES:
-            self.mode = kept["mode"]
+        mode = kept.get("mode")
+        if isinstance(mode, str) and mode in MODES:
+            self.mode = mode
         lit = kept.get("lit")
         if isinstance(lit, Mapping):
             self.lit.update({k: bool(v) for k, v in lit.items() if k in MODES})
