@@ -11,7 +11,7 @@ import pytest
 from vomstudio.errors import TargetError, VomError
 from vomstudio.files.atomic import atomic_group, write_bytes
 from vomstudio.files.backup import set_aside
-from vomstudio.files.inside import make_folder, place_inside, refuse_links
+from vomstudio.files.inside import check_beside, make_folder, place_inside, refuse_links
 from vomstudio.io.control.writing import write_marks
 from vomstudio.io.models.model_copy import copy_model
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
@@ -142,3 +142,15 @@ def test_places_and_folders(tmp_path: Path, victim: Path) -> None:
     with pytest.raises(TargetError):
         refuse_links(tmp_path)
     refuse_links(victim.parent)
+
+
+def test_a_project_may_be_named_from_the_folder_it_is_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    check_beside("cliff.vom/lock")
+    check_beside(Path("cliff.vom") / "project.gpkg")
+    Path("cliff.vom").mkdir()
+    Path("cliff.vom/lock").symlink_to(tmp_path / "victim")
+    with pytest.raises(TargetError, match="link"):
+        check_beside("cliff.vom/lock")

@@ -170,7 +170,7 @@ def test_a_large_cloud_is_triangulated_in_parts(monkeypatch: pytest.MonkeyPatch)
     assert (np.isfinite(whole) == np.isfinite(parts)).mean() > 0.999
     same = np.isfinite(whole) & np.isfinite(parts)
     assert (whole[same] == parts[same]).mean() > 0.999
-    monkeypatch.setattr(drawing, "WHOLE_POINTS", 100)
+    monkeypatch.setattr(drawing, "TILE_POINTS", 100)
     coarse = plan_of(cloud, gsd=0.5)
     dense, _ = draw_heights(cloud, coarse)
     at = centres(coarse, dense)

@@ -358,10 +358,10 @@ def fit_parallel(
     >>> import pandas
     >>> import vomstudio as vs
     >>> picks = pandas.read_csv(vs.sample("picks.csv"), comment="#")
-    >>> limb = picks[picks["pick"].isin(["B01", "B02"])]
+    >>> limb = picks[picks["pick"].isin(["B01", "B03"])]
     >>> found = vs.fit_parallel(limb, by="pick")
-    >>> len(found.beds), found.max_confidence95_deg < 5
-    (2, True)
+    >>> len(found.beds), found.p_parallel > 0.05, found.max_confidence95_deg < 1
+    (2, True, True)
     """
     given = _groups(groups, by)
     names = [str(name) for name in given.ids]

@@ -37,6 +37,14 @@ class Section:
     polylines : each (n, 3) World; profiles : the same points, each (n, 2): distance along the
         section and height in it (Z in a vertical one), metres
     figures : as the command prints them: length_m, slab_m, left_deg, right_deg ...
+
+    Examples
+    --------
+    >>> import vomstudio as vs
+    >>> cliff = vs.read(vs.sample("sample.obj"))
+    >>> across = vs.section(cliff, plane=(110, 90), through=cliff.bounds.mean(axis=0))
+    >>> len(across.polylines) == len(across.profiles), across.length_m > 10
+    (True, True)
     """
 
     polylines: tuple[npt.NDArray[np.float64], ...]

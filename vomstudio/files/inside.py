@@ -52,7 +52,10 @@ def check_beside(path: str | Path) -> Path:
     """`place_inside` for a file whose name the program chose, in the folder that a user named."""
     shown = Path(path)
     root = project_of(shown)
-    return place_inside(shown, shown.parent if root is None else root)
+    if root is None:
+        return place_inside(shown, shown.parent)
+    place_inside(Path.cwd() / shown, root)
+    return shown
 
 
 def project_of(path: str | Path) -> Path | None:

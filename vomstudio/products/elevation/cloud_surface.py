@@ -72,34 +72,40 @@ def top_sheet(points: Array) -> Array:
     first = np.ones(len(ordered), bool)
     first[1:] = (np.diff(ordered[:, :2], axis=0) != 0).any(axis=1)
     unique = np.ascontiguousarray(ordered[first])
+    asked = np.ones(len(unique), bool)
     for _ in range(PASSES):
-        if len(unique) <= NEIGHBOURS:
+        if len(unique) <= NEIGHBOURS or not asked.any():
             break
-        under = _under_another(unique)
-        if not under.any():
-            break
-        unique = unique[~under]
+        under, doubtful = _under_another(unique, np.flatnonzero(asked))
+        unique, asked = unique[~under], doubtful[~under]
     return unique
 
 
-def _under_another(points: Array) -> npt.NDArray[np.bool_]:
-    """(n,) which of the points are under another sheet."""
+def _under_another(
+    points: Array, asked: npt.NDArray[np.intp]
+) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """(n,) which of the points `asked` are under another sheet, and which must be asked again:
+    those with a gap above them and the neighbours of those that go; none where none go."""
     from scipy.spatial import cKDTree
 
-    under = np.zeros(len(points), bool)
+    under, doubtful = np.zeros(len(points), bool), np.zeros(len(points), bool)
     tree = cKDTree(points[:, :2])
-    for start in range(0, len(points), _AT_ONCE):
-        rows = np.arange(start, min(start + _AT_ONCE, len(points)))
-        reach, near = tree.query(points[rows, :2], k=NEIGHBOURS)
-        away = points[near] - points[rows, None]
-        above = np.sort(np.maximum(0.0 - away[:, :, 2], 0.0), axis=1)
+    for start in range(0, len(asked), _AT_ONCE):
+        rows = asked[start : start + _AT_ONCE]
+        reach, near = tree.query(points[rows, :2], k=NEIGHBOURS, workers=-1)
+        above = np.sort(np.maximum(points[rows, None, 2] - points[near, 2], 0.0), axis=1)
         gaps = np.diff(above, axis=1, prepend=0.0)
         wide = gaps > GAP_SPREADS * np.maximum(reach[:, -1:], 1e-300)
         some = np.flatnonzero(wide.any(axis=1))
+        if not len(some):
+            continue
+        away = points[near[some]] - points[rows[some], None]
         level = above[some, wide[some].argmax(axis=1)]
-        over = (0.0 - away[some, :, 2]) >= level[:, None]
-        under[rows[some]] = _covered(away[some, :, :2], over)
-    return under
+        covered = _covered(away[:, :, :2], (0.0 - away[:, :, 2]) >= level[:, None])
+        doubtful[rows[some]] = True
+        doubtful[near[some[covered]]] = True
+        under[rows[some[covered]]] = True
+    return under, doubtful & bool(under.any())
 
 
 def _covered(away: Array, over: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:

@@ -26,6 +26,8 @@ Heights = npt.NDArray[np.float32]
 
 WHOLE_POINTS = 1_500_000
 """Up to so many points a cloud is triangulated as one piece."""
+TILE_POINTS = 500_000
+"""From more points in a tile one for each cell is taken, the mean of those in it."""
 
 
 def draw_heights(
@@ -112,7 +114,7 @@ class CloudHeights:
     def draw(self, tile: Tile) -> Array:
         chosen = self._members[self._starts[tile.number] : self._starts[tile.number + 1]]
         points = self._view[chosen]
-        if len(points) > WHOLE_POINTS:
+        if len(points) > TILE_POINTS:
             points = thinned(points, self._grid.gsd)
         if len(points) < 3:
             return np.full((tile.height, tile.width), np.nan)

@@ -78,7 +78,10 @@ class StatisticsPanel(QWidget):
         self._soon()
 
     def _soon(self) -> None:
-        if not self._timer.isActive():
+        """Nothing waits where nobody looks: the panel comes up to date when it is painted."""
+        if self.visibleRegion().isEmpty():
+            self._stale = True
+        elif not self._timer.isActive():
             self._timer.start()
 
     def _edited(self, edit: Edit) -> None:

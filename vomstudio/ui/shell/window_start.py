@@ -42,11 +42,7 @@ def run_window(paths: Sequence[str]) -> int:
     locale.setlocale(locale.LC_NUMERIC, "C")
     application.setApplicationName("VOM Studio")
     if (refused := why_not_drawn()) is not None:
-        print(refused, file=sys.stderr)
-        # Whoever started it from a menu sees no terminal; nobody may be there to close it.
-        box = QMessageBox(QMessageBox.Icon.Critical, "VOM Studio", refused)
-        QTimer.singleShot(_SHOWN_MS, box.close)
-        box.exec()
+        _tell(refused)
         return 2
     application.setDesktopFileName("vomstudio")
     application.setWindowIcon(QIcon(str(resource("icon", "vomstudio.svg"))))
@@ -97,6 +93,17 @@ def run_window(paths: Sequence[str]) -> int:
     notices.close()
     qt_messages.uninstall()
     return code
+
+
+def _tell(refused: str) -> None:
+    from PySide6.QtCore import QTimer
+    from PySide6.QtWidgets import QMessageBox
+
+    print(refused, file=sys.stderr)
+    # Whoever started it from a menu sees no terminal; nobody may be there to close it.
+    box = QMessageBox(QMessageBox.Icon.Critical, "VOM Studio", refused)
+    QTimer.singleShot(_SHOWN_MS, box.close)
+    box.exec()
 
 
 def _ask_for_opengl() -> None:
