@@ -184,7 +184,6 @@ class SqliteJournal:
 
     def copy_views(self, other: SqliteJournal) -> None:
         for key, value in other._db.execute("SELECT key, value FROM view"):
-            # One that cannot be read is not worth stopping for.
             with contextlib.suppress(ValueError, TypeError, RecursionError):
                 self.set_view(key, json.loads(value))
 
