@@ -22,6 +22,7 @@ from vomstudio.geology.slopes import (
     direct_toppling,
     flexural_toppling,
     in_face_frame,
+    pair_members,
     planar_sliding,
     wedge_sliding,
 )
@@ -205,3 +206,18 @@ def test_another_form_of_limits_is_refused() -> None:
         SlopeFace(Plane(90, 70), 30, 20, "round")
     with pytest.raises(GeometryError):
         Plane(90, 120)
+
+
+def test_planes_of_critical_intersections_are_counted_one_by_one() -> None:
+    azimuth, dip = many_planes(4, 40)
+    face = some_face(4, "curved")
+    normals = in_face_frame(face, planes_to_normals(azimuth, dip))
+    members = pair_members(face, normals)
+    for i in range(len(dip)):
+        others = np.delete(normals, i, axis=0)
+        without = count_pairs(face, others[None])
+        everything = count_pairs(face, normals[None])
+        assert members.wedge[i] == everything.wedge[0] - without.wedge[0]
+        assert members.toppling[i] == everything.toppling[0] - without.toppling[0]
+    assert members.wedge.any()
+    assert members.toppling.any()

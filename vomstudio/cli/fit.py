@@ -49,6 +49,11 @@ def add_parser(subparsers: Subparsers) -> None:
         default=[],
         help=tr("with --parallel: whether these two lie in one plane (may be given again)"),
     )
+    parser.add_argument(
+        "--plot",
+        metavar="FILE",
+        help=tr("draw coplanarity by collinearity of the planes: .svg, .pdf or .png"),
+    )
     add_output(parser, tr("write the orientation table as CSV"))
 
 
@@ -64,6 +69,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_target(args.output, force=args.force, inputs=[args.points])
     if args.same and not args.parallel:
         raise UsageError(tr("--same needs --parallel."), field="--same")
+    drawn = None if args.plot is None else _plot_of(args)
     limits = PROFILES[args.profile]
     groups = read_points(args.points, args.by)
     fitted = fitted_planes(
@@ -86,6 +92,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.output is not None:
         write_orientation_csv(args.output, rows, limits=limits, force=args.force)
         result["table"] = args.output
+    if drawn is not None:
+        from vomstudio.files.atomic import atomic_write
+        from vomstudio.products.net.shape_figure import write_shapes
+
+        with atomic_write(args.plot, args.force) as temporary:
+            write_shapes(temporary, rows, format=drawn)
+        result["image"] = args.plot
     out.result(result)
     out.warn(result["warnings"])
     out.warn(
@@ -98,6 +111,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.text(f"{_in_words(rows)}\n{limits.in_words}")
     if together is not None:
         out.text(f"\n{_together_in_words(together)}")
+
+
+def _plot_of(args: argparse.Namespace) -> str:
+    """The format of the figure."""
+    from vomstudio.files.atomic import check_target
+    from vomstudio.products.net.figure import picture_format
+
+    format_ = picture_format(args.plot, "--plot")
+    check_target(args.plot, force=args.force, inputs=[args.points])
+    return format_
 
 
 def _together(args: argparse.Namespace, groups: PointGroups) -> ParallelBeds:

@@ -81,6 +81,12 @@ class Measurement:
     registration_error_deg: float | None = None
     total: Region | None = None
 
+    def slip_vector(self) -> Floats | None:
+        """(3,) unit vector along which the hanging wall moves; None where that is not known."""
+        if self.on_plane is None or self.slip_rake_deg is None:
+            return None
+        return orientation.slip_from_rake(self.on_plane, self.slip_rake_deg).vector()
+
 
 @dataclass(frozen=True, eq=False)
 class NearestPick:

@@ -218,7 +218,7 @@ def count_pairs(face: SlopeFace, normals: Array) -> PairCounts:
     """Of upward normals (k, n, 3) in the frame of the face; k times n (n - 1) / 2 intersections
     are looked at, in portions."""
     counts = np.zeros((6, len(normals)), np.int64)
-    for lines, sound in _intersections(normals):
+    for lines, sound, _ in _intersections(normals):
         wedge, topple = wedge_sliding(face, lines), direct_toppling(face, lines)
         flags = (sound, ~sound, *(zone & sound for zone in (*wedge, *topple)))
         for row, flag in enumerate(flags):
@@ -226,8 +226,29 @@ def count_pairs(face: SlopeFace, normals: Array) -> PairCounts:
     return PairCounts(*counts)
 
 
-def _intersections(normals: Array) -> Iterator[tuple[Array, Flags]]:
-    """Downward unit vectors (k, m, 3) of the pairs, in portions, and which of them are lines."""
+class PairMembers(NamedTuple):
+    """In how many critical intersections each of n planes takes part."""
+
+    wedge: npt.NDArray[np.int64]
+    toppling: npt.NDArray[np.int64]
+
+
+def pair_members(face: SlopeFace, normals: Array) -> PairMembers:
+    """Of upward normals (n, 3) in the frame of the face, in the intersections of all pairs."""
+    n = len(normals)
+    counts = np.zeros((2, n), np.int64)
+    for lines, sound, pairs in _intersections(normals[None]):
+        zones = (wedge_sliding(face, lines), direct_toppling(face, lines))
+        for row, zone in enumerate(zones):
+            counts[row] += np.bincount(pairs[:, (zone.critical & sound)[0]].ravel(), minlength=n)
+    return PairMembers(*counts)
+
+
+def _intersections(
+    normals: Array,
+) -> Iterator[tuple[Array, Flags, npt.NDArray[np.int64]]]:
+    """Downward unit vectors (k, m, 3) of the pairs, in portions, which of them are lines, and the
+    planes (2, m) that meet."""
     n = normals.shape[1]
     first = 0
     while first < n - 1:
@@ -246,7 +267,7 @@ def _intersections(normals: Array) -> Iterator[tuple[Array, Flags]]:
         length = np.sqrt(x * x + y * y + z * z)
         sound = length > _PARALLEL
         scale = np.where(z > 0, -1.0, 1.0) / np.where(sound, length, 1.0)
-        yield np.stack([x * scale, y * scale, z * scale], axis=-1), sound
+        yield np.stack([x * scale, y * scale, z * scale], axis=-1), sound, np.stack([a, b])
 
 
 def _lateral(face: SlopeFace, out: Array, along: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.notation import parse_plane
-from vomstudio.geology.orientation import Plane
+from vomstudio.geology.orientation import Plane, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.slopes import (
     LATERAL_DEG,
@@ -20,6 +20,7 @@ from vomstudio.geology.slopes import (
     direct_toppling,
     flexural_toppling,
     in_face_frame,
+    pair_members,
     planar_sliding,
 )
 from vomstudio.geology.tilted_planes import TiltedPlanes, tilted_planes
@@ -174,6 +175,37 @@ def table_slope(table: OrientationRows, face: SlopeFace) -> TableSlope:
         dropped_lines=tuple(table.dropped),
         warnings=(*table.warnings, *_noticed(face, len(rows), len(table), known, of, parallel)),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class CriticalPlane:
+    """A plane that takes part in a way to fail. intersections : in how many critical ones, None
+    where the plane itself is critical"""
+
+    id: str
+    intersections: int | None = None
+
+
+def critical_planes(
+    table: OrientationRows, face: SlopeFace, found: TableSlope
+) -> dict[str, tuple[CriticalPlane, ...]]:
+    """By "planar", "wedge", "flexural_toppling", "direct_toppling" and "bases": which planes are
+    critical, in the order of the table, or take part in critical intersections, most first."""
+    rows = np.flatnonzero(table.is_plane)
+    normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
+    members = pair_members(face, in_face_frame(face, normals))
+    made = {
+        "planar": found.planar.ids,
+        "flexural_toppling": found.flexural_toppling.ids,
+        "bases": found.direct_toppling.bases.ids,
+    }
+    critical = {mode: tuple(CriticalPlane(id_) for id_ in ids) for mode, ids in made.items()}
+    for mode, counts in (("wedge", members.wedge), ("direct_toppling", members.toppling)):
+        order = np.argsort(-counts, kind="stable")
+        critical[mode] = tuple(
+            CriticalPlane(table.ids[rows[i]], int(counts[i])) for i in order if counts[i]
+        )
+    return critical
 
 
 def _plane_zones(face: SlopeFace, normals: npt.NDArray[np.float64]) -> tuple[Zones, Zones, Zones]:

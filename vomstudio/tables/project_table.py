@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -48,10 +48,16 @@ class ProjectTable:
 
 
 def project_table(
-    records: Mapping[str, Record], measurements: Measurements | None = None
+    records: Mapping[str, Record],
+    measurements: Measurements | None = None,
+    only: Collection[str] | None = None,
 ) -> ProjectTable:
-    """All planes and lines of a document as rows, in World."""
-    features = [r for r in records.values() if isinstance(r, Feature) and kind_of(r).orientations]
+    """All planes and lines of a document as rows, in World. only : the ids of some of them"""
+    features = [
+        r
+        for r in records.values()
+        if isinstance(r, Feature) and kind_of(r).orientations and (only is None or r.id in only)
+    ]
     measurements = measurements or Measurements()
     measured = measurements.of(records, [feature.id for feature in features])
     picks = nearest_picks(records, measurements)

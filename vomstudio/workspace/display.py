@@ -135,8 +135,9 @@ class Display:
         self._clear()
         if not isinstance(kept, Mapping):
             return
-        if kept.get("mode") in MODES:
-            self.mode = kept["mode"]
+        mode = kept.get("mode")
+        if isinstance(mode, str) and mode in MODES:
+            self.mode = mode
         lit = kept.get("lit")
         if isinstance(lit, Mapping):
             self.lit.update({k: bool(v) for k, v in lit.items() if k in MODES})
@@ -147,9 +148,9 @@ class Display:
         self.cameras = bool(kept.get("cameras"))
         fields = kept.get("fields")
         for model_id, values in fields.items() if isinstance(fields, Mapping) else ():
-            with contextlib.suppress(ValueError):
+            with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
                 self.styles[str(model_id)] = FieldStyle.from_dict(values)
-        with contextlib.suppress(ValueError):
+        with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
             self.box = ClipBox.from_dict(kept.get("box"))
         self.clipping = bool(kept.get("clipping")) and self.box is not None
         self.handles = bool(kept.get("handles", True))

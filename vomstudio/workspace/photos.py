@@ -103,7 +103,8 @@ class PhotoLinks:
 
     def _remember(self, model_id: str, **values: str) -> None:
         kept = self._projects.view(_KEPT, {})
-        new = {**kept, model_id: {**kept.get(model_id, {}), **values}}
+        before = kept.get(model_id)
+        new = {**kept, model_id: {**(before if isinstance(before, dict) else {}), **values}}
         self._projects.keep_view(_KEPT, new)
 
     # --- reading -----------------------------------------------------------------------------
@@ -120,8 +121,11 @@ class PhotoLinks:
 
     def _chosen(self, model_id: str, what: str) -> Path | None:
         """Inside the project paths are relative to it: it can be moved."""
-        kept = self._projects.view(_KEPT, {}).get(model_id, {}).get(what)
-        return self._projects.project.folder / kept if kept else None
+        choices = self._projects.view(_KEPT, {}).get(model_id)
+        kept = choices.get(what) if isinstance(choices, dict) else None
+        if not isinstance(kept, str) or not kept or "\0" in kept:
+            return None
+        return self._projects.project.folder / kept
 
     def look(self, model_id: str) -> None:
         """Read the photos of a model that was opened, or whose file or cameras have moved."""

@@ -21,7 +21,7 @@ class Visibility:
 
     def load(self) -> None:
         """Read what the open project has kept, without a signal."""
-        self.hidden = set(self._projects.view(_KEPT, []))
+        self.hidden = {id_ for id_ in self._projects.view(_KEPT, []) if isinstance(id_, str)}
 
     def visible(self, id_: str) -> bool:
         """Whether a record, feature type or group is shown."""

@@ -79,14 +79,7 @@ def export_records(
     table = project_table(records, measurements)
     crs = world_crs(table.crs, table.unit_m)
     if format_ == "csv":
-        named = table.crs
-        if table.crs is not None and table.unit_m != 1.0:
-            named = tr("{crs}, its axes in metres", crs=table.crs)
-        write_orientation_csv(
-            out, table.rows, crs=named, north=table.north, axes=table.axes, limits=table.limits,
-            notes=registration_lines(table.registrations), force=force,
-        )  # fmt: skip
-        return replace(table, files=(out,))
+        return write_csv(out, table, force=force)
     if format_ == "gpkg":
         from vomstudio.io.project.geopackage import write_layers
 
@@ -107,6 +100,18 @@ def export_records(
     from vomstudio.io.project.program_exports import write_for_program
 
     return write_for_program(format_, out, records, table, layers, crs, force=force)
+
+
+def write_csv(out: Path, table: ProjectTable, *, force: bool = False) -> ProjectTable:
+    """The orientation table as a text file. Raises TargetError."""
+    named = table.crs
+    if table.crs is not None and table.unit_m != 1.0:
+        named = tr("{crs}, its axes in metres", crs=table.crs)
+    write_orientation_csv(
+        out, table.rows, crs=named, north=table.north, axes=table.axes, limits=table.limits,
+        notes=registration_lines(table.registrations), force=force,
+    )  # fmt: skip
+    return replace(table, files=(out,))
 
 
 def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:

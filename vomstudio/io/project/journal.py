@@ -184,7 +184,6 @@ class SqliteJournal:
 
     def copy_views(self, other: SqliteJournal) -> None:
         for key, value in other._db.execute("SELECT key, value FROM view"):
-            # One that cannot be read is not worth stopping for.
             with contextlib.suppress(ValueError, TypeError, RecursionError):
                 self.set_view(key, json.loads(value))
 
@@ -203,9 +202,11 @@ class SqliteJournal:
     def view(self, key: str, default: Any = None) -> Any:
         try:
             found = self._db.execute("SELECT value FROM view WHERE key = ?", (key,)).fetchone()
-            return default if found is None else json.loads(found[0])
+            value = default if found is None else json.loads(found[0])
         except (sqlite3.Error, ValueError, TypeError, RecursionError):
             return default
+        # Whoever asks with a list or a map goes through what there is.
+        return value if default is None or type(value) is type(default) else default
 
     # --- copies ------------------------------------------------------------------------------
     def copy_to(self, path: Path) -> None:

@@ -46,7 +46,9 @@ class NetSet:
     kind "plane": azimuth_deg, angle_deg (n,) are dip direction and dip; "line": trend and plunge.
     ids name the features for picking and selecting (empty: they can't be). variant tells sets of
     one type apart without leaving its colour: full, open, pale, deep, then over again. turns: how
-    they turn with the registrations of their models, None where nothing is known of that.
+    they turn with the registrations of their models, None where nothing is known of that. slips
+    (n, 3): of striae, the unit vectors along which the hanging walls move, NaN where that is not
+    known; None of none.
     """
 
     name: str
@@ -58,6 +60,7 @@ class NetSet:
     marker: str = MARKERS[0]
     variant: int = 0
     turns: Turns | None = None
+    slips: Array | None = None
 
     @property
     def registered(self) -> bool:

@@ -41,6 +41,8 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
                 like=s,
             )
         )
+    if net.poles and any(s.slips is not None for s in net.sets):
+        entries.append(Entry(tr("Slip of the hanging wall"), style.ink, ">", "-"))
     if net.fold is not None:
         fold = net.fold
         text = "β"

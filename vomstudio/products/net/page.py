@@ -23,6 +23,7 @@ from vomstudio.products.net.contours import ContourPlan, bar_room
 from vomstudio.products.net.labels import Box, free_place
 from vomstudio.products.net.legend import Entry, legend_entries, shortened, text_width
 from vomstudio.products.net.selection_highlight import draw_registered
+from vomstudio.products.net.slip_arrows import draw_slip_arrows
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding, layer
 from vomstudio.words import to_translate, tr
 
@@ -34,6 +35,9 @@ PROJECTION_NAMES = {
     "area": to_translate("Equal area, lower hemisphere"),
     "angle": to_translate("Equal angle, lower hemisphere"),
 }
+
+_SLIP = 0.1
+"""Half the length of an arrow of slip, which lies over the symbol of its striae."""
 
 
 class Page:
@@ -258,6 +262,11 @@ class Page:
                 alpha=0.4 if dots else 1.0, zorder=layer("poles"),
             )  # fmt: skip
             drawn.append(line)
+            if s.slips is not None and net.poles:
+                draw_slip_arrows(
+                    self.axes, at, s.slips, color=style.ink, half=_SLIP,
+                    width_pt=1.2 * style.line_pt, zorder=layer("poles"),
+                )  # fmt: skip
             if up.any():
                 self.axes.plot(
                     shown[up, 0], shown[up, 1], linestyle="none", marker=s.marker,

@@ -17,6 +17,7 @@ from vomstudio.geology.faults.kinematics import compressed_share, movements, p_a
 from vomstudio.geology.faults.table_slip import SlipRows, TableSlip
 from vomstudio.geology.orientation import Array, lines_to_vectors
 from vomstudio.products.net.plain_net import FONT_PT, INK, SOFT, draw_frame, save_figure
+from vomstudio.products.net.slip_arrows import draw_slip_arrows
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
@@ -73,17 +74,7 @@ def _faults(ax: Axes, table: SlipRows, normals: Array, slips: Array) -> None:
     arcs = nets.great_circles(table.dip_direction_deg[rows], table.dip_deg[rows])
     ax.add_collection(LineCollection(list(arcs), colors=_FAULT, linewidths=0.6, zorder=2))
     at = nets.project(slips[rows])
-    ahead = slips[rows, :2]
-    length = np.linalg.norm(ahead, axis=1)
-    # A slip straight up or down has no direction on the net.
-    moving = length > 1e-6
-    step = 0.07 * ahead[moving] / length[moving, None]
-    for place, move in zip(at[moving], step, strict=True):
-        ax.annotate(
-            "", xy=tuple(place + move), xytext=tuple(place - move), zorder=5,
-            arrowprops={"arrowstyle": "-|>,head_width=0.16,head_length=0.32", "color": _ARROW,
-                        "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0},
-        )  # fmt: skip
+    moving = draw_slip_arrows(ax, at, slips[rows], color=_ARROW, width_pt=0.9, zorder=5)
     ax.plot(*at[~moving].T, linestyle="none", marker="o", markersize=3, color=_ARROW, zorder=5)
     said = tr("Faults and movement of their hanging walls")
     if len(rows) < len(normals):

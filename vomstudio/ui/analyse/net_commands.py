@@ -16,12 +16,13 @@ from vomstudio.document import edits, reading_comparison
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
+from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import to_translate, tr
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.products.net.contents import NetContents
@@ -119,29 +120,13 @@ def place_of(studio: Studio) -> Place:
 
 
 # --- the net as a figure ---------------------------------------------------------------------
-_FORMATS = {
-    "svg": to_translate("SVG drawing (*.svg)"),
-    "pdf": to_translate("PDF document (*.pdf)"),
-    "png": to_translate("PNG picture, 300 dpi (*.png)"),
-}
 _LEGEND_ROW_MM = 4.8
 
 
 def choose_picture(parent: QWidget, studio: Studio, panel: StereonetPanel) -> None:
     """Ask for a file, and write the stereonet to it."""
-    formats = {tr(pattern): suffix for suffix, pattern in _FORMATS.items()}
-    project = studio.project
-    stem = "stereonet" if project.untitled else f"{project.name}-stereonet"
-    name, pattern = QFileDialog.getSaveFileName(
-        parent,
-        tr("Export stereonet"),
-        str(Path(start_folder(studio)) / f"{stem}.svg"),
-        ";;".join(formats),
-    )
-    if name:
-        path = Path(name)
-        if path.suffix.lower().removeprefix(".") not in _FORMATS:
-            path = Path(f"{name}.{formats.get(pattern, 'svg')}")
+    path = ask_for_picture(parent, studio, tr("Export stereonet"), "stereonet")
+    if path is not None:
         export_net(studio, panel, path)
 
 

@@ -12,6 +12,7 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import FeatureType, Typed
 from vomstudio.geology.common_turns import Turns
+from vomstudio.geology.orientation import Array
 from vomstudio.products.net.contents import MARKERS, OKABE_ITO, NetSet
 from vomstudio.words import tr
 
@@ -72,8 +73,19 @@ def sets_of(
         angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
         ids = tuple(id_ for id_, _ in lines)
         own = turned.of([rows[id_] for id_ in ids])
-        result.append(NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant, own))
+        slips = _slips([measured[id_] for id_ in ids])
+        result.append(
+            NetSet(name, "line", azimuth, angle, ids, kind.color, marker, variant, own, slips)
+        )
     return result
+
+
+def _slips(measured: Sequence[Measurement]) -> Array | None:
+    """(n, 3) movements of the hanging walls along these lines, as far as they are known."""
+    slips = [m.slip_vector() for m in measured]
+    if all(slip is None for slip in slips):
+        return None
+    return np.array([(np.nan,) * 3 if slip is None else slip for slip in slips])
 
 
 def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:

@@ -11,16 +11,15 @@ from PySide6.QtGui import QGuiApplication, QPaintEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QTextBrowser, QToolButton, QVBoxLayout, QWidget
 
 from vomstudio.document.edit import Edit
-from vomstudio.document.kinds import kind_of
-from vomstudio.document.records import FeatureType, Record, Typed
+from vomstudio.document.records import FeatureType, Typed
 from vomstudio.document.registration_errors import model_of, turns_of
 from vomstudio.errors import VomError
+from vomstudio.ui.analyse.group_box import SELECTED, Choice, GroupBox
 from vomstudio.ui.analyse.statistics_words import Rows, domain_rows, fold_rows, statistics_rows
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -28,11 +27,6 @@ if TYPE_CHECKING:
     from vomstudio.geology.orientation import Plane
 
 _SOON_MS = 120
-_SELECTED = ("selection", "", "")
-
-Choice = tuple[str, str, str]
-"""What is described: "selection", or "type" with the id of a type and "", or "set" with the name of
-a set of it."""
 
 
 class StatisticsPanel(QWidget):
@@ -44,7 +38,7 @@ class StatisticsPanel(QWidget):
         explain(self, "numbers.md#means-and-fold-axes")
         self._studio = studio
         self._stale = True
-        self.of = ComboBox()
+        self.of = GroupBox(studio)
         self.of.setAccessibleName(tr("Statistics of"))
         self.of.activated.connect(lambda _: self.refresh())
         self.figures = QTextBrowser()
@@ -89,7 +83,7 @@ class StatisticsPanel(QWidget):
             self._soon()
 
     def _selected(self) -> None:
-        if self._choice() == _SELECTED:
+        if self.of.choice() == SELECTED:
             self._soon()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
@@ -97,62 +91,21 @@ class StatisticsPanel(QWidget):
         if self._stale:
             self._soon()
 
-    def _choice(self) -> Choice:
-        data = self.of.currentData()
-        return _SELECTED if data is None else data
-
     def refresh(self) -> None:
         """Anew, unless nobody sees it."""
         self._stale = self.visibleRegion().isEmpty()
         if self._stale:
             return
-        self._list_groups()
-        features = self._features(self._choice())
+        self.of.list_groups()
+        features = self.of.features()
         pages = [*self._of_kind(features, "plane"), *self._of_kind(features, "line")]
         if not pages:
             self._plain = ""
-            self.figures.setPlainText(_empty(self._choice()))
+            self.figures.setPlainText(_empty(self.of.choice()))
         else:
             self._plain = "\n\n".join(_plain(title, rows) for title, rows in pages)
             self.figures.setHtml("".join(_html(title, rows) for title, rows in pages))
         self.copy.setEnabled(bool(pages))
-
-    def _list_groups(self) -> None:
-        """The groups that there are; the one that was chosen stays, where it is still there."""
-        chosen = self._choice()
-        groups: list[tuple[str, Choice]] = [(tr("Selection"), _SELECTED)]
-        features = [f for f in self._studio.session.of(Typed) if kind_of(f).net is not None]
-        for type_ in self._studio.session.of(FeatureType):
-            own = [f for f in features if f.type_id == type_.id]
-            if not own:
-                continue
-            groups.append((type_.name, ("type", type_.id, "")))
-            names = sorted({f.set_name for f in own if f.set_name}, key=natural)
-            for name in names:
-                title = tr("{type}: {set}", type=type_.name, set=name)
-                groups.append((title, ("set", type_.id, name)))
-        shown = [(self.of.itemText(i), self.of.itemData(i)) for i in range(self.of.count())]
-        if shown == groups:
-            return
-        known = [choice for _, choice in groups]
-        self.of.clear()
-        for title, choice in groups:
-            self.of.addItem(title, choice)
-        if chosen in known and (shown or len(groups) == 1):
-            self.of.setCurrentIndex(known.index(chosen))
-        else:
-            self.of.setCurrentIndex(min(1, len(groups) - 1))
-
-    def _features(self, choice: Choice) -> list[Typed]:
-        of, type_id, name = choice
-        records = self._studio.records
-        if of == "selection":
-            found: list[Record | None] = [records.get(i) for i in self._studio.selection.ids]
-            return [f for f in found if isinstance(f, Typed) and kind_of(f).net is not None]
-        own = [f for f in self._studio.session.of(Typed) if f.type_id == type_id]
-        return [
-            f for f in own if kind_of(f).net is not None and (of == "type" or f.set_name == name)
-        ]
 
     def _of_kind(self, features: Sequence[Typed], geometry: str) -> list[tuple[str, Rows]]:
         """Titles with their rows: of the planes, or of the lines, and of the fold of the planes."""
@@ -221,7 +174,7 @@ def _domains(
 
 
 def _empty(choice: Choice) -> str:
-    if choice == _SELECTED:
+    if choice == SELECTED:
         return tr("Select planes or lines, or choose a type above.")
     return tr("None of these features has an orientation.")
 

@@ -20,12 +20,14 @@ Make = Callable[[Studio], QWidget]
 def work_panels() -> tuple[tuple[str, str, Make], ...]:
     """Name of the dock, title and maker of each; they scroll."""
     from vomstudio.ui.analyse.sets_panel import SetsPanel
+    from vomstudio.ui.analyse.slopes_panel import SlopesPanel
     from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
     from vomstudio.ui.registration.compare_panel import ComparePanel
 
     return (
         ("statistics", to_translate("Statistics"), StatisticsPanel),
         ("sets", to_translate("Sets"), SetsPanel),
+        ("slopes", to_translate("Slopes"), SlopesPanel),
         ("compare", to_translate("Compare"), ComparePanel),
     )
 

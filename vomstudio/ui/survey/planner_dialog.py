@@ -116,7 +116,12 @@ class PlannerDialog(QDialog):
         layout.addLayout(sides, 1)
         layout.addWidget(self._make_buttons())
         kept = studio.project.journal.view(_KEPT, {})
-        self._fill({**_DEFAULTS, **kept})
+        sound = {
+            name: kept[name]
+            for name, value in _DEFAULTS.items()
+            if type(kept.get(name)) is type(value)
+        }
+        self._fill({**_DEFAULTS, **sound})
         self._compute()
 
     # --- parts -------------------------------------------------------------------------------

@@ -19,6 +19,7 @@ HOMES: dict[str, Area] = {
     "stereonet": "right",
     "statistics": "right",
     "sets": "right",
+    "slopes": "right",
     "view": "right",
     "display": "right",
     "properties": "right",
@@ -133,7 +134,7 @@ WORKSPACES: tuple[Workspace, ...] = (
             "features first, or import field measurements."
         ),
         "features",
-        right=(("stereonet",), ("statistics", "sets", "properties")),
+        right=(("stereonet",), ("statistics", "sets", "slopes", "properties")),
         bottom=(("table",),),
         shares=(0.205, 0.36, 0.26),
         first_share=0.6,

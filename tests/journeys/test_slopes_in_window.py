@@ -1,0 +1,235 @@
+"""Kinematic analysis in the real window: a face typed and taken, modes and planes clicked, figure
+and command taken away."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog
+
+from tests import driver
+from tests.driver import LEFT, NONE, wait
+from vomstudio.cli.entry import main
+from vomstudio.document import edits
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.ui.analyse.slopes_panel import SlopesPanel
+
+FACE = (120.0, 70.0)
+
+
+def attitudes() -> np.ndarray:
+    """(60, 2) scattered dip directions and dips."""
+    generator = np.random.default_rng(5)
+    return np.column_stack([generator.uniform(0, 360, 60), generator.uniform(10, 88, 60)])
+
+
+@pytest.fixture
+def panel(window, outcrop, picks):
+    """Sixty readings of joints, and three beds with errors."""
+    model_id = driver.open_outcrop(window, outcrop)
+    studio = window.studio
+    model = studio.records[model_id]
+    for name, points in list(picks.items())[:3]:
+        vertices = tuple(tuple(p) for p in points.tolist())
+        trace = Trace(name, name, "bedding", model_id, model.content_hash, vertices)
+        assert studio.attempt(edits.add_trace, trace)
+    joints = [
+        Reading(f"J{i}", f"J{i}", "joint", "plane", azimuth, dip)
+        for i, (azimuth, dip) in enumerate(attitudes().tolist())
+    ]
+    assert studio.attempt(edits.add_readings, joints)
+    window.workspaces.switch("analyse")
+    window.docks["slopes"].raise_()
+    made = window.findChild(SlopesPanel)
+    wait(lambda: made.said.text(), "the panel")
+    return made
+
+
+def type_face(panel, text: str) -> None:
+    panel.face.setFocus()
+    panel.face.selectAll()
+    QTest.keyClicks(panel.face, text)
+    settle(panel)
+
+
+def settle(panel) -> None:
+    driver.pause(150)
+    wait(lambda: not panel._asked.waiting and not panel._timer.isActive(), "the answer")
+
+
+def choose(panel, text: str) -> None:
+    panel.of.setCurrentIndex(panel.of.findText(text))
+    panel.of.activated.emit(panel.of.currentIndex())
+    settle(panel)
+
+
+def cell(panel, row: int, column: int) -> str:
+    return panel.results.table.item(row, column).text()
+
+
+def click_mode(panel, row: int) -> None:
+    table = panel.results.table
+    QTest.mouseClick(
+        table.viewport(), LEFT, NONE, table.visualItemRect(table.item(row, 0)).center()
+    )
+
+
+def click_plane(panel, row: int) -> str:
+    planes = panel.results.planes
+    item = planes.item(row)
+    planes.scrollToItem(item)
+    QTest.mouseClick(planes.viewport(), LEFT, NONE, planes.visualItemRect(item).center())
+    return item.data(Qt.ItemDataRole.UserRole)
+
+
+def test_the_modes_are_those_of_mplstereonet_and_their_planes_are_selected(window, panel) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import mplstereonet
+        from mplstereonet import kinematic_analysis
+
+    assert not panel.figure.isEnabled()
+    assert "face" in panel.figure.toolTip()
+    choose(panel, "Joint")
+    type_face(panel, f"{FACE[0]:g}/{FACE[1]:g}")
+    azimuth, dip = attitudes().T
+    asked = (FACE[0] - 90.0, FACE[1], 30.0, 20.0)
+    for row, theirs in (
+        (0, kinematic_analysis.PlanarSliding(*asked)),
+        (2, kinematic_analysis.FlexuralToppling(*asked)),
+    ):
+        critical, _ = theirs.check_failure(azimuth - 90.0, dip.copy(), True)
+        assert (cell(panel, row, 1), cell(panel, row, 2)) == (str(critical.sum()), "60")
+        click_mode(panel, row)
+        assert panel.results.critical_ids() == [f"J{i}" for i in np.flatnonzero(critical)]
+        assert critical.any()
+        clicked = click_plane(panel, 0)
+        assert window.studio.selection.ids == (clicked,)
+    first, second = np.triu_indices(60, 1)
+    plunge, bearing = mplstereonet.plane_intersection(
+        azimuth[first] - 90, dip[first], azimuth[second] - 90, dip[second]
+    )
+    wedges, _ = kinematic_analysis.WedgeSliding(*asked[:3]).check_failure(bearing, plunge)
+    assert (cell(panel, 1, 1), cell(panel, 1, 2)) == (str(wedges.sum()), f"{60 * 59 // 2:,}")
+    # In how many of them each plane takes part.
+    members = np.bincount(np.concatenate([first[wedges], second[wedges]]), minlength=60)
+    click_mode(panel, 1)
+    assert set(panel.results.critical_ids()) == {f"J{i}" for i in np.flatnonzero(members)}
+    assert f"({members.max()})" in panel.results.planes.item(0).text()
+    # Compass readings have no error: no probability is claimed.
+    assert cell(panel, 0, 4) == "–"
+    assert "No error of theirs" in panel.said.text()
+    driver.keep_picture(window, "slopes_panel")
+
+
+def test_a_face_is_taken_from_a_plane_and_the_selection_is_not_lost_by_a_click(
+    window, panel
+) -> None:
+    studio = window.studio
+    studio.selection.set([])
+    assert not panel.take.isEnabled()
+    assert "Select" in panel.take.toolTip()
+    edits_before = len(studio.records)
+    joints = [f"J{i}" for i in range(60)]
+    studio.selection.set(["J3"])
+    QTest.mouseClick(panel.take, LEFT, NONE, panel.take.rect().center())
+    azimuth, dip = attitudes()[3]
+    assert panel.face.text() == f"{azimuth:05.1f}/{dip:04.1f}"
+    type_face(panel, "120/70")
+    studio.selection.set(joints)
+    choose(panel, "Selection")
+    assert cell(panel, 0, 2) == "60"
+    before = [cell(panel, row, 1) for row in range(5)]
+    click_mode(panel, 0)
+    click_plane(panel, 0)
+    settle(panel)
+    assert len(studio.selection.ids) == 1
+    assert [cell(panel, row, 1) for row in range(5)] == before
+    studio.selection.set(joints[:10])
+    settle(panel)
+    assert cell(panel, 0, 2) == "10"
+    assert len(studio.records) == edits_before
+
+
+def test_another_notation_leaves_the_face_where_it_is(window, panel) -> None:
+    type_face(panel, "120/70")
+    before = [cell(panel, row, 1) for row in range(5)]
+    window.studio.settings.notation = "strike/dip"
+    window.studio.keep_settings()
+    settle(panel)
+    assert panel.face.text() == "030/70 RHR"
+    assert [cell(panel, row, 1) for row in range(5)] == before
+    assert panel.answered.question.face.plane.dip_direction_deg == 120.0
+
+
+def test_what_cannot_be_is_said_in_words(window, panel) -> None:
+    for typed, said in (
+        ("120/0", "horizontal"),
+        ("120/95", "90"),
+        ("steep", "steep"),
+        ("", "attitude of the face"),
+    ):
+        type_face(panel, "1")
+        panel.face.clear()
+        type_face(panel, typed)
+        assert said in panel.said.text()
+        assert panel.answered is None
+        assert not panel.copy.isEnabled()
+    type_face(panel, "120/70")
+    assert panel.answered is not None
+    panel.friction.setValue(90.0)
+    settle(panel)
+    assert "below 90" in panel.said.text()
+    panel.friction.setValue(80.0)
+    settle(panel)
+    assert "no steeper than the friction angle" in panel.said.text()
+    panel.friction.setValue(30.0)
+    panel.lateral.setValue(0.0)
+    settle(panel)
+    assert "lateral limit" in panel.said.text()
+    panel.lateral.setValue(20.0)
+    window.studio.selection.set([])
+    choose(panel, "Selection")
+    assert "Select planes" in panel.said.text()
+
+
+def test_the_command_says_what_the_panel_says_and_the_figure_is_written(
+    window, panel, tmp_path, monkeypatch, capfd
+) -> None:
+    type_face(panel, "120/70")
+    folder = tmp_path / "a folder"
+    folder.mkdir()
+    table, picture = folder / "planes.csv", folder / "slope.svg"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(table), ""))
+    QTest.mouseClick(panel.copy, LEFT, NONE, panel.copy.rect().center())
+    line = QGuiApplication.clipboard().text()
+    assert "120/70" in line
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(picture), ""))
+    QTest.mouseClick(panel.figure, LEFT, NONE, panel.figure.rect().center())
+    wait(lambda: picture.exists() and panel.figure.isEnabled(), "the figure")
+    text = picture.read_text()
+    assert "Planar sliding" in text
+    assert "120/70" in text
+
+    capfd.readouterr()
+    program, *arguments = shlex.split(line)
+    assert program == "vomstudio"
+    assert Path(arguments[1]) == table
+    assert main([*arguments, "--json"]) == 0
+    told = json.loads(capfd.readouterr().out)
+    found = panel.answered.found
+    assert told["n"] == found.n == 63
+    assert told["with_error"] == found.with_error == 3
+    for mode in ("planar", "wedge", "flexural_toppling", "direct_toppling"):
+        ours = getattr(found, mode)
+        assert (told[mode]["critical"], told[mode]["of"]) == (ours.critical, ours.of)
+        assert told[mode]["probability"] == pytest.approx(ours.probability, abs=1e-3)

@@ -1,0 +1,51 @@
+"""Coplanarity by collinearity, against point clouds of known eigenvalues."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from vomstudio.products.net.shape_figure import draw_shapes, write_shapes
+from vomstudio.tables.fitted_planes import fitted_planes
+
+
+def cloud(l1: float, l2: float, l3: float) -> np.ndarray:
+    """(8, 3) corners of a box, whose covariance has these eigenvalues."""
+    signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], float)
+    return signs * np.sqrt([l1, l2, l3])
+
+
+def rows_of(*clouds: np.ndarray) -> list:
+    points = np.concatenate(clouds)
+    offsets = np.concatenate([[0], np.cumsum([len(c) for c in clouds])])
+    return fitted_planes([f"p{i}" for i in range(len(clouds))], points, offsets).rows
+
+
+def test_symbols_stand_at_the_indices_of_the_textbook() -> None:
+    """l1 = 0.6, l2 = 0.39, l3 = 0.01: coplanarity 1 / 0.01, collinearity 0.6 / 0.39."""
+    axes = Figure().add_subplot()
+    assert draw_shapes(axes, rows_of(cloud(0.6, 0.39, 0.01), cloud(0.9, 0.08, 0.02))) == 2
+    found = sorted(
+        (float(x), float(y))
+        for line in axes.lines
+        if line.get_linestyle() == "None"
+        for x, y in zip(*line.get_data(), strict=True)
+    )
+    assert found == [pytest.approx((0.6 / 0.39, 100.0)), pytest.approx((0.9 / 0.08, 50.0))]
+
+
+def test_no_symbol_lies_where_the_second_value_would_be_under_the_third() -> None:
+    rng = np.random.default_rng(1)
+    rows = rows_of(*(rng.normal(size=(12, 3)) * rng.uniform(0.01, 1, 3) for _ in range(200)))
+    assert all(row["collinearity"] <= row["coplanarity"] - 2.0 + 1e-9 for row in rows)
+
+
+@pytest.mark.parametrize("format_", ["svg", "pdf", "png"])
+def test_the_figure_is_written(tmp_path: Path, format_: str) -> None:
+    path = tmp_path / f"shapes.{format_}"
+    assert write_shapes(path, rows_of(cloud(0.6, 0.39, 0.01)), format=format_) == 1
+    assert path.stat().st_size > 1000
+    assert write_shapes(path, [], format=format_) == 0

@@ -1,0 +1,43 @@
+"""View state is no work: whatever a project's file holds there, its window opens."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from tests.driver import close, make_window, wait
+from tests.fuzz.projects import specimen
+from vomstudio.document.records import Feature
+from vomstudio.io.project.journal import NAME
+
+ODD = [
+    7, [1, None, {}],
+    {"mode": [], "lit": 3, "point_size": "x", "fields": {"a": 3}, "box": [1], "position": ["x"]},
+]  # fmt: skip
+
+
+def with_views(project: Path, value: str) -> None:
+    db = sqlite3.connect(project / NAME)
+    known = {key for (key,) in db.execute("SELECT key FROM view")}
+    known |= {"camera", "display", "hidden", "cameras", "named_views", "survey_plan"}
+    known.discard("taking in")
+    for key in known:
+        db.execute("INSERT OR REPLACE INTO view VALUES (?, ?)", (key, value))
+    db.commit()
+    db.close()
+
+
+@pytest.mark.parametrize("value", [json.dumps(odd) for odd in ODD] + ["[" * 100_000])
+def test_a_window_opens_whatever_the_view_state_is(tmp_path: Path, qtbot, value: str) -> None:  # type: ignore[no-untyped-def]
+    project = specimen(tmp_path)
+    with_views(project, value)
+    window = make_window([project])
+    try:
+        wait(lambda: window.studio.session.of(Feature), "the features")
+        assert window.studio.display.mode
+    finally:
+        window.studio.session.save()
+        close(window)

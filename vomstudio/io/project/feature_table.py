@@ -1,0 +1,40 @@
+"""Some features of a document as the orientation table that a command reads from their export: what
+is said of the one is said of the other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vomstudio.document.figures import Subject
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import Feature, Record
+from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
+from vomstudio.io.text.tables import table_of_cells
+from vomstudio.tables.orientation_table import COLUMNS
+from vomstudio.tables.project_table import feature_rows
+from vomstudio.tables.registration_lines import registration_lines, registrations_of
+from vomstudio.words import tr
+
+
+def feature_table(
+    records: Mapping[str, Record],
+    features: Sequence[Feature],
+    measured: Mapping[str, Measurement],
+) -> OrientationTable:
+    """Of features that have an orientation, with their errors and those of their registrations.
+    Raises InputError where none has."""
+    subjects = [Subject(f, measured[f.id], records) for f in features]
+    rows = [row for row in feature_rows(subjects) if row is not None]
+    cells = [[_cell(row[name]) for name in COLUMNS] for row in rows]
+    told = registration_lines(registrations_of(records, features))
+    return orientations_of(table_of_cells(COLUMNS, cells, tr("the project"), told))
+
+
+def _cell(value: Any) -> str:
+    """As in a file, to all digits."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value) if isinstance(value, float) else str(value)

@@ -1,0 +1,121 @@
+"""The shapes of the point clouds that planes were fitted to: coplanarity by collinearity.
+
+Coplanarity is 1 / l3 and collinearity l1 / l2 of the eigenvalues normalised by their sum (Tavani et
+al., eqs. 20 and 21, fig. 27): a ball of points lies at (1, 3), a rod along the border l2 = l3 where
+the collinearity is the coplanarity less two, a sheet high above collinearity 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
+
+from vomstudio.geology.profiles import PROFILES, Thresholds
+from vomstudio.products.net.style import PRINT, NetStyle
+from vomstudio.words import to_translate, tr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SIZE_MM = (120.0, 100.0)
+_LOOKS = {
+    "good": ("o", "#009E73", to_translate("good")),
+    "doubtful": ("^", "#E69F00", to_translate("doubtful")),
+    "poor": ("s", "#D55E00", to_translate("poor")),
+    None: ("x", "#7a7a7a", to_translate("not judged")),
+}
+_MOST_NAMED = 30
+
+
+def write_shapes(
+    target: str | Path | IO[bytes],
+    rows: Sequence[Mapping[str, Any]],
+    *,
+    format: str,
+    style: NetStyle = PRINT,
+    dpi: float = 300.0,
+) -> int:
+    """Writes the figure of rows of the orientation table as svg, pdf or png; how many planes it
+    shows: those whose shape is known."""
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(SIZE_MM[0] / 25.4, SIZE_MM[1] / 25.4), dpi=dpi)
+    FigureCanvasAgg(figure)
+    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
+    with rc_context({
+        "svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio",
+        "font.size": style.font_pt, "axes.linewidth": style.line_pt,
+    }):  # fmt: skip
+        figure.set_facecolor(style.paper)
+        axes = figure.add_axes((0.13, 0.13, 0.83, 0.80))
+        shown = draw_shapes(axes, rows, style)
+        figure.savefig(target, format=format, dpi=dpi, facecolor=style.paper, metadata=metadata)
+    return shown
+
+
+def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle = PRINT) -> int:
+    """Symbols by verdict, those that are not good with their names. Returns how many."""
+    known = [row for row in rows if _finite(row["coplanarity"]) and _finite(row["collinearity"])]
+    largest = max((float(row["coplanarity"]) for row in known), default=100.0)
+    top = 10.0 ** math.ceil(math.log10(max(largest * 1.5, 100.0)))
+    _ground(axes, top, style)
+    for quality, (marker, color, name) in _LOOKS.items():
+        own = [row for row in known if row.get("quality") == quality]
+        if not own:
+            continue
+        axes.plot(
+            [float(row["collinearity"]) for row in own],
+            [float(row["coplanarity"]) for row in own],
+            marker, color=style.color(color), markersize=style.marker_pt, linestyle="none",
+            label=tr("{verdict} ({count})", verdict=tr(name), count=len(own)), zorder=4,
+        )  # fmt: skip
+    named = [row for row in known if row.get("quality") != "good"][:_MOST_NAMED]
+    for row in named:
+        axes.annotate(
+            str(row.get("name") or row["id"]),
+            (float(row["collinearity"]), float(row["coplanarity"])),
+            xytext=(3, 3), textcoords="offset points", fontsize=0.8 * style.font_pt,
+            color=style.ink, zorder=5,
+        )  # fmt: skip
+    if known:
+        axes.legend(loc="lower right", frameon=False, fontsize=0.9 * style.font_pt)
+    axes.set_title(
+        tr("n = {count} planes", count=len(known)), fontsize=style.font_pt, color=style.ink
+    )
+    return len(known)
+
+
+def _ground(axes: Axes, top: float, style: NetStyle) -> None:
+    limits: Thresholds = PROFILES["textbook"]
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(1.0, top)
+    axes.set_ylim(3.0, top)
+    axes.set_xlabel(tr("collinearity, λ1 / λ2"))
+    axes.set_ylabel(tr("coplanarity, 1 / λ3"))
+    axes.spines[["top", "right"]].set_visible(False)
+    border = np.geomspace(3.0, top, 200)
+    axes.fill_between(border - 2.0, 3.0, border, color=style.soft, alpha=0.15, linewidth=0)
+    axes.plot(border - 2.0, border, color=style.soft, linewidth=style.line_pt)
+    soft: dict[str, Any] = {"color": style.soft, "fontsize": 0.9 * style.font_pt, "zorder": 3}
+    words = {"facecolor": style.paper, "edgecolor": "none", "pad": 1.0}
+    axes.text(1.15, top / 1.3, tr("sheet (oblate)"), va="top", bbox=words, **soft)
+    axes.text(1.15, 3.3, tr("ball"), va="bottom", **soft)
+    axes.text(top / 1.6, top / 1.6, tr("rod (prolate)"), ha="right", va="bottom", **soft)
+    axes.text(top / 1.6, top / 60, tr("cannot be: λ2 < λ3"), ha="right", va="top", **soft)
+    for at, line in (
+        (limits.least_coplanarity, axes.axhline),
+        (limits.most_collinearity, axes.axvline),
+    ):
+        if math.isfinite(at):
+            line(at, color=style.ink, linewidth=style.line_pt, linestyle="--", zorder=1)
+
+
+def _finite(value: object) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)

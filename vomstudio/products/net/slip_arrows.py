@@ -1,0 +1,51 @@
+"""Arrows of fault slip on a net: at the striae, the way in which the hanging wall moves, seen from
+above (outward: normal, inward: reverse), as Angelier (1979, Tectonophysics 56, T17-T26) has it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vomstudio.geology.orientation import Array, Flags
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_HEAD, _WING = 0.05, 0.022
+_UPRIGHT = 1e-6
+
+
+def draw_slip_arrows(
+    ax: Axes,
+    at: Array,
+    slips: Array,
+    *,
+    color: str,
+    width_pt: float,
+    zorder: float,
+    half: float = 0.07,
+) -> Flags:
+    """Arrows at net positions (n, 2) of movements (n, 3); NaN for none. Returns (n,) which have
+    one: a slip straight up or down has no direction on the net. half : of their length, in radii of
+    the net"""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    ahead = np.asarray(slips, np.float64)[:, :2]
+    length = np.linalg.norm(ahead, axis=1)
+    moving = length > _UPRIGHT
+    step = ahead[moving] / length[moving, None]
+    side = np.stack([-step[:, 1], step[:, 0]], axis=1)
+    tip = at[moving] + half * step
+    neck = tip - _HEAD * step
+    shafts = np.stack([at[moving] - half * step, neck], axis=1)
+    heads = np.stack([tip, neck + _WING * side, neck - _WING * side], axis=1)
+    ax.add_collection(
+        LineCollection(list(shafts), colors=color, linewidths=width_pt, zorder=zorder),
+        autolim=False,
+    )
+    ax.add_collection(
+        PolyCollection(list(heads), facecolors=color, edgecolors="none", zorder=zorder),
+        autolim=False,
+    )
+    return np.asarray(moving)

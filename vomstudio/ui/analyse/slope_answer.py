@@ -1,0 +1,82 @@
+"""What the panel of slopes asks, worked out in a thread, and its command."""
+
+from __future__ import annotations
+
+import shlex
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import Feature, Record
+from vomstudio.errors import VomError
+from vomstudio.geology.slopes import SlopeFace
+
+if TYPE_CHECKING:
+    from vomstudio.geology.orientation_rows import OrientationRows
+    from vomstudio.geology.table_slopes import CriticalPlane, TableSlope
+
+
+@dataclass(frozen=True, eq=False)
+class SlopeQuestion:
+    """features : those with a plane; measured : of each, by id"""
+
+    records: Mapping[str, Record]
+    features: Sequence[Feature]
+    measured: Mapping[str, Measurement]
+    face: SlopeFace
+
+
+@dataclass(frozen=True, eq=False)
+class SlopeAnswer:
+    """critical : as `critical_planes` has it"""
+
+    question: SlopeQuestion
+    table: OrientationRows
+    found: TableSlope
+    critical: Mapping[str, tuple[CriticalPlane, ...]]
+
+
+def answer(question: SlopeQuestion) -> SlopeAnswer | VomError:
+    """In a thread: what `vomstudio slope` says of these planes."""
+    from vomstudio.geology.table_slopes import critical_planes, table_slope
+    from vomstudio.io.project.feature_table import feature_table
+
+    try:
+        table = feature_table(question.records, question.features, question.measured)
+        found = table_slope(table, question.face)
+    except VomError as error:
+        return error
+    return SlopeAnswer(question, table, found, critical_planes(table, question.face, found))
+
+
+def write_figure(answered: SlopeAnswer, path: Path) -> VomError | None:
+    """In a thread: the nets, as svg, pdf or png."""
+    from vomstudio.files.atomic import atomic_write
+    from vomstudio.products.net.slope_figure import write_slope_figure
+
+    format_ = path.suffix.lower().removeprefix(".")
+    try:
+        with atomic_write(path, True) as temporary:
+            write_slope_figure(
+                temporary, answered.table, answered.question.face, answered.found, format=format_
+            )
+    except VomError as error:
+        return error
+    return None
+
+
+def command_line(table: Path, face: SlopeFace) -> str:
+    """The command that says the same of this table, quoted for the shell of this system."""
+    plane = face.plane
+    words = [
+        "vomstudio", "slope", str(table),
+        "--face", f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}",
+        "--friction", f"{face.friction_deg:g}",
+        "--lateral", f"{face.lateral_deg:g}",
+        "--limits", face.limits,
+    ]  # fmt: skip
+    return subprocess.list2cmdline(words) if sys.platform == "win32" else shlex.join(words)

@@ -1,0 +1,373 @@
+"""The dock of slopes: which planes and intersections let a face fail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QGuiApplication, QPaintEvent
+from PySide6.QtWidgets import (
+    QDoubleSpinBox,
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QToolButton,
+    QWidget,
+)
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.records import Typed
+from vomstudio.errors import VomError
+from vomstudio.geology.notation import format_plane, parse_plane
+from vomstudio.geology.orientation import Plane
+from vomstudio.geology.slopes import LATERAL_DEG, SlopeFace
+from vomstudio.io.project.export import write_csv
+from vomstudio.tables.project_table import project_table
+from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
+from vomstudio.ui.analyse.picture_file import ask_for_picture
+from vomstudio.ui.analyse.slope_answer import (
+    SlopeAnswer,
+    SlopeQuestion,
+    answer,
+    command_line,
+    write_figure,
+)
+from vomstudio.ui.analyse.slope_results import SlopeResults
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.words import tr, tr_n
+
+_SOON_MS = 120
+_FRICTION_DEG = 30.0
+
+
+class SlopesPanel(QWidget):
+    """answered : what is shown, None where there is nothing to say"""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        explain(self, "conventions.md#slopes")
+        self._studio = studio
+        self._stale = True
+        self._writing = False
+        self._notation = ""
+        self._chosen_here: tuple[str, ...] | None = None
+        self._features: list[Typed] = []
+        self.answered: SlopeAnswer | None = None
+        self._background = Background(self)
+        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Computing…")))
+        self.of = GroupBox(studio, tr("All planes"))
+        self.of.setAccessibleName(tr("Planes"))
+        self.of.activated.connect(self._group_chosen)
+        self.face = QLineEdit()
+        self.face.setObjectName("slope_face")
+        self.face.setToolTip(tr("Attitude of the slope, in the notation of the project."))
+        self.face.textChanged.connect(self._soon)
+        self.take = QPushButton(tr("Take selected"))
+        self.take.clicked.connect(self._take_selected)
+        self.friction = _angle("slope_friction", _FRICTION_DEG, tr("Friction angle of the planes."))
+        self.lateral = _angle(
+            "slope_lateral",
+            LATERAL_DEG,
+            tr("How far from the slope's direction planes and toppling count; 90° for no limit."),
+        )
+        self.lateral.setPrefix(tr("lateral ±"))
+        self.limits = ComboBox()
+        self.limits.setObjectName("slope_limits")
+        self.limits.addItem(tr("small circles"), "curved")
+        self.limits.addItem(tr("dip directions"), "straight")
+        self.limits.setToolTip(
+            tr(
+                "The lateral limits of planes: small circles about the strike of the face, or dip "
+                "directions."
+            )
+        )
+        self.limits.keep_narrow()
+        self.limits.activated.connect(self._soon)
+        for box in (self.friction, self.lateral):
+            box.valueChanged.connect(self._soon)
+        self.said = hint_label()
+        self.said.setObjectName("slope_said")
+        self.results = SlopeResults()
+        self.results.chosen.connect(self._select)
+        self.copy = _button("content-copy", tr("Copy as command…"), self._ask_for_table)
+        self.figure = _button("image-outline", tr("Figure…"), self._ask_for_figure)
+        self._arrange()
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(_SOON_MS)
+        self._timer.timeout.connect(self.refresh)
+        studio.project_opened.connect(self._opened)
+        studio.settings_changed.connect(self._notation_changed)
+        studio.edited.connect(self._edited)
+        studio.selection_changed.connect(lambda _: self._selected())
+        studio.jobs.closed.connect(self._close)
+        self._notation_changed()
+
+    def _arrange(self) -> None:
+        form = QFormLayout()
+        form.setContentsMargins(0, 0, 0, 0)
+        form.setVerticalSpacing(4)
+        form.addRow(tr("Planes"), _row(self.of, self.copy, self.figure, wide=self.of))
+        form.addRow(tr("Face"), _row(self.face, self.take, wide=self.face))
+        angles = _row(self.friction, self.lateral, self.limits, wide=self.limits)
+        form.addRow(tr("Friction"), angles)
+        column = narrow_column(self)
+        column.addLayout(form)
+        column.addWidget(self.said)
+        column.addWidget(self.results, 1)
+
+    # --- when to look again ------------------------------------------------------------------
+    def _soon(self, *_: object) -> None:
+        """Nothing waits where nobody looks: the panel comes up to date when it is painted."""
+        if self.visibleRegion().isEmpty():
+            self._stale = True
+        elif not self._timer.isActive():
+            self._timer.start()
+
+    def _edited(self, edit: Edit) -> None:
+        if self._studio.affected(edit):
+            self._soon()
+
+    def _opened(self) -> None:
+        """Another project."""
+        self._chosen_here = None
+        self._soon()
+
+    def _notation_changed(self) -> None:
+        """What was typed stays the plane that it was."""
+        before, notation = self._notation, self._studio.settings.notation
+        self._notation = notation
+        example = format_plane(Plane(135.0, 70.0), notation)
+        self.face.setPlaceholderText(tr("such as {example}", example=example))
+        if before and before != notation:
+            with suppress(VomError):
+                plane = parse_plane(self.face.text(), before)
+                whole = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
+                self.face.setText(format_plane(plane, notation, 0 if whole else 2))
+        self._soon()
+
+    def _group_chosen(self, *_: object) -> None:
+        self._chosen_here = None
+        self._soon()
+
+    def _selected(self) -> None:
+        if self.visibleRegion().isEmpty():
+            self._stale = True
+            return
+        self._refresh_take()
+        ids = self._studio.selection.ids
+        self.results.mark(ids)
+        # What was clicked here is still one of those that were looked at.
+        if ids != self._chosen_here and self.of.choice() == SELECTED:
+            self._chosen_here = None
+            self._soon()
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
+        super().paintEvent(event)
+        if self._stale:
+            self._soon()
+
+    # --- the question ------------------------------------------------------------------------
+    def refresh(self) -> None:
+        """Ask anew, unless nobody sees it."""
+        self._stale = self.visibleRegion().isEmpty()
+        if self._stale:
+            return
+        self.of.list_groups()
+        self._refresh_take()
+        question = self._question()
+        if isinstance(question, str):
+            self._asked.drop()
+            self._show(None, question)
+        else:
+            self._asked.ask(partial(answer, question))
+            self._refresh_buttons()
+
+    def _question(self) -> SlopeQuestion | str:
+        """Or why there is none."""
+        studio = self._studio
+        if self._chosen_here is None:
+            self._features = self.of.features()
+        features = [f for f in self._features if f.id in studio.records]
+        measured = studio.measured(f.id for f in features)
+        features = [f for f in features if measured[f.id].plane is not None]
+        if not features:
+            if self.of.choice() == SELECTED:
+                return tr("Select planes, or choose others above.")
+            return tr("There are no planes here. Pick some, or import field measurements.")
+        text = self.face.text().strip()
+        if not text:
+            return tr(
+                "Type the attitude of the face, or select a plane that dips as it does and take it."
+            )
+        try:
+            face = SlopeFace(
+                parse_plane(text, self._notation),
+                self.friction.value(),
+                self.lateral.value(),
+                str(self.limits.currentData()),
+            )
+        except VomError as error:
+            return error.message
+        return SlopeQuestion(dict(studio.records), features, measured, face)
+
+    # --- the answer --------------------------------------------------------------------------
+    def _came(self, made: object) -> None:
+        if isinstance(made, SlopeAnswer):
+            self._show(made, " ".join([_counted(made), *made.found.warnings]))
+        else:
+            assert isinstance(made, VomError)
+            self._show(None, made.message)
+
+    def _show(self, answered: SlopeAnswer | None, said: str) -> None:
+        self.answered = answered
+        self.said.setText(said)
+        self.results.show_answer(answered)
+        self.results.mark(self._studio.selection.ids)
+        self._refresh_buttons()
+
+    def _select(self, ids: list[str]) -> None:
+        # One may be deleted that is still listed.
+        self._chosen_here = tuple(id_ for id_ in ids if id_ in self._studio.records)
+        self._studio.selection.set(self._chosen_here)
+
+    # --- the face ----------------------------------------------------------------------------
+    def _selected_plane(self) -> Plane | None:
+        current = self._studio.selection.current
+        record = None if current is None else self._studio.records.get(current)
+        if current is None or not isinstance(record, Typed):
+            return None
+        return self._studio.measured([current])[current].plane
+
+    def _refresh_take(self) -> None:
+        plane = self._selected_plane()
+        self.take.setEnabled(plane is not None)
+        self.take.setToolTip(
+            tr("Select a plane that dips as the face does first.")
+            if plane is None
+            else tr("The face dips as the selected plane does.")
+        )
+
+    def _take_selected(self) -> None:
+        plane = self._selected_plane()
+        if plane is not None:
+            self.face.setText(format_plane(plane, self._notation, 1))
+
+    # --- what is taken away ------------------------------------------------------------------
+    def _refresh_buttons(self) -> None:
+        why = None
+        if self._asked.waiting:
+            why = tr("the planes are being looked at")
+        elif self.answered is None:
+            why = tr("choose planes and a face first")
+        elif self._writing:
+            why = tr("the figure is being written")
+        self.copy.setEnabled(why is None)
+        self.figure.setEnabled(why is None)
+        for button, more in (
+            (self.copy, tr("keep the planes as a table, and copy the command that says the same")),
+            (self.figure, tr("the nets of the four modes as SVG, PDF or PNG")),
+        ):
+            button.setToolTip(
+                tr("{button}: {more}", button=button.text().rstrip("…"), more=why or more)
+            )
+
+    def _ask_for_table(self) -> None:
+        if self.answered is None:
+            return
+        proposed = Path(start_folder(self._studio)) / "slope-planes.csv"
+        name, _ = QFileDialog.getSaveFileName(
+            self, tr("Table of the planes for the command"), str(proposed), tr("Table (*.csv)")
+        )
+        if name:
+            self.copy_command(Path(name if name.lower().endswith(".csv") else name + ".csv"))
+
+    def copy_command(self, path: Path) -> None:
+        """Write the planes as a table, and put the command on the clipboard."""
+        if self.answered is None:
+            return
+        question, studio = self.answered.question, self._studio
+        try:
+            only = {f.id for f in question.features}
+            write_csv(path, project_table(question.records, studio.measurements, only), force=True)
+        except VomError as error:
+            studio.fail(error)
+            return
+        QGuiApplication.clipboard().setText(command_line(path, question.face))
+        studio.info(tr("The command is on the clipboard; its planes are in {file}.", file=path))
+
+    def _ask_for_figure(self) -> None:
+        path = ask_for_picture(self, self._studio, tr("Figure of the slope"), "slope")
+        if path is not None:
+            self.write_figure(path)
+
+    def write_figure(self, path: Path) -> None:
+        """The four nets to a file, in a thread."""
+        if self.answered is None:
+            return
+        self._writing = True
+        self._refresh_buttons()
+        self._background.run(
+            partial(write_figure, self.answered, path), partial(self._written, path)
+        )
+
+    def _written(self, path: Path, error: object) -> None:
+        self._writing = False
+        self._refresh_buttons()
+        if isinstance(error, VomError):
+            self._studio.fail(error)
+        else:
+            self._studio.info(tr("Exported to {file}.", file=path))
+
+    def _close(self) -> None:
+        self._timer.stop()
+        self._asked.close()
+        self._background.close()
+
+
+def _counted(made: SlopeAnswer) -> str:
+    """Of how many planes it is said, and where there are no probabilities, why."""
+    found = made.found
+    if not found.with_error:
+        return tr("{n:,} planes. No error of theirs is known, so no probability is.", n=found.n)
+    return tr_n("{count:,} plane.", "{count:,} planes.", found.n)
+
+
+def _row(*parts: QWidget, wide: QWidget) -> QHBoxLayout:
+    row = QHBoxLayout()
+    for part in parts:
+        row.addWidget(part, 1 if part is wide else 0)
+    return row
+
+
+def _button(icon: str, text: str, clicked: Callable[[], None]) -> QToolButton:
+    """Its tooltip says what it does."""
+    button = QToolButton()
+    button.setIcon(theme.icon(icon))
+    button.setText(text)
+    button.setAccessibleName(text)
+    button.clicked.connect(clicked)
+    return button
+
+
+def _angle(name: str, value: float, tip: str) -> QDoubleSpinBox:
+    """Degrees; what cannot be is said in words."""
+    box = QDoubleSpinBox()
+    box.setObjectName(name)
+    box.setDecimals(1)
+    box.setRange(0.0, 90.0)
+    box.setSuffix("°")
+    box.setValue(value)
+    box.setToolTip(tip)
+    return box
