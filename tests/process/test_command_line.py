@@ -151,8 +151,14 @@ def test_an_interruption_ends_with_130_and_one_sentence(tmp_path: Path, asked: s
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         env=environment(),
-        # Whoever starts the tests in the background hands down an ignored SIGINT.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        # Whoever starts the tests in the background hands down an ignored SIGINT, and nohup an
+        # ignored SIGHUP.
+        preexec_fn=lambda: [
+            signal.signal(
+                each, signal.SIG_DFL if each != signal.SIGINT else signal.default_int_handler
+            )
+            for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        ],
     )
     try:
         # Opening for writing waits until the command has opened the pipe to read.

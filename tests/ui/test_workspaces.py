@@ -458,3 +458,20 @@ def test_keys_of_workspaces_work_in_a_floating_panel(window):
     QTest.keyClick(window.table._filter, Qt.Key.Key_6, driver.CTRL)
     driver.pause(50)
     assert window.workspaces.shown.name == "views"
+
+
+def test_an_arrangement_without_a_panel_that_came_since_gives_way(qtbot):
+    """Kept by a version with fewer panels, it would hide the new one for good."""
+    from vomstudio.ui.workspaces.docks import WindowDocks
+
+    def docks(*names: str) -> WindowDocks:
+        window = QMainWindow()
+        qtbot.addWidget(window)
+        made = WindowDocks(window)
+        for name in names:
+            made.add(name, name, QLabel(name))
+        return made
+
+    state = docks("project", "view").state()
+    assert docks("view", "project").restore(state)
+    assert not docks("project", "view", "table").restore(state)

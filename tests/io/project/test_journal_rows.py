@@ -491,7 +491,8 @@ def test_what_is_seen_comes_back_and_is_no_history(journal: SqliteJournal, path:
     assert list(journal.rows()) == []
     journal.close()
     again = SqliteJournal(path)
-    assert again.view("camera", 7) == {"at": [2.5, "x"]}
+    assert again.view("camera") == again.view("camera", {}) == {"at": [2.5, "x"]}
+    assert again.view("camera", []) == [], "whoever wants a list gets one"
     again._db.execute("UPDATE view SET value = '{' WHERE key = 'camera'")
     assert again.view("camera", 7) == 7
     again._db.execute("DROP TABLE view")

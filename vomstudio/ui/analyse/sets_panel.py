@@ -48,9 +48,7 @@ _SELECTED: Choice = ("selection", "")
 _LEAST_HEIGHT = 96
 
 
-def command(studio: Studio, workspaces: Workspaces, docks: Docks, parent: QWidget) -> Command:
-    """parent : the window that the panel is in"""
-
+def command(studio: Studio, workspaces: Workspaces, docks: Docks) -> Command:
     def no_planes() -> str | None:
         if any(kind_of(f).net is not None for f in studio.session.of(Typed)):
             return None
@@ -59,9 +57,7 @@ def command(studio: Studio, workspaces: Workspaces, docks: Docks, parent: QWidge
     def show() -> None:
         workspaces.switch("analyse")
         docks.bring_forward("sets")
-        panel = parent.findChild(SetsPanel)
-        if isinstance(panel, SetsPanel):
-            panel.propose()
+        studio.sets_wanted.emit()
 
     return Command(
         "propose_sets", tr("Propose &sets…"), show, "scatter-plot-outline", (),
@@ -85,6 +81,7 @@ class SetsPanel(QWidget):
         self._make_table()
         self._arrange()
         studio.project_opened.connect(self._reopened)
+        studio.sets_wanted.connect(self.propose)
         studio.edited.connect(self._edited)
         self._list_groups()
         self._show_state("")

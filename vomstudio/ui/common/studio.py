@@ -32,6 +32,8 @@ class Studio(QObject):
     tool_changed_signal = Signal()
     active_tool_changed = Signal(str)
     preview = Signal(object)  # Preview | None
+    sets_wanted = Signal()
+    """A proposal of sets is asked for."""
     sets_proposed = Signal(object)
     """Of a preview on the net: names with the ids of their planes, None where it ends."""
     notice = Signal(object)  # Notice

@@ -41,6 +41,6 @@ def work_commands(
 
     return [
         profile_dialog.command(studio, dialogs, parent),
-        sets_panel.command(studio, workspaces, docks, parent),
+        sets_panel.command(studio, workspaces, docks),
         *registration_commands.commands(studio, dialogs, workspaces, docks, parent),
     ]

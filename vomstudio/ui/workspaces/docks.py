@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 
 from PySide6.QtCore import QByteArray, QEvent, QObject, Qt
@@ -69,13 +70,17 @@ class WindowDocks(Mapping[str, QDockWidget]):
     # --- arrangement -------------------------------------------------------------------------
     def state(self) -> QByteArray:
         """What `restore` takes."""
-        return self._window.saveState(_LAYOUT_VERSION)
+        return self._window.saveState(self._version())
 
     def restore(self, state: QByteArray) -> bool:
         """Put the docks where they were; False where the state is not one of these docks."""
-        done = self._window.restoreState(state, _LAYOUT_VERSION)
+        done = self._window.restoreState(state, self._version())
         self.bring_on_screen()
         return done
+
+    def _version(self) -> int:
+        """An arrangement that was kept without a panel that came since would hide it for good."""
+        return zlib.crc32(",".join(sorted(self._docks)).encode(), _LAYOUT_VERSION) & 0x7FFFFFFF
 
     def bring_on_screen(self) -> None:
         """Move floating docks that no screen shows to one."""
