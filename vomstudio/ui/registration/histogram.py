@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
@@ -34,7 +36,11 @@ class Histogram(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.counts: npt.NDArray[np.intp] = np.zeros(0, np.intp)
         self._reach = self._median = 0.0
-        self._colors = map_table(PALETTES["diverging"][0])
+
+    @cached_property
+    def _colors(self) -> npt.NDArray[np.uint8]:
+        """Of the map, which matplotlib is loaded for: not before there is something to show."""
+        return map_table(PALETTES["diverging"][0])
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         return QSize(220, 130)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from itertools import islice
 
 import numpy as np
 
@@ -40,6 +41,15 @@ class BeddingAxis:
             self.beds = tuple(self.planes())
             self._kept = self._find()
         return self._kept
+
+    def why_not(self) -> str | None:
+        """Why there is none, without looking for it where two planes will do."""
+        if self._kept is None:
+            known = self._studio.measured(self.planes()).values()
+            if sum(1 for _ in islice((m for m in known if m.fit is not None), 2)) == 2:
+                return None
+        axis = self.found()
+        return axis if isinstance(axis, str) else None
 
     def forget(self, *_: object) -> None:
         """Every refresh of the commands asks for the axis: it is kept until something changes."""

@@ -3,9 +3,12 @@ plane."""
 
 from __future__ import annotations
 
+from itertools import islice
+
 import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QFormLayout,
@@ -44,6 +47,9 @@ from vomstudio.workspace.looking import Direction, across_slip, depth_along, mee
 SAME_DEG = 0.5
 """Directions that differ by less are treated as the same."""
 
+_MOST_ASKED = 20
+_MANY_BEDS = 500
+
 _EDGE_ON = 0.05
 """Sine of the angle to the exposed face under which neither side is the better one."""
 
@@ -57,6 +63,7 @@ class ViewPanel(QWidget):
         self._studio = studio
         self._look = view.look
         self._direction = Line(0.0, 0.0)
+        self._stale = False
         self._bedding = BeddingAxis(studio, lambda: self.only_selected.isChecked())
         self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
         self.now = QLabel("–")
@@ -220,8 +227,7 @@ class ViewPanel(QWidget):
 
     def why_no_beta(self) -> str | None:
         """Why there is no fold axis; None where there is one."""
-        axis = self._bedding.found()
-        return axis if isinstance(axis, str) else None
+        return self._bedding.why_not()
 
     def why_no_plane(self) -> str | None:
         """Why no plane can be faced; None where one is selected."""
@@ -244,7 +250,8 @@ class ViewPanel(QWidget):
                 valid=axis.valid,
             )
             return text, axis.error95_deg
-        for id_ in reversed(self._studio.selection.ids):
+        # Of thousands that are selected none is what somebody looks along.
+        for id_ in islice(reversed(self._studio.selection.ids), _MOST_ASKED):
             feature = get_feature(self._studio.records, id_)
             if feature is None:
                 continue
@@ -323,7 +330,17 @@ class ViewPanel(QWidget):
 
     def refresh(self, *_: object) -> None:
         """Show the fold axis with its verdict, and which directions there are now."""
-        once_told(self._show)
+        if len(self._bedding.beds) > _MANY_BEDS and self.visibleRegion().isEmpty():
+            # The verdict on so many takes a while: not at every edit for a panel that nobody sees.
+            self._stale = True
+        else:
+            once_told(self._show)
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        super().showEvent(event)
+        if self._stale:
+            self._stale = False
+            once_told(self._show)
 
     def _show(self) -> None:
         axis, plane = self._bedding.found(), self._plane()
