@@ -41,9 +41,6 @@ def run_window(paths: Sequence[str]) -> int:
     # QApplication takes the user's locale; under a comma locale native readers misread decimals.
     locale.setlocale(locale.LC_NUMERIC, "C")
     application.setApplicationName("VOM Studio")
-    if (refused := why_not_drawn()) is not None:
-        _tell(refused)
-        return 2
     application.setDesktopFileName("vomstudio")
     application.setWindowIcon(QIcon(str(resource("icon", "vomstudio.svg"))))
 
@@ -62,6 +59,11 @@ def run_window(paths: Sequence[str]) -> int:
     window.show()
 
     def begin() -> None:
+        # The window is on the screen by now; only its viewport draws with OpenGL.
+        if (refused := why_not_drawn()) is not None:
+            _tell(refused)
+            application.exit(2)
+            return
         try:
             window.begin([Path(p) for p in paths])
         except VomError as error:
