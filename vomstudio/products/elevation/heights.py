@@ -17,7 +17,7 @@ from vomstudio.products.elevation.cloud_surface import (
 )
 from vomstudio.products.elevation.planning import HeightPlan
 from vomstudio.products.ortho.drawn_tiles import drawn_tiles
-from vomstudio.products.ortho.tiles import TILE, Drawer, Grid, Tile
+from vomstudio.products.ortho.tiles import Drawer, Grid, Members, Tile
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 
@@ -77,17 +77,10 @@ class MeshHeights:
         self._faces = for_kernels(faces, np.int32)
         self._grid = grid
         g = grid.gsd
-        starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
-        where = (self._view, self._faces, grid.left, grid.top, TILE * g, g)
-        bin_faces(*where, grid.columns, grid.rows, starts, np.empty(0, np.int32))
-        starts = np.cumsum(starts)
-        self._members = np.empty(starts[-1], np.int32)
-        if len(self._members):
-            bin_faces(*where, grid.columns, grid.rows, starts[:-1].copy(), self._members)
-        self._starts = starts
+        self._members = Members.of(bin_faces, self._view, self._faces, grid, g)
 
     def draw(self, tile: Tile) -> Array:
-        chosen = self._members[self._starts[tile.number] : self._starts[tile.number + 1]]
+        chosen = self._members.in_tile(tile)
         return _cast(self._view, self._faces, chosen, self._grid, tile)
 
 
@@ -101,18 +94,11 @@ class CloudHeights:
         self._view = np.ascontiguousarray(view)
         self._limit, self._grid = limit, grid
         g = grid.gsd
-        starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
         reach = np.zeros(len(view))
-        where = (self._view, reach, grid.left, grid.top, TILE * g, limit + g)
-        bin_points(*where, grid.columns, grid.rows, starts, np.empty(0, np.int32))
-        starts = np.cumsum(starts)
-        self._members = np.empty(starts[-1], np.int32)
-        if len(self._members):
-            bin_points(*where, grid.columns, grid.rows, starts[:-1].copy(), self._members)
-        self._starts = starts
+        self._members = Members.of(bin_points, self._view, reach, grid, limit + g)
 
     def draw(self, tile: Tile) -> Array:
-        chosen = self._members[self._starts[tile.number] : self._starts[tile.number + 1]]
+        chosen = self._members.in_tile(tile)
         points = self._view[chosen]
         if len(points) > TILE_POINTS:
             points = thinned(points, self._grid.gsd)

@@ -16,6 +16,7 @@ from vomstudio.geology.roses import rose_of
 from vomstudio.products.net.contents import OKABE_ITO
 from vomstudio.products.net.rose import draw_rose, rings_of
 from vomstudio.products.net.style import PRINT, NetStyle
+from vomstudio.products.net.written_figure import sizes_of, write_figure
 from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
@@ -41,19 +42,10 @@ def write_fractures(
     dpi: float = 300.0,
 ) -> None:
     """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(SIZE_MM[0] / 25.4, SIZE_MM[1] / 25.4), dpi=dpi)
-    FigureCanvasAgg(figure)
-    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
-    with rc_context({
-        "svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio",
-        "font.size": style.font_pt, "axes.linewidth": style.line_pt,
-    }):  # fmt: skip
-        draw_fractures(figure, mapped, style)
-        figure.savefig(target, format=format, dpi=dpi, facecolor=style.paper, metadata=metadata)
+    write_figure(
+        target, lambda figure: draw_fractures(figure, mapped, style),
+        format=format, size_mm=SIZE_MM, paper=style.paper, dpi=dpi, settings=sizes_of(style),
+    )  # fmt: skip
 
 
 def draw_fractures(figure: Figure, mapped: Mapped, style: NetStyle = PRINT) -> list[Axes]:

@@ -25,6 +25,7 @@ from vomstudio.products.net.contour_drawing import draw_contours
 from vomstudio.products.net.page import Page
 from vomstudio.products.net.selection_highlight import draw_emphasis
 from vomstudio.products.net.style import PRINT, NetStyle, layer
+from vomstudio.products.net.written_figure import FORMATS, write_figure
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-FORMATS = ("svg", "pdf", "png")
 PRINT_SIZE_MM = (170.0, 115.0)
 
 
@@ -185,20 +185,10 @@ def write_stereonet(
     dpi: float = 300.0,
 ) -> None:
     """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
-    if format not in FORMATS:
-        raise UsageError(
-            tr("A net cannot be written as “{format}”; use svg, pdf or png.", format=format)
-        )
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(size_mm[0] / 25.4, size_mm[1] / 25.4), dpi=dpi)
-    FigureCanvasAgg(figure)
-    draw_stereonet(figure, net, style)
-    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
-    with rc_context({"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}):
-        figure.savefig(target, format=format, dpi=dpi, facecolor=style.paper, metadata=metadata)
+    write_figure(
+        target, lambda figure: draw_stereonet(figure, net, style),
+        format=format, size_mm=size_mm, paper=style.paper, dpi=dpi,
+    )  # fmt: skip
 
 
 def _named_in_legend(net: NetContents) -> tuple[list[type], bool]:

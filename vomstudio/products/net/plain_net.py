@@ -8,14 +8,13 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.errors import UsageError
+from vomstudio.products.net.written_figure import write_figure
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FORMATS = ("svg", "pdf", "png")
 INK, SOFT, PAPER = "#1a1a1a", "#7a7a7a", "#ffffff"
 FONT_PT = 8.0
 
@@ -29,21 +28,7 @@ def save_figure(
 ) -> None:
     """What `draw` makes of an empty figure, as svg, pdf or png; text stays text. Raises UsageError
     for another format."""
-    if format not in FORMATS:
-        raise UsageError(
-            tr("A figure cannot be written as “{format}”; use svg, pdf or png.", format=format)
-        )
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(size_mm[0] / 25.4, size_mm[1] / 25.4), dpi=dpi)
-    FigureCanvasAgg(figure)
-    figure.set_facecolor(PAPER)
-    draw(figure)
-    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
-    with rc_context({"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}):
-        figure.savefig(target, format=format, dpi=dpi, facecolor=PAPER, metadata=metadata)
+    write_figure(target, draw, format=format, size_mm=size_mm, paper=PAPER, dpi=dpi)
 
 
 def draw_frame(ax: Axes) -> Any:

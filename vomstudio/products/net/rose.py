@@ -17,6 +17,7 @@ from vomstudio.geology.roses import Rose, azimuths_of, rose_of, weights_of
 from vomstudio.products.net.contents import OKABE_ITO
 from vomstudio.products.net.style import PRINT, NetStyle, layer, mixed
 from vomstudio.products.net.table_net import members_of
+from vomstudio.products.net.written_figure import write_figure
 from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
@@ -110,16 +111,11 @@ def write_roses(
     dpi: float = 300.0,
 ) -> None:
     """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=figure_size(contents), dpi=dpi)
-    FigureCanvasAgg(figure)
-    draw_roses(figure, contents, style)
-    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
-    with rc_context({"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}):
-        figure.savefig(target, format=format, dpi=dpi, facecolor=style.paper, metadata=metadata)
+    width, height = figure_size(contents)
+    write_figure(
+        target, lambda figure: draw_roses(figure, contents, style),
+        format=format, size_mm=(25.4 * width, 25.4 * height), paper=style.paper, dpi=dpi,
+    )  # fmt: skip
 
 
 def figure_size(contents: RoseContents) -> tuple[float, float]:

@@ -16,10 +16,12 @@ import numpy as np
 
 from vomstudio.geology.profiles import PROFILES, Thresholds
 from vomstudio.products.net.style import PRINT, NetStyle
+from vomstudio.products.net.written_figure import sizes_of, write_figure
 from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SIZE_MM = (120.0, 100.0)
 _LOOKS = {
@@ -41,22 +43,14 @@ def write_shapes(
 ) -> int:
     """Writes the figure of rows of the orientation table as svg, pdf or png; how many planes it
     shows: those whose shape is known."""
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(SIZE_MM[0] / 25.4, SIZE_MM[1] / 25.4), dpi=dpi)
-    FigureCanvasAgg(figure)
-    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[format]
-    with rc_context({
-        "svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio",
-        "font.size": style.font_pt, "axes.linewidth": style.line_pt,
-    }):  # fmt: skip
-        figure.set_facecolor(style.paper)
-        axes = figure.add_axes((0.13, 0.13, 0.83, 0.80))
-        shown = draw_shapes(axes, rows, style)
-        figure.savefig(target, format=format, dpi=dpi, facecolor=style.paper, metadata=metadata)
-    return shown
+    def draw(figure: Figure) -> int:
+        return draw_shapes(figure.add_axes((0.13, 0.13, 0.83, 0.80)), rows, style)
+
+    return write_figure(
+        target, draw, format=format, size_mm=SIZE_MM, paper=style.paper, dpi=dpi,
+        settings=sizes_of(style),
+    )  # fmt: skip
 
 
 def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle = PRINT) -> int:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
-from vomstudio.products.ortho.tiles import TILE, Grid, Tile, TilePicture, empty
+from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty
 
 Array = npt.NDArray[np.float64]
 
@@ -45,19 +45,12 @@ class CloudSource:
         self._close = max(1, math.ceil(self.hole_m / g / 2))
         # What closes a hole lies so far from it, and what keeps it open as far from that.
         self._halo = 2 * self._close
-        starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
-        where = (self._view, self._reach, grid.left, grid.top, TILE * g, self._halo * g)
-        bin_points(*where, grid.columns, grid.rows, starts, np.empty(0, np.int32))
-        starts = np.cumsum(starts)
-        self._members = np.empty(starts[-1], np.int32)
-        if len(self._members):
-            bin_points(*where, grid.columns, grid.rows, starts[:-1].copy(), self._members)
-        self._starts = starts
+        self._members = Members.of(bin_points, self._view, self._reach, grid, self._halo * g)
 
     def draw(self, tile: Tile) -> TilePicture:
         from vomstudio.products.ortho._splat_kernels import splat
 
-        chosen = self._members[self._starts[tile.number] : self._starts[tile.number + 1]]
+        chosen = self._members.in_tile(tile)
         if not len(chosen):
             return empty(tile)
         g, halo = self._grid.gsd, self._halo

@@ -13,7 +13,7 @@ from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raycast import GridHits, cast_grid, cast_quarters
 from vomstudio.products.ortho.textures import TextureStore, picture_size
-from vomstudio.products.ortho.tiles import TILE, Grid, Tile, TilePicture, empty
+from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -39,14 +39,7 @@ class MeshSource:
         self._faces = for_kernels(mesh.faces, np.int32)
         self._grid = grid
         g = grid.gsd
-        starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
-        where = (self._view, self._faces, grid.left, grid.top, TILE * g, 2 * g)
-        bin_faces(*where, grid.columns, grid.rows, starts, np.empty(0, np.int32))
-        starts = np.cumsum(starts)
-        self._members = np.empty(starts[-1], np.int32)
-        if len(self._members):
-            bin_faces(*where, grid.columns, grid.rows, starts[:-1].copy(), self._members)
-        self._starts = starts
+        self._members = Members.of(bin_faces, self._view, self._faces, grid, 2 * g)
         # Materials count from 1; 0 is what comes before the first.
         every = np.arange(len(self._faces))
         found = np.searchsorted(mesh.material_offsets, every, side="right")
@@ -62,7 +55,7 @@ class MeshSource:
     def draw(self, tile: Tile) -> TilePicture:
         from vomstudio.products.ortho._mesh_kernels import find_edges
 
-        chosen = self._members[self._starts[tile.number] : self._starts[tile.number + 1]]
+        chosen = self._members.in_tile(tile)
         if not len(chosen):
             return empty(tile)
         g = self._grid.gsd

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
@@ -66,6 +67,32 @@ class Tile:
     row: int
     width: int
     height: int
+
+
+@dataclass(frozen=True, eq=False)
+class Members:
+    """What each tile of a grid shows: rows of faces or of points."""
+
+    rows: npt.NDArray[np.int32]
+    starts: npt.NDArray[np.int64]
+
+    @classmethod
+    def of(
+        cls, bin_: Callable[..., None], view: object, what: object, grid: Grid, margin: float
+    ) -> Members:
+        """bin_ : the kernel that bins, of faces (`what` : (m, 3)) or of points (`what` : (n,) their
+        reach, metres); margin : how far beyond a tile what it shows may lie, metres"""
+        starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
+        where = (view, what, grid.left, grid.top, TILE * grid.gsd, margin, grid.columns, grid.rows)
+        bin_(*where, starts, np.empty(0, np.int32))
+        starts = np.cumsum(starts)
+        rows = np.empty(starts[-1], np.int32)
+        if len(rows):
+            bin_(*where, starts[:-1].copy(), rows)
+        return cls(rows, starts)
+
+    def in_tile(self, tile: Tile) -> npt.NDArray[np.int32]:
+        return self.rows[self.starts[tile.number] : self.starts[tile.number + 1]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,63 @@
+"""A figure drawn and written, the same file for the same contents."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, TypeVar
+
+from vomstudio.errors import UsageError
+from vomstudio.products.net.style import NetStyle
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Drawn = TypeVar("Drawn")
+
+FORMATS = ("svg", "pdf", "png")
+_STAMPS: Mapping[str, dict[str, Any]] = {
+    "svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {},
+}  # fmt: skip
+# matplotlib's settings are of the process: two threads that write would change each other's.
+_SETTINGS = threading.Lock()
+
+
+def write_figure(
+    target: str | Path | IO[bytes],
+    draw: Callable[[Figure], Drawn],
+    *,
+    format: str,
+    size_mm: tuple[float, float],
+    paper: str,
+    dpi: float,
+    settings: Mapping[str, Any] | None = None,
+) -> Drawn:
+    """Write what `draw` puts on a figure as svg, pdf or png, without a date or names drawn by
+    chance; text stays text in svg and pdf. Returns what `draw` does.
+
+    settings : matplotlib's, while it is drawn and written
+    Raises UsageError for another format.
+    """
+    if format not in FORMATS:
+        raise UsageError(
+            tr("A figure cannot be written as “{format}”; use svg, pdf or png.", format=format)
+        )
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    kept: Any = {"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}
+    with _SETTINGS, rc_context(kept | dict(settings or {})):
+        figure = Figure(figsize=(size_mm[0] / 25.4, size_mm[1] / 25.4), dpi=dpi)
+        FigureCanvasAgg(figure)
+        figure.set_facecolor(paper)
+        drawn = draw(figure)
+        figure.savefig(target, format=format, dpi=dpi, facecolor=paper, metadata=_STAMPS[format])
+    return drawn
+
+
+def sizes_of(style: NetStyle) -> dict[str, Any]:
+    """matplotlib's sizes in a style, for figures with axes of its own kind."""
+    return {"font.size": style.font_pt, "axes.linewidth": style.line_pt}
