@@ -7,8 +7,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QTimer
-from PySide6.QtGui import QGuiApplication, QPaintEvent
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QFileDialog,
@@ -20,7 +19,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.edit import Edit
 from vomstudio.document.records import Typed
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane, parse_plane
@@ -30,6 +28,7 @@ from vomstudio.io.project.export import write_csv
 from vomstudio.tables.project_table import project_table
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
+from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.analyse.slope_answer import (
     SlopeAnswer,
     SlopeQuestion,
@@ -47,18 +46,15 @@ from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr, tr_n
 
-_SOON_MS = 120
 _FRICTION_DEG = 30.0
 
 
-class SlopesPanel(QWidget):
+class SlopesPanel(SeenPanel):
     """answered : what is shown, None where there is nothing to say"""
 
     def __init__(self, studio: Studio) -> None:
-        super().__init__()
+        super().__init__(studio)
         explain(self, "conventions.md#slopes")
-        self._studio = studio
-        self._stale = True
         self._writing = False
         self._notation = ""
         self._chosen_here: tuple[str, ...] | None = None
@@ -103,10 +99,6 @@ class SlopesPanel(QWidget):
         self.copy = _button("content-copy", tr("Copy as command…"), self._ask_for_table)
         self.figure = _button("image-outline", tr("Figure…"), self._ask_for_figure)
         self._arrange()
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(_SOON_MS)
-        self._timer.timeout.connect(self.refresh)
         studio.project_opened.connect(self._opened)
         studio.settings_changed.connect(self._notation_changed)
         studio.edited.connect(self._edited)
@@ -128,17 +120,6 @@ class SlopesPanel(QWidget):
         column.addWidget(self.results, 1)
 
     # --- when to look again ------------------------------------------------------------------
-    def _soon(self, *_: object) -> None:
-        """Nothing waits where nobody looks: the panel comes up to date when it is painted."""
-        if self.visibleRegion().isEmpty():
-            self._stale = True
-        elif not self._timer.isActive():
-            self._timer.start()
-
-    def _edited(self, edit: Edit) -> None:
-        if self._studio.affected(edit):
-            self._soon()
-
     def _opened(self) -> None:
         """Another project."""
         self._chosen_here = None
@@ -173,17 +154,8 @@ class SlopesPanel(QWidget):
             self._chosen_here = None
             self._soon()
 
-    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
-        super().paintEvent(event)
-        if self._stale:
-            self._soon()
-
     # --- the question ------------------------------------------------------------------------
-    def refresh(self) -> None:
-        """Ask anew, unless nobody sees it."""
-        self._stale = self.visibleRegion().isEmpty()
-        if self._stale:
-            return
+    def show_now(self) -> None:
         self.of.list_groups()
         self._refresh_take()
         question = self._question()

@@ -6,15 +6,14 @@ from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QTimer
-from PySide6.QtGui import QGuiApplication, QPaintEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QTextBrowser, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QTextBrowser, QToolButton, QVBoxLayout
 
-from vomstudio.document.edit import Edit
 from vomstudio.document.records import FeatureType, Typed
 from vomstudio.document.registration_errors import model_of, turns_of
 from vomstudio.errors import VomError
 from vomstudio.ui.analyse.group_box import SELECTED, Choice, GroupBox
+from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.analyse.statistics_words import Rows, domain_rows, fold_rows, statistics_rows
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -26,18 +25,14 @@ if TYPE_CHECKING:
     from vomstudio.geology.folds import FoldAxis
     from vomstudio.geology.orientation import Plane
 
-_SOON_MS = 120
 
-
-class StatisticsPanel(QWidget):
+class StatisticsPanel(SeenPanel):
     """Figures of one group of features. Kinds are never pooled, except where the user selects
     them, and then it is said."""
 
     def __init__(self, studio: Studio) -> None:
-        super().__init__()
+        super().__init__(studio)
         explain(self, "numbers.md#means-and-fold-axes")
-        self._studio = studio
-        self._stale = True
         self.of = GroupBox(studio)
         self.of.setAccessibleName(tr("Statistics of"))
         self.of.activated.connect(lambda _: self.refresh())
@@ -61,41 +56,17 @@ class StatisticsPanel(QWidget):
         column.setSpacing(0)
         column.addLayout(row)
         column.addWidget(self.figures, 1)
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(_SOON_MS)
-        self._timer.timeout.connect(self.refresh)
         studio.project_opened.connect(self._soon)
         studio.settings_changed.connect(self._soon)
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(lambda _: self._selected())
         self._soon()
 
-    def _soon(self) -> None:
-        """Nothing waits where nobody looks: the panel comes up to date when it is painted."""
-        if self.visibleRegion().isEmpty():
-            self._stale = True
-        elif not self._timer.isActive():
-            self._timer.start()
-
-    def _edited(self, edit: Edit) -> None:
-        if self._studio.affected(edit):
-            self._soon()
-
     def _selected(self) -> None:
         if self.of.choice() == SELECTED:
             self._soon()
 
-    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
-        super().paintEvent(event)
-        if self._stale:
-            self._soon()
-
-    def refresh(self) -> None:
-        """Anew, unless nobody sees it."""
-        self._stale = self.visibleRegion().isEmpty()
-        if self._stale:
-            return
+    def show_now(self) -> None:
         self.of.list_groups()
         features = self.of.features()
         pages = [*self._of_kind(features, "plane"), *self._of_kind(features, "line")]
