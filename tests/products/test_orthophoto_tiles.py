@@ -14,7 +14,7 @@ import rasterio
 from tests.marked import UTM
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.products.ortho import mesh_picture, orthophoto, tiles
+from vomstudio.products.ortho import orthophoto, tiles
 from vomstudio.products.ortho.drawn_tiles import drawn_tiles
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
@@ -97,7 +97,7 @@ def test_the_share_of_a_picture_that_shows_the_model_is_counted_over_its_tiles(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A level right triangle, in its square: a half, and the pixels on its edge."""
-    for module in (tiles, orthophoto, mesh_picture):
+    for module in (tiles, orthophoto):
         monkeypatch.setattr(module, "TILE", 32)
     corners = UTM + np.array([(0, 0, 0), (10, 0, 0), (0, 10, 0)], float)
     mesh = Mesh(corners, np.array([[0, 1, 2]], np.int32))
