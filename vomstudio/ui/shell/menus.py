@@ -46,8 +46,9 @@ MENUS = (
         "delete_vertex", "|", "+of_tools", "feature_types", "update_surroundings")),
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
-        "intersection_of_sets", "|", "propose_sets", "|", "orthophoto", "|", "verdict_profile",
-        "|", "copy_net", "show_stereonet")),
+        "intersection_of_sets", "|", "propose_sets", "count_fractures", "fault_displacement", "|",
+        "orthophoto", "elevation_model", "section", "|", "verdict_profile", "|", "copy_net",
+        "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip
