@@ -17,6 +17,7 @@ from tests import driver
 from tests.driver import LEFT, NONE, wait
 from vomstudio.cli.entry import main
 from vomstudio.document import edits
+from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.ui.analyse.elevation_panel import ElevationPanel
 from vomstudio.ui.analyse.section_panel import SectionPanel
@@ -114,7 +115,8 @@ def test_a_line_drawn_on_the_outcrop_is_the_line_of_the_section(
     wait(lambda: panel.line is not None, "the line")
     settle(panel)
     assert panel.answered is not None, panel.said.text()
-    assert np.abs(panel.line[:, :2] - clicked[:, :2]).max() < 0.2
+    (drawn,) = window.studio.session.of(Dimension)
+    assert np.array_equal(panel.line, window.studio.measured([drawn.id])[drawn.id].points)
     length = np.hypot(*np.diff(panel.line[:, :2], axis=0).T).sum()
     along = np.concatenate([line[:, 0] for line in panel.answered.cut.lines])
     assert along.min() >= -1e-9

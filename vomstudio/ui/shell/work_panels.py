@@ -20,7 +20,9 @@ Make = Callable[[Studio], QWidget]
 
 def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
     """Name of the dock, title and maker of each; they scroll. view : from which planes are taken"""
+    from vomstudio.ui.analyse.displacement_panel import DisplacementPanel
     from vomstudio.ui.analyse.elevation_panel import ElevationPanel
+    from vomstudio.ui.analyse.fractures_panel import FracturesPanel
     from vomstudio.ui.analyse.section_panel import SectionPanel
     from vomstudio.ui.analyse.sets_panel import SetsPanel
     from vomstudio.ui.analyse.slopes_panel import SlopesPanel
@@ -32,6 +34,9 @@ def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
         ("sets", to_translate("Sets"), SetsPanel),
         ("slopes", to_translate("Slopes"), SlopesPanel),
         ("section", to_translate("Section"), lambda studio: SectionPanel(studio, view.direction)),
+        ("fractures", to_translate("Fractures"),
+         lambda studio: FracturesPanel(studio, view.direction)),
+        ("displacement", to_translate("Displacement"), DisplacementPanel),
         ("elevation", to_translate("Elevation model"),
          lambda studio: ElevationPanel(studio, view.direction)),
         ("compare", to_translate("Compare"), ComparePanel),
