@@ -63,6 +63,20 @@ def read_in_world(
     return WorldModel(moved(loaded.data, frame.to_world()), crs, metric, loaded.warnings, loaded)
 
 
+def read_beside(
+    path: str | Path, progress: Progress | None = None, project: str | Path | None = None
+) -> WorldModel:
+    """The model that another one is held against: as it stands in the project where that has it,
+    else as its file says. Raises as `read_in_world`."""
+    if project is None:
+        return read_in_world(path, progress)
+    loaded = read_model(path, progress)
+    models = _models_of(project)
+    if any(model.content_hash == loaded.content_hash for model in models):
+        return as_in_project(loaded, model_in(project, loaded))
+    return read_in_world(path, progress)
+
+
 def check_place(declared: DeclaredFrame, project: str | Path | None) -> None:
     """Raises UsageError where a model would stand in two ways."""
     if project is None or declared == DeclaredFrame():
@@ -77,11 +91,7 @@ def check_place(declared: DeclaredFrame, project: str | Path | None) -> None:
 def model_in(project: str | Path, loaded: LoadedModel) -> Model:
     """The record of a file's model in a project, which may be open in a window. Raises InputError
     for what is no project, UsageError where it does not have this model."""
-    from vomstudio.io.project.folder import project_folder
-    from vomstudio.io.project.journal import read_replay
-
-    records = read_replay(project_folder(Path(project))).records
-    models = [record for record in records.values() if isinstance(record, Model)]
+    models = _models_of(project)
     same = [model for model in models if model.content_hash == loaded.content_hash]
     if not same:
         raise UsageError(
@@ -94,6 +104,14 @@ def model_in(project: str | Path, loaded: LoadedModel) -> Model:
         )
     named = [model for model in same if Path(model.path).name == loaded.path.name]
     return (named or same)[0]
+
+
+def _models_of(project: str | Path) -> list[Model]:
+    from vomstudio.io.project.folder import project_folder
+    from vomstudio.io.project.journal import read_replay
+
+    records = read_replay(project_folder(Path(project))).records
+    return [record for record in records.values() if isinstance(record, Model)]
 
 
 def as_in_project(loaded: LoadedModel, model: Model) -> WorldModel:

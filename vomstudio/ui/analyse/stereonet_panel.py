@@ -40,6 +40,8 @@ from vomstudio.ui.analyse.contour_button import ContourButton
 from vomstudio.ui.analyse.net_canvas import DPI, DrawnNet, NetCanvas, NetThread, Wanted
 from vomstudio.ui.analyse.net_sets import Groups, alike, on_the_net, proposed_sets, sets_of
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.copied_command import CopyCommandButton, Word
+from vomstudio.ui.common.copied_planes import beside, copy_with_table
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
@@ -98,6 +100,9 @@ class StereonetPanel(QWidget):
         self._export.setDefaultAction(export)
         self.propose = QToolButton()
         self.propose.setDefaultAction(propose)
+        self.command = CopyCommandButton(
+            self._copy_command, tr("keep what is shown as a table, and copy the command")
+        )
         self._groups: Groups | None = None
         self._under = ElidedLabel()
         self._under.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -106,7 +111,7 @@ class StereonetPanel(QWidget):
         row.setContentsMargins(4, 2, 4, 2)
         row.addWidget(self._projection)
         toggles = (self._circles, self._poles, self._means, self._beta)
-        for button in (*toggles, self.contours, self.propose, self._export):
+        for button in (*toggles, self.contours, self.propose, self._export, self.command):
             row.addWidget(button)
         row.addWidget(self._under, 1)
         layout = QVBoxLayout(self)
@@ -188,16 +193,21 @@ class StereonetPanel(QWidget):
             self._soon()
 
     # --- drawing -----------------------------------------------------------------------------
-    def contents(self) -> NetContents:
-        """The visible planes and lines: one group for each feature type and set, and within it for
-        planes, lines and compass readings."""
+    def _shown(self) -> list[Typed]:
+        """The features that are visible and stand on a net."""
         studio = self._studio
         shown = {kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)}
-        features = [
+        return [
             f
             for f in studio.session.records.once(on_the_net)
             if shown.get(f.type_id, True) and studio.visible(f.id)
         ]
+
+    def contents(self) -> NetContents:
+        """The visible planes and lines: one group for each feature type and set, and within it for
+        planes, lines and compass readings."""
+        studio = self._studio
+        features = self._shown()
         measured = studio.measured(f.id for f in features)
         turned = turns_of(model_of(studio.records, f) for f in features)
         turns = {f.id: row for row, f in enumerate(features)}, turned
@@ -236,6 +246,23 @@ class StereonetPanel(QWidget):
             notation=studio.settings.notation,
             compact=True,
         )
+
+    def _copy_command(self) -> None:
+        """Of the planes and lines that are shown, as the net shows them."""
+        ids = [f.id for f in self._shown()]
+        contouring, method = self.contours.contouring, self.contours.method
+        how: list[Word | tuple[str, Word]] = [
+            ("--projection", str(self._projection.currentData())), ("--set", "kind"),
+        ]  # fmt: skip
+        if method is not None:
+            how.append(("--contour", method))
+            how.append("--filled" if contouring.filled else "--no-filled")
+            how += ["--each-set"] if contouring.each_set else []
+            how += [] if method == "schmidt" else [("--sigma", contouring.sigma)]
+        copy_with_table(
+            self, self._studio, "net.csv", ids,
+            lambda path: ["stereonet", path, *how, ("-o", beside(path, "svg")), "--force"],
+        )  # fmt: skip
 
     def for_print(self) -> NetContents:
         """The contents for a printed figure: with a title, and without selection."""

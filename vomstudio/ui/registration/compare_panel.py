@@ -36,6 +36,7 @@ from vomstudio.jobs.registration_tasks import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import current_model, start_folder
+from vomstudio.ui.common.copied_command import CopyCommandButton, Word, copy_command
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
@@ -96,6 +97,7 @@ class ComparePanel(QWidget):
         self.start.clicked.connect(self._start_or_stop)
         self.export = QPushButton(theme.icon("export"), tr("Export PLY…"))
         self.export.clicked.connect(self._ask_for_file)
+        self.copy = CopyCommandButton(self._copy_command, tr("the command that compares these two"))
         self.said = hint_label()
         self.figures = QLabel()
         self.figures.setObjectName("compare_figures")
@@ -123,6 +125,7 @@ class ComparePanel(QWidget):
         row = QHBoxLayout()
         row.addWidget(self.start)
         row.addWidget(self.export)
+        row.addWidget(self.copy)
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(form)
@@ -179,6 +182,7 @@ class ComparePanel(QWidget):
         self.start.setToolTip(why or "")
         self.export.setEnabled(self.held is not None and not busy)
         self.export.setToolTip("" if self.held is not None else tr("Compare two models first."))
+        self.copy.allow(self._why_not())
         other = self.other.current()
         self.agreement.show_models(
             "" if self._model is None else self._model.id, "" if other is None else other.id
@@ -201,6 +205,23 @@ class ComparePanel(QWidget):
         if self.other.current() is None:
             return tr("Choose the benchmark: another model of the project, or a file.")
         return None
+
+    # --- the command -------------------------------------------------------------------------
+    def _copy_command(self) -> None:
+        model, other = self._model, self.other.current()
+        path = None if model is None else self._studio.project.find_model(model)
+        if model is None or path is None or other is None:
+            return
+        words: list[Word | tuple[str, Word]] = [
+            "compare", path, other.path, ("--project", self._studio.project.folder)
+        ]  # fmt: skip
+        if self.method.currentIndex() == 1:
+            words.append(("--m3c2", self.radius.value()))
+            typed = parse_number(self.error.text()) if self.error.text().strip() else None
+            error = self._error_of(model) if typed is None else typed
+            if error is not None:
+                words.append(("--registration-error", float(error)))
+        copy_command(self._studio, words)
 
     # --- the job -----------------------------------------------------------------------------
     def _start_or_stop(self) -> None:

@@ -47,12 +47,13 @@ def work_commands(
     studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
 ) -> list[Command]:
     """parent : of the dialogs"""
-    from vomstudio.ui.analyse import panel_commands, profile_dialog, sets_panel
+    from vomstudio.ui.analyse import fit_commands, panel_commands, profile_dialog, sets_panel
     from vomstudio.ui.registration import commands as registration_commands
 
     return [
         profile_dialog.command(studio, dialogs, parent),
         sets_panel.command(studio, workspaces, docks),
         *panel_commands.commands(studio, workspaces, docks),
+        *fit_commands.commands(studio, parent),
         *registration_commands.commands(studio, dialogs, workspaces, docks, parent),
     ]
