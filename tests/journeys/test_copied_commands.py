@@ -128,7 +128,7 @@ def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, p
     studio = window.studio
     model = studio.records[model_id]
     frame = replace(model.frame, unit_m=2.0)
-    assert studio.attempt(edits.set_frame, model_id, frame)
+    assert studio.attempt(edits.declare_frame, model_id, frame)
     window.view.look(300.0, 20.0)
     wait(lambda: window.viewport.still, "the camera's rest")
     window.actions_table.run("orthophoto")
@@ -192,7 +192,7 @@ def test_a_comparison(window, model_id, told, outcrop, tmp_path) -> None:
     driver.declare(window)
     (other,) = (m for m in studio.session.of(Model) if m.id != model_id)
     # A centimetre a unit: only the project knows.
-    assert studio.attempt(edits.set_frame, other.id, replace(other.frame, unit_m=1.0))
+    assert studio.attempt(edits.declare_frame, other.id, replace(other.frame, unit_m=1.0))
     studio.selection.set([model_id])
     panel.refresh()
     box = panel.other.models
@@ -237,5 +237,8 @@ def test_a_registration_by_points(window, model_id, told, picks) -> None:
     wait(lambda: panel.placed is not None, "the placement")
     press(panel.copy)
     found = told()
-    assert np.array(found["matrix"]) == pytest.approx(np.array(panel.placed.matrix), abs=1e-9)
+    places = np.array([[*p[0], 1.0] for p in list(picks.values())[:5]])
+    moved = [places @ np.array(m).T for m in (found["matrix"], panel.placed.matrix)]
+    # Far from the origin a matrix has fewer digits than what it does to the model.
+    assert np.abs(moved[0] - moved[1]).max() < 1e-6
     assert [p["label"] for p in found["check"]] == ["P4"]
