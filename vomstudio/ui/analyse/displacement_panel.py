@@ -30,19 +30,19 @@ from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.copied_command import (
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Word,
     Words,
     copy_with_file,
     numbers_text,
 )
-from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.line_field import LineField
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.taken_plane import TakenPlane
-from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.forms.line_field import LineField
+from vomstudio.ui.forms.taken_plane import TakenPlane
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr
 

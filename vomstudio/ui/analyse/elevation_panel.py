@@ -30,19 +30,19 @@ from vomstudio.ui.analyse.elevation_view import ElevationView
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import start_folder
-from vomstudio.ui.common.copied_command import (
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import file_field, narrow_form
+from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Words,
     copy_command,
     model_words,
 )
-from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.form_beside import FormBeside
-from vomstudio.ui.common.model_box import ModelBox
-from vomstudio.ui.common.plane_field import PlaneField, ViewDirection
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import file_field, narrow_form
+from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.forms.model_box import ModelBox
+from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.running_jobs import RunningJob

@@ -12,8 +12,8 @@ from vomstudio.document.records import Feature, Picked
 from vomstudio.errors import VomError
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.common.actions import Command
-from vomstudio.ui.common.copied_command import Word, Words, copy_with_file, numbers_text
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.forms.copied_command import Word, Words, copy_with_file, numbers_text
 from vomstudio.words import tr
 
 

@@ -108,8 +108,8 @@ def mark_of(counted_in: str, place: tuple[float, ...]) -> Mark | None:
 def answer(question: FractureQuestion) -> FractureAnswer | VomError:
     """In a thread: what `vomstudio fractures` says of these traces on their face."""
     from vomstudio.geology.fractures.network import Counted
-    from vomstudio.products.fractures.face import face_of, on_face
     from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
+    from vomstudio.products.section.trace_map import face_of, on_face
 
     q = question
     try:

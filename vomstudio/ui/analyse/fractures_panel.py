@@ -49,19 +49,19 @@ from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.copied_command import (
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Word,
     Words,
     copy_with_file,
     numbers_text,
 )
-from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.form_beside import FormBeside
-from vomstudio.ui.common.plane_field import PlaneField, ViewDirection
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.words import tr
 
@@ -232,7 +232,7 @@ class FracturesPanel(SeenPanel):
         line = self._selected_line()
         if line is None or self.answered is None:
             return
-        from vomstudio.products.fractures.face import on_face
+        from vomstudio.products.section.trace_map import on_face
 
         (flat,) = on_face([line], self.answered.face)
         self.place.setText(", ".join(f"{v:.3f}" for v in flat.ravel().tolist()))
@@ -393,7 +393,7 @@ class FracturesPanel(SeenPanel):
         answered = self.answered
         if answered is None or answered.mapped is None:
             return
-        from vomstudio.products.fractures.face import write_map
+        from vomstudio.products.section.trace_map import write_map
 
         traces = answered.question.traces
 
@@ -414,7 +414,7 @@ class FracturesPanel(SeenPanel):
 def words_of(answered: FractureAnswer, traces: Path) -> Words:
     """The command that says the same. traces : their GeoPackage, with what they are counted in
     beside it"""
-    from vomstudio.products.fractures.face import map_files
+    from vomstudio.products.section.trace_map import map_files
 
     q, counted = answered.question, answered.counted
     options: list[tuple[str, Word]] = []

@@ -35,18 +35,18 @@ from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrt
 from vomstudio.products.ortho import orthophoto, planning, view_directions
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.ui.common.command_targets import current_model, start_folder
-from vomstudio.ui.common.copied_command import (
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.long_boxes import make_room_for_text
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import ComboBox, file_field
+from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Word,
     copy_command,
     model_words,
     numbers_text,
 )
-from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.long_boxes import make_room_for_text
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, file_field
 from vomstudio.ui.scene.view_panel import ViewPanel
 from vomstudio.words import tr, tr_n
 

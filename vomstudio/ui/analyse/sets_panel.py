@@ -34,13 +34,13 @@ from vomstudio.ui.analyse.set_candidates import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.background_reading import NewestResult
-from vomstudio.ui.common.copied_command import CopyCommandButton
-from vomstudio.ui.common.copied_planes import beside, copy_with_table, options
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import degrees, length, number
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.common.window_protocols import Docks
+from vomstudio.ui.forms.copied_command import CopyCommandButton
+from vomstudio.ui.forms.copied_planes import beside, copy_with_table, options
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.registration.commands import Workspaces
 from vomstudio.words import tr

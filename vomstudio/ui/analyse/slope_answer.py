@@ -11,7 +11,7 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, Record
 from vomstudio.errors import VomError
 from vomstudio.geology.slopes import SlopeFace
-from vomstudio.ui.common.copied_command import Words
+from vomstudio.ui.forms.copied_command import Words
 
 if TYPE_CHECKING:
     from vomstudio.geology.orientation_rows import OrientationRows

@@ -35,11 +35,11 @@ from vomstudio.ui.analyse.slope_answer import (
 from vomstudio.ui.analyse.slope_results import SlopeResults
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.copied_command import CopyCommandButton
-from vomstudio.ui.common.copied_planes import copy_with_table
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.forms.copied_command import CopyCommandButton
+from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr, tr_n
 

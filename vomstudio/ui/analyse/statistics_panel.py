@@ -16,11 +16,11 @@ from vomstudio.ui.analyse.group_box import SELECTED, Choice, GroupBox
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.analyse.statistics_words import Rows, domain_rows, fold_rows, statistics_rows
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.copied_command import CopyCommandButton
-from vomstudio.ui.common.copied_planes import copy_with_table
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.forms.copied_command import CopyCommandButton
+from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.words import tr
 
 if TYPE_CHECKING:

@@ -40,12 +40,12 @@ from vomstudio.ui.analyse.contour_button import ContourButton
 from vomstudio.ui.analyse.net_canvas import DPI, DrawnNet, NetCanvas, NetThread, Wanted
 from vomstudio.ui.analyse.net_sets import Groups, alike, on_the_net, proposed_sets, sets_of
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.copied_command import CopyCommandButton, Word
-from vomstudio.ui.common.copied_planes import beside, copy_with_table
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
+from vomstudio.ui.forms.copied_command import CopyCommandButton, Word
+from vomstudio.ui.forms.copied_planes import beside, copy_with_table
 from vomstudio.words import tr
 
 _MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "pentagon": "p",

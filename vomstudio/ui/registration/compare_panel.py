@@ -36,11 +36,11 @@ from vomstudio.jobs.registration_tasks import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import current_model, start_folder
-from vomstudio.ui.common.copied_command import CopyCommandButton, Word, copy_command
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.registration.agreement_table import AgreementTable
 from vomstudio.ui.registration.histogram import Histogram, counts_of

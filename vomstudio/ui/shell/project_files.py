@@ -20,9 +20,9 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import current_model, start_folder
-from vomstudio.ui.common.copied_command import copy_command
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.forms.copied_command import copy_command
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog
 from vomstudio.words import to_translate, tr, tr_n

@@ -27,10 +27,10 @@ from vomstudio.tools.control import ControlTool
 from vomstudio.ui.common import file_filters, theme
 from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.command_targets import current_model, start_folder
-from vomstudio.ui.common.copied_command import CopyCommandButton, copy_with_file
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_with_file
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.interpret.tool_panels.control_map import ControlMap, MapPoint
 from vomstudio.ui.interpret.tool_panels.control_table import LABEL, TICK, ControlTable

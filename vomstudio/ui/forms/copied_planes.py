@@ -7,8 +7,8 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.ui.common.copied_command import Words, copy_with_file
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.forms.copied_command import Words, copy_with_file
 
 
 def copy_with_table(
