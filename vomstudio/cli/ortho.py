@@ -20,7 +20,7 @@ from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.document.records import Matrix
+    from vomstudio.document.records import Matrix, UpAxis
     from vomstudio.geology.table_folds import TableFold
     from vomstudio.io.models.reader import LoadedModel
 
@@ -156,7 +156,7 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
         return _Place(model.to_world, crs, frame.has_north, frame.has_metres)
     stated = loaded.unit_m or 1.0
     unit = stated if args.unit is None else args.unit
-    up = args.up or "z"
+    up: UpAxis = args.up or "z"
     return _Place(
         Frame(unit_m=unit, up_axis=up).to_world(),
         # Other axes or units than the file's are no longer coordinates of its CRS.

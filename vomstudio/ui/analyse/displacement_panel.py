@@ -264,7 +264,7 @@ class DisplacementPanel(SeenPanel):
         wrong = tr("The error of the points is a length in metres.")
         if self.sigma.text().strip():
             return self._number(self.sigma, wrong)
-        scatter = [m.fit.rms for m in traces if m.fit is not None]
+        scatter = [m.fit.rms or 0.0 for m in traces if m.fit is not None]
         scatter += [m.resolution_m or 0.0 for m in traces]
         return max(scatter, default=0.0)
 

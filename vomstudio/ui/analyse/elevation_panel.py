@@ -142,7 +142,7 @@ class ElevationPanel(QWidget):
         self._model_chosen()
 
     def _model_chosen(self, *_: object) -> None:
-        model = self.model.model()
+        model = self.model.chosen_model()
         cloud = model is not None and self._is_cloud(model)
         self.limit.setEnabled(cloud)
         if not self.target.isModified() and model is not None:
@@ -166,7 +166,7 @@ class ElevationPanel(QWidget):
 
     def why_not(self) -> str | None:
         """None where it can be made now."""
-        model = self.model.model()
+        model = self.model.chosen_model()
         if model is None:
             return tr("open a model first")
         if self._studio.project.find_model(model) is None:
@@ -208,7 +208,7 @@ class ElevationPanel(QWidget):
 
     def order(self) -> ElevationOrder | None:
         """None where it cannot be made."""
-        model = self.model.model()
+        model = self.model.chosen_model()
         if model is None or self.why_not() is not None:
             return None
         path = self._studio.project.find_model(model)
@@ -239,7 +239,7 @@ class ElevationPanel(QWidget):
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
             return
-        asked, model = self.order(), self.model.model()
+        asked, model = self.order(), self.model.chosen_model()
         if asked is None or model is None:
             return
         from vomstudio.products.elevation.writing import outputs_of
@@ -323,7 +323,7 @@ class ElevationPanel(QWidget):
             copy_command(self._studio, words)
 
     def words(self) -> Words | None:
-        asked, model = self.order(), self.model.model()
+        asked, model = self.order(), self.model.chosen_model()
         place = None if model is None else model_words(self._studio, model)
         if asked is None or place is None:
             return None

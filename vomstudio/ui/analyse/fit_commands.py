@@ -3,12 +3,13 @@ command that fits them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.document.kind import planes_among
-from vomstudio.document.records import Feature, Picked
+from vomstudio.document.records import Picked
 from vomstudio.errors import VomError
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.common.actions import Command
@@ -34,7 +35,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
     ]  # fmt: skip
 
 
-def fitted(studio: Studio) -> list[Feature]:
+def fitted(studio: Studio) -> Sequence[Picked]:
     """The selected ones whose planes rest on picked points, else all of them."""
     records = studio.records
     chosen = [f for f in planes_among(records, studio.selection.ids) if isinstance(f, Picked)]
@@ -80,7 +81,7 @@ def copy_fit(studio: Studio, parent: QWidget) -> None:
     def words(path: Path) -> Words:
         found: list[Word | tuple[str, Word]] = ["fit", path, ("--by", "id")]
         if len(methods) == 1:
-            found.append(("--method", *methods))
+            found.append(("--method", str(next(iter(methods)))))
         return found
 
     copy_with_file(parent, studio, "points.csv", write, words)

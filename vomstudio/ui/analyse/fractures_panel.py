@@ -25,7 +25,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.figures import Subject
 from vomstudio.document.kinds import kind_of
-from vomstudio.document.records import FeatureType, Picked, Record, Typed
+from vomstudio.document.records import FeatureType, Picked, Record, Typed, get_feature
 from vomstudio.document.registration_errors import model_of
 from vomstudio.errors import VomError
 from vomstudio.ui.analyse.drawing_view import DrawingView
@@ -293,7 +293,9 @@ class FracturesPanel(SeenPanel):
             if field.text().strip() and (value is None or not least <= value < math.inf):
                 return tr("The tolerance is a length in metres, the cap a weight of 1 or more.")
             lengths.append(value)
-        models = [model_of(self._studio.records, self._studio.records[t.id]) for t in traces]
+        models = [
+            model_of(self._studio.records, get_feature(self._studio.records, t.id)) for t in traces
+        ]
         return FractureQuestion(
             traces, plane, self._counted(), place, lengths[0] or 0.0, lengths[1],
             all(m is None or m.frame.has_metres for m in models),

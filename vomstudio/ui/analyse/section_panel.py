@@ -220,7 +220,8 @@ class SectionPanel(SeenPanel):
             corners = np.array([[(low, high)[k][a] for a, k in enumerate(ijk)]
                                 for ijk in np.ndindex(2, 2, 2)])  # fmt: skip
             world = transform.apply(model.to_world, corners)
-            return np.round((world.min(axis=0) + world.max(axis=0)) / 2, 3)
+            middle: Array = np.round((world.min(axis=0) + world.max(axis=0)) / 2, 3)
+            return middle
         values = [parse_number(word) for word in text.replace(";", ",").split(",")]
         if len(values) != 3 or any(v is None or not math.isfinite(v) for v in values):
             return tr("Give the point as x, y, z in metres, such as {example}.",
@@ -242,7 +243,7 @@ class SectionPanel(SeenPanel):
 
     def _question(self) -> SectionQuestion | str:
         """Or why there is none."""
-        studio, model = self._studio, self.model.model()
+        studio, model = self._studio, self.model.chosen_model()
         if model is None:
             return tr("Open a model first.")
         path = studio.project.find_model(model)
@@ -333,7 +334,7 @@ class SectionPanel(SeenPanel):
             else tr("Select a trace or a measured polyline first.")
         )
         self.take_through.setEnabled(self._selected_feature() is not None)
-        model = self.model.model() if self._studio.has_project else None
+        model = self.model.chosen_model() if self._studio.has_project else None
         cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
         self.slab.setEnabled(cloud)
 
@@ -399,7 +400,7 @@ class SectionPanel(SeenPanel):
 
     def words(self, profile: Path | None) -> Words | None:
         """profile : the file of the line"""
-        model, answered = self.model.model(), self.answered
+        model, answered = self.model.chosen_model(), self.answered
         place = None if model is None else model_words(self._studio, model)
         if place is None or answered is None:
             return None
