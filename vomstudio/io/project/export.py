@@ -39,7 +39,9 @@ def export_project(
         return _exported(folder, format_, out, with_map=with_map, force=force)
 
 
-def _exported(folder: Path, format_: str, out: Path, *, with_map: bool, force: bool) -> ProjectTable:
+def _exported(
+    folder: Path, format_: str, out: Path, *, with_map: bool, force: bool
+) -> ProjectTable:
     from vomstudio.io.project.journal import own_files, read_replay
 
     _check_format(format_)
