@@ -16,12 +16,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from vomstudio.errors import TargetError
+from vomstudio.files.disk_troubles import not_written
 from vomstudio.files.inside import check_beside, check_in_project
 from vomstudio.words import tr
 
-_DISK_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-_FORBIDDEN = {errno.EACCES, errno.EPERM, errno.EROFS}
-_OF_THE_TARGET = _DISK_FULL | _FORBIDDEN | {errno.EIO, errno.ENAMETOOLONG, errno.ENOENT}
+_OF_THE_TARGET = {
+    errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EIO,
+    errno.ENAMETOOLONG, errno.ENOENT,
+}  # fmt: skip
 
 
 def check_target(
@@ -44,7 +46,7 @@ def check_target(
     except FileNotFoundError:
         mode = None
     except (OSError, RuntimeError, ValueError) as error:
-        raise _target_error(shown, error) from error
+        raise not_written(shown, error) from error
     parent = target.parent
     if not parent.is_dir():
         said = (
@@ -115,7 +117,7 @@ def atomic_group(
             try:
                 os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
             except OSError as error:
-                raise _target_error(shown, error) from error
+                raise not_written(shown, error) from error
         shown = Path(paths[0])
         yield temporaries
         for temporary in temporaries:
@@ -123,7 +125,7 @@ def atomic_group(
         _put_in_place(temporaries, targets, key)
     except OSError as error:
         if error.errno in _OF_THE_TARGET and _is_about(error, *temporaries, *targets):
-            raise _target_error(shown, error) from error
+            raise not_written(shown, error) from error
         raise
     finally:
         for temporary in temporaries:
@@ -188,17 +190,3 @@ def _flush_folder(folder: Path) -> None:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
-
-
-def _target_error(path: Path, error: OSError | RuntimeError | ValueError) -> TargetError:
-    number = getattr(error, "errno", None)
-    if number in _DISK_FULL:
-        said = tr("The disk is full. Free some space, or write elsewhere.")
-    elif number in _FORBIDDEN:
-        said = tr("There is no permission to write here. Choose another folder.")
-    elif number == errno.ENAMETOOLONG:
-        said = tr("This name is too long for the file system. Choose a shorter one.")
-    else:
-        reason = getattr(error, "strerror", None) or error
-        said = tr("The file cannot be written ({reason}). Choose another place.", reason=reason)
-    return TargetError(said, file=path)
