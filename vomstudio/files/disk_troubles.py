@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
+import secrets
 import sqlite3
 from pathlib import Path
 
@@ -12,44 +14,55 @@ from vomstudio.words import tr
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _FORBIDDEN = {errno.EACCES, errno.EPERM}
+_UNCLEAR = {0, errno.EIO}
 _LITTLE = 64 * 1024
 """Bytes with which neither a database nor a picture gets anywhere."""
 
 
-def is_full(folder: Path, error: BaseException | None = None) -> bool:
-    """Whether an error says that the disk is full, or the disk of `folder` has no room left."""
-    if getattr(error, "errno", None) in _FULL or _sqlite_code(error) == sqlite3.SQLITE_FULL:
+def is_full(folder: Path, error: BaseException) -> bool:
+    """Whether `error`, met while something was written in `folder`, means that its disk is full."""
+    if _sqlite_code(error) == sqlite3.SQLITE_FULL:
         return True
+    return _number(folder, error) in _FULL
+
+
+def is_read_only(folder: Path, error: BaseException) -> bool:
+    """Whether `error`, met while something was written in `folder`, means that its disk can only
+    be read."""
+    return _number(folder, error) == errno.EROFS
+
+
+def _number(folder: Path, error: BaseException) -> int | None:
+    """The number of a failure. Libraries hardly tell it: the same is tried again."""
+    number = getattr(error, "errno", None)
+    if isinstance(number, int) and number not in _UNCLEAR:
+        return number
+    probe = folder / f".vom-{secrets.token_hex(6)}.part"
     try:
-        found = os.statvfs(folder)
-    except (OSError, AttributeError, ValueError):
-        return False
-    return found.f_blocks > 0 and found.f_bavail * found.f_frsize < _LITTLE
+        with open(probe, "xb", buffering=0) as stream:
+            stream.write(bytes(_LITTLE))
+            os.fsync(stream.fileno())
+    except OSError as again:
+        return again.errno
+    except ValueError:
+        return number
+    finally:
+        with contextlib.suppress(OSError, ValueError):
+            probe.unlink(missing_ok=True)
+    return number
 
 
-def is_read_only(folder: Path, error: BaseException | None = None) -> bool:
-    """Whether an error says that the disk can only be read, or the disk of `folder` can."""
-    if getattr(error, "errno", None) == errno.EROFS:
-        return True
-    if _sqlite_code(error) == sqlite3.SQLITE_READONLY and os.access(folder, os.W_OK):
-        return True
-    try:
-        return bool(os.statvfs(folder).f_flag & os.ST_RDONLY)
-    except (OSError, AttributeError, ValueError):
-        return False
-
-
-def _sqlite_code(error: BaseException | None) -> int:
+def _sqlite_code(error: BaseException) -> int:
     return int(getattr(error, "sqlite_errorcode", 0) or 0) & 0xFF
 
 
 def not_written(path: str | Path, error: BaseException) -> TargetError:
     """The sentence on an output that could not be written: which one, why, and what to do."""
     shown = Path(path)
-    number = getattr(error, "errno", None)
-    if is_full(shown.parent, error):
+    number = _number(shown.parent, error)
+    if number in _FULL or _sqlite_code(error) == sqlite3.SQLITE_FULL:
         said = tr("The disk is full. Free some space, or write elsewhere.")
-    elif is_read_only(shown.parent, error):
+    elif number == errno.EROFS:
         said = tr("The disk can only be read (it is read-only). Choose another folder.")
     elif number in _FORBIDDEN:
         said = tr("There is no permission to write here. Choose another folder.")

@@ -72,6 +72,8 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
     not saved, TargetError where it cannot be written; then nothing has changed."""
     if session.dirty:
         raise DocumentError(tr("Save the project first: what is not saved must stay reachable."))
+    if journal.waits:
+        raise DocumentError(tr("Some steps are in memory only. Save the project elsewhere first."))
     if session.problems:
         raise DocumentError(
             tr(
@@ -91,21 +93,37 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
     return Compacted(taken, numbers, taken.last)
 
 
-def write_anew(new: Path, session: Session, journal: SqliteJournal) -> dict[int, int]:
+def write_anew(
+    new: Path,
+    session: Session,
+    journal: SqliteJournal | None,
+    settings: Mapping[str, Any] | None = None,
+) -> dict[int, int]:
     """A journal of what can be reached and no more; the numbers of its rows by those of before.
+    journal: of before, with times and versions, where it can be read; settings: of now, where not.
     Raises TargetError."""
     remove(new)
     numbers: dict[int, int] = {}
     made = SqliteJournal(new, create=True)
     try:
-        originals = {row.seq: row for row in journal.rows()}
+        originals = {} if journal is None else {row.seq: row for row in journal.rows()}
         for row in _rows(session):
             of_seq = None if row.of is None else numbers[row.of]
             was = originals.get(row.seq)
-            number = made.copy_row(row.kind, of_seq, row.label, row.before, row.after, was)
+            if was is None and row.kind == "do":
+                number = made.append(
+                    "do",
+                    label=row.label,
+                    before=row.before,
+                    after=row.after,
+                    settings=settings,
+                )
+            else:
+                number = made.copy_row(row.kind, of_seq, row.label, row.before, row.after, was)
             if row.kind in ("do", "draft"):
                 numbers[row.seq] = number
-        made.copy_views(journal)
+        if journal is not None:
+            made.copy_views(journal)
     except BaseException:
         made.close()
         remove(new)

@@ -24,7 +24,6 @@ from vomstudio.io.project.journal_ground import (
     NotWritten,
     Trouble,
     copy_database,
-    holds,
     leave_alone,
     trouble_of,
 )
@@ -235,7 +234,7 @@ class SqliteJournal:
     def _returned(self) -> bool:
         """Whether the journal is back as it was left: a drive was plugged in again. Then it is
         open again."""
-        if self._tell is None or not holds(self.path, self._head):
+        if self._tell is None or not self._ground.is_back(self._head):
             return False
         if not self._ground.is_ours():
             try:
@@ -243,6 +242,7 @@ class SqliteJournal:
             except VomError:
                 return False
             leave_alone(self._db, self.path, log_is_ours=False)
+            self._ground.close()
             self._open(create=False)
         self._ground.note()
         return True
@@ -330,6 +330,7 @@ class SqliteJournal:
         trouble = self._ground.trouble(self._head)
         if trouble is not None and trouble.lost:
             leave_alone(self._db, self.path, log_is_ours=self._ground.has_log_of_ours())
+            self._ground.close()
             return
         try:
             self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
@@ -338,6 +339,7 @@ class SqliteJournal:
             # Another reader holds the file: the log stays beside it and is folded in next time.
             pass
         self._db.close()
+        self._ground.close()
 
 
 class _NewRow(NamedTuple):

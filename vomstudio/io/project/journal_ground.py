@@ -41,6 +41,7 @@ class NotWritten(DocumentError):
 
 
 _Stamp = tuple[int, int, int, int]
+_PAGE = 4096
 
 
 class Ground:
@@ -53,11 +54,31 @@ class Ground:
     def __init__(self, path: Path, db: sqlite3.Connection) -> None:
         self._path, self._db = path, db
         self._log = path.with_name(f"{path.name}-wal")
+        self._file_stamp: _Stamp | None = None
+        # Open as long as the database: closing any descriptor of a file gives up the locks that
+        # SQLite has on it in this process.
+        self._descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
         self.note()
+
+    def close(self) -> None:
+        """After the database was closed."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+        self._descriptor = -1
+
+    def _beneath(self) -> bytes:
+        """The first page of the file, without its log."""
+        try:
+            return os.pread(self._descriptor, _PAGE, 0) if hasattr(os, "pread") else b""
+        except OSError:
+            return b""
 
     def note(self) -> None:
         """The files as they are now are ours."""
-        self._file_stamp, self._log_stamp = _stamp(self._path), _stamp(self._log)
+        now = _stamp(self._path)
+        if now != self._file_stamp:
+            self._first_page = self._beneath()
+        self._file_stamp, self._log_stamp = now, _stamp(self._log)
         self._version = _data_version(self._db)
 
     def note_written(self) -> Trouble | None:
@@ -78,7 +99,9 @@ class Ground:
         same = _same_file(self._file_stamp, now) and (
             self._log_stamp is None or _same_file(self._log_stamp, log)
         )
-        if same and holds(self._path, head):
+        # The log hides what is beneath it: an older copy written into the file is not seen through
+        # it until the log is folded in.
+        if same and self._beneath() == self._first_page and holds(self._path, head):
             # Touched, but nothing was written.
             self.note()
             return None
@@ -105,6 +128,11 @@ class Ground:
                 "another program has written to it."
             ),
         )
+
+    def is_back(self, head: Head) -> bool:
+        """Whether the rows up to `head` are at the journal's place, be it in another file."""
+        untouched = not self.is_ours() or self._beneath() == self._first_page
+        return untouched and holds(self._path, head)
 
     def has_log_of_ours(self) -> bool:
         """Whether the log beside the journal is the one that this program wrote."""
