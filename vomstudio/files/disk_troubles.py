@@ -56,6 +56,15 @@ def _sqlite_code(error: BaseException) -> int:
     return int(getattr(error, "sqlite_errorcode", 0) or 0) & 0xFF
 
 
+def reason_of(folder: Path, error: BaseException) -> str:
+    """The cause of a failure in a few words, to stand in brackets."""
+    if is_full(folder, error):
+        return tr("the disk is full")
+    if is_read_only(folder, error):
+        return tr("the disk is read-only")
+    return str(getattr(error, "strerror", None) or error)
+
+
 def not_written(path: str | Path, error: BaseException) -> TargetError:
     """The sentence on an output that could not be written: which one, why, and what to do."""
     shown = Path(path)
@@ -63,7 +72,7 @@ def not_written(path: str | Path, error: BaseException) -> TargetError:
     if number in _FULL or _sqlite_code(error) == sqlite3.SQLITE_FULL:
         said = tr("The disk is full. Free some space, or write elsewhere.")
     elif number == errno.EROFS:
-        said = tr("The disk can only be read (it is read-only). Choose another folder.")
+        said = tr("The disk is read-only. Choose another folder.")
     elif number in _FORBIDDEN:
         said = tr("There is no permission to write here. Choose another folder.")
     elif number == errno.ENAMETOOLONG:

@@ -177,20 +177,18 @@ class Project:
         """Take away rows and files that nothing can reach any more; until the project is closed
         `take_back_compaction` brings them back. Raises DocumentError, TargetError."""
         made = compaction.compact(self.folder, self.session, self.journal)
-        self._take(made.journal)
         self._compacted = made
 
     def take_back_compaction(self) -> None:
         """Raises DocumentError where the project was not compacted since it was opened."""
         if self._compacted is None:
             raise DocumentError(tr("The project was not compacted since it was opened."))
-        self._take(compaction.take_back(self.folder, self.session, self.journal, self._compacted))
+        compaction.take_back(self.folder, self.session, self.journal, self._compacted)
         self._compacted = None
 
     def repair(self) -> Repaired:
         """Write a journal with damaged rows anew. Raises DocumentError, TargetError."""
         made = repair(self.folder, self.session, self.journal)
-        self._take(made.journal)
         self.problems = []
         return made
 
@@ -340,7 +338,7 @@ def _taken_hold(folder: Path) -> tuple[ProjectLock, SqliteJournal]:
         if lock is not None:
             lock.release()
         shutil.rmtree(folder, ignore_errors=True)
-        raise TargetError(error.message, file=folder) from error
+        raise not_written(folder, error.__cause__ or error) from error
 
 
 def _same_disk(one: Path, other: Path) -> bool:

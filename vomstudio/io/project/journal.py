@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from vomstudio.document.journal import Replay, Row, RowKind, replay
 from vomstudio.errors import InputError, TargetError, VomError
@@ -25,14 +25,17 @@ from vomstudio.io.project.journal_ground import (
     Trouble,
     copy_database,
     leave_alone,
+    open_error,
     trouble_of,
+    writing_was_cut_off,
 )
-from vomstudio.io.project.journal_json import dump_json, load_json
+from vomstudio.io.project.journal_json import dump_json
 from vomstudio.io.project.journal_rows import (
     COLUMNS,
     INSERT_ROW,
     SET_HEAD,
     Head,
+    NewRow,
     checksum,
     last_rows,
     read_head,
@@ -82,7 +85,8 @@ class SqliteJournal:
         """Raises InputError where the file is not a journal of ours or is newer than this program,
         TargetError where it cannot be written."""
         self.path = path
-        self._waiting: list[_NewRow] = []
+        self._waiting: list[NewRow] = []
+        self._is_open = False
         self._trouble: Trouble | None = None
         self._tell: Callable[[Trouble | None], object] | None = None
         self._come_back: Callable[[], object] = lambda: None
@@ -114,8 +118,9 @@ class SqliteJournal:
             self._make_durable()
             self._head = read_head(self._db)
             self._ground = Ground(path, self._db)
+            self._is_open = True
         except sqlite3.Error as error:
-            raise _open_error(error, path) from error
+            raise open_error(error, path) from error
 
     def _make_durable(self) -> None:
         try:
@@ -161,7 +166,7 @@ class SqliteJournal:
             version,
             dump_json(settings),
         )
-        row = _NewRow(values, Head(head.rows + 1, seq, checksum(head.checksum, values)))
+        row = NewRow(values, Head(head.rows + 1, seq, checksum(head.checksum, values)))
         try:
             self._commit([*self._waiting, row])
         except NotWritten as error:
@@ -174,8 +179,10 @@ class SqliteJournal:
             self._told(None)
         return seq
 
-    def _commit(self, rows: list[_NewRow]) -> None:
+    def _commit(self, rows: list[NewRow]) -> None:
         """Write these rows, and be sure that they are where the project is. Raises NotWritten."""
+        if not self._is_open:
+            self._open_again()
         if (trouble := self._ground.trouble(self._head)) is not None and not self._returned():
             raise self._not_written(trouble)
         try:
@@ -194,6 +201,20 @@ class SqliteJournal:
         self._waiting = []
         if (trouble := self._ground.note_written()) is not None:
             raise self._not_written(trouble)
+
+    def _open_again(self) -> None:
+        """Raises NotWritten."""
+        expected = self._head
+        try:
+            self._open(create=False)
+        except VomError as error:
+            cause = error.__cause__ if isinstance(error.__cause__, sqlite3.Error) else None
+            trouble = trouble_of(cause or sqlite3.OperationalError(error.message), self.path)
+            raise self._not_written(trouble) from error
+        if self._head != expected:
+            self.close()
+            self._head = expected
+            raise self._not_written(Trouble("replaced", tr("The journal is another one.")))
 
     def _not_written(self, trouble: Trouble) -> NotWritten:
         if self._tell is not None:
@@ -224,7 +245,7 @@ class SqliteJournal:
 
     def trouble(self) -> Trouble | None:
         """Why the next row cannot be written, as far as that is known."""
-        return self._ground.trouble(self._head) or self._trouble
+        return (self._ground.trouble(self._head) if self._is_open else None) or self._trouble
 
     @property
     def waits(self) -> bool:
@@ -322,11 +343,20 @@ class SqliteJournal:
         if not whole:
             raise TargetError(tr("The journal cannot be read to be copied."), file=path)
 
+    def change_over(self, head: Head) -> None:
+        """Go on in the journal that has taken the place of this one, which is closed. Raises as the
+        opening did; then the next row tries it again."""
+        self._head = head
+        self.reopen()
+
     def reopen(self) -> None:
-        """After it was closed, where nothing took its place. Raises as the opening did."""
+        """After it was closed. Raises as the opening did; then the next row tries it again."""
         self._open(create=False)
 
     def close(self) -> None:
+        if not self._is_open:
+            return
+        self._is_open = False
         trouble = self._ground.trouble(self._head)
         if trouble is not None and trouble.lost:
             leave_alone(self._db, self.path, log_is_ours=self._ground.has_log_of_ours())
@@ -340,27 +370,6 @@ class SqliteJournal:
             pass
         self._db.close()
         self._ground.close()
-
-
-class _NewRow(NamedTuple):
-    """The values of a row, and the head of the journal that ends with it."""
-
-    values: tuple[Any, ...]
-    head: Head
-
-    def as_read(self) -> Row:
-        seq, kind, of_seq, label, before, after, time, version, settings = self.values
-        return Row(
-            seq,
-            kind,
-            of_seq,
-            label,
-            load_json(before),
-            load_json(after),
-            time,
-            version,
-            load_json(settings),
-        )
 
 
 def own_files(folder: Path) -> list[Path]:
@@ -391,15 +400,24 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
         )
     _refuse_links(path)
     try:
-        db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
-        db.text_factory = text_of
-        try:
-            schema = _schema_of(db, path)
-            return schema, replay(read_rows(db, path, schema))
-        finally:
-            db.close()
+        return _read_without_hold(path)
     except sqlite3.Error as error:
-        raise _open_error(error, path) from error
+        if not writing_was_cut_off(path, error):
+            raise open_error(error, path) from error
+    try:
+        return _read_without_hold(path)
+    except sqlite3.Error as error:
+        raise open_error(error, path) from error
+
+
+def _read_without_hold(path: Path) -> tuple[int, Replay]:
+    """Raises InputError, sqlite3.Error."""
+    with closing(
+        sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
+    ) as db:
+        db.text_factory = text_of
+        schema = _schema_of(db, path)
+        return schema, replay(read_rows(db, path, schema))
 
 
 def migrate(db: sqlite3.Connection, path: Path, schema: int) -> None:
@@ -478,18 +496,3 @@ def _require_sound(db: sqlite3.Connection, path: Path) -> None:
 
 def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="milliseconds")
-
-
-def _open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
-    words = str(error)
-    if "not a database" in words or "malformed" in words:
-        return InputError(
-            tr("The journal is damaged, or is not a journal. Restore it from a copy."), file=path
-        )
-    if "locked" in words:
-        return InputError(
-            tr("The journal is in use by another program. Close it there first."), file=path
-        )
-    return TargetError(
-        tr("The journal cannot be opened for writing ({reason}).", reason=words), file=path
-    )

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from vomstudio.errors import DocumentError, VomError
+from vomstudio.errors import DocumentError, InputError, TargetError, VomError
 from vomstudio.files.disk_troubles import is_full, is_read_only, not_written
 from vomstudio.files.inside import check_beside
 from vomstudio.io.project.journal_rows import Head, read_head, read_rows, text_of
@@ -149,7 +149,7 @@ def trouble_of(error: sqlite3.Error, path: Path) -> Trouble:
     if is_full(path.parent, error):
         return Trouble("full", tr("The disk of the project is full."))
     if is_read_only(path.parent, error):
-        return Trouble("read-only", tr("The disk of the project can only be read."))
+        return Trouble("read-only", tr("The disk of the project is read-only."))
     return Trouble(
         "failed", tr("The project's journal cannot be written ({reason}).", reason=words)
     )
@@ -169,6 +169,20 @@ def holds(path: Path, head: Head) -> bool:
         return False
 
 
+def writing_was_cut_off(path: Path, error: sqlite3.Error) -> bool:
+    """Whether a reader was refused because a row was begun when the power went, and was taken back
+    just now."""
+    log = path.with_name(f"{path.name}-journal")
+    if getattr(error, "sqlite_errorcode", 0) & 0xFF != sqlite3.SQLITE_READONLY or not log.exists():
+        return False
+    try:
+        with closing(sqlite3.connect(path, timeout=5.0)) as db:
+            db.execute("SELECT count(*) FROM sqlite_master").fetchone()
+    except sqlite3.Error:
+        return False
+    return True
+
+
 def copy_database(db: sqlite3.Connection, path: Path) -> None:
     """A sound copy of everything committed so far. Raises TargetError."""
     check_beside(path)
@@ -178,6 +192,15 @@ def copy_database(db: sqlite3.Connection, path: Path) -> None:
             db.backup(target)
         finally:
             target.close()
+    except sqlite3.Error as error:
+        raise not_written(path, error) from error
+
+
+def head_of(path: Path) -> Head:
+    """Of a journal that is not open. Raises TargetError where it cannot be read."""
+    try:
+        with closing(sqlite3.connect(path)) as db:
+            return read_head(db)
     except sqlite3.Error as error:
         raise not_written(path, error) from error
 
@@ -204,6 +227,21 @@ def leave_alone(db: sqlite3.Connection, path: Path, *, log_is_ours: bool) -> Non
             path.with_name(path.name + ending).unlink(missing_ok=True)
     if reader is not None:
         reader.close()
+
+
+def open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
+    words = str(error)
+    if "not a database" in words or "malformed" in words:
+        return InputError(
+            tr("The journal is damaged, or is not a journal. Restore it from a copy."), file=path
+        )
+    if "locked" in words:
+        return InputError(
+            tr("The journal is in use by another program. Close it there first."), file=path
+        )
+    return TargetError(
+        tr("The journal cannot be opened for writing ({reason}).", reason=words), file=path
+    )
 
 
 def _stamp(path: Path) -> _Stamp | None:

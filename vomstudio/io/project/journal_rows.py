@@ -22,6 +22,27 @@ class Head(NamedTuple):
     checksum: str
 
 
+class NewRow(NamedTuple):
+    """The values of a row, and the head of the journal that ends with it."""
+
+    values: tuple[Any, ...]
+    head: Head
+
+    def as_read(self) -> Row:
+        seq, kind, of_seq, label, before, after, time, version, settings = self.values
+        return Row(
+            seq,
+            kind,
+            of_seq,
+            label,
+            load_json(before),
+            load_json(after),
+            time,
+            version,
+            load_json(settings),
+        )
+
+
 def read_head(db: sqlite3.Connection) -> Head:
     """Of the rows that are there, whatever the head says: new rows follow the last one. A sum that
     was damaged in the head alone must not go into the next row, which would then be blamed."""
