@@ -37,19 +37,24 @@ def _number(folder: Path, error: BaseException) -> int | None:
     number = getattr(error, "errno", None)
     if isinstance(number, int) and number not in _UNCLEAR:
         return number
+    return number_of_failure(folder) or number
+
+
+def number_of_failure(folder: Path) -> int | None:
+    """Why nothing can be written in `folder`, as the system numbers it; None where it can be."""
     probe = folder / f".vom-{secrets.token_hex(6)}.part"
     try:
         with open(probe, "xb", buffering=0) as stream:
             stream.write(bytes(_LITTLE))
             os.fsync(stream.fileno())
-    except OSError as again:
-        return again.errno
+    except OSError as error:
+        return error.errno
     except ValueError:
-        return number
+        return None
     finally:
         with contextlib.suppress(OSError, ValueError):
             probe.unlink(missing_ok=True)
-    return number
+    return None
 
 
 def _sqlite_code(error: BaseException) -> int:

@@ -21,7 +21,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.journal import RowKind
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, TargetError, VomError
-from vomstudio.files.disk_troubles import not_written
+from vomstudio.files.disk_troubles import not_written, reason_of
 from vomstudio.files.inside import make_folder
 from vomstudio.io.project.assets import FOLDER
 from vomstudio.io.project.journal import NAME, SqliteJournal
@@ -222,7 +222,7 @@ def _bring_back_files(folder: Path) -> None:
         raise TargetError(
             tr(
                 "The file cannot be written ({reason}). Check the drive and its rights.",
-                reason=error.strerror,
+                reason=reason_of(folder, error),
             ),
             file=folder / FOLDER,
         ) from error

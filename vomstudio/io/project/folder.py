@@ -19,7 +19,7 @@ from typing import Any
 from vomstudio.document.records import Feature, Mask, Model, Reconstruction
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, InputError, TargetError, VomError
-from vomstudio.files.disk_troubles import not_written
+from vomstudio.files.disk_troubles import not_written, reason_of
 from vomstudio.files.inside import links_of
 from vomstudio.files.lock import ProjectLock
 from vomstudio.files.user_folders import state_folder
@@ -113,7 +113,7 @@ class Project:
             raise TargetError(
                 tr(
                     "The folder cannot be created ({reason}). Choose another place.",
-                    reason=error.strerror,
+                    reason=reason_of(folder.parent, error),
                 ),
                 file=folder,
             ) from error
@@ -393,7 +393,7 @@ def _move_reconstructions(source: Path, target: Path) -> None:
             tr(
                 "The project is saved, but its reconstructions cannot be moved to it "
                 "({reason}). They stay in {source}.",
-                reason=error.strerror,
+                reason=reason_of(target, error),
                 source=source / RECONSTRUCTIONS,
             ),
             file=target,
