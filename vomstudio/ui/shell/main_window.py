@@ -406,12 +406,14 @@ class MainWindow(QMainWindow):
 
     def _refresh(self, *_: object) -> None:
         self.actions_table.refresh()
+        words = {
+            "project": self.files.project_name(),
+            "unsaved": "*" if self.studio.session.dirty else "",
+        }
         self.setWindowTitle(
-            tr(
-                "{project}{unsaved} – VOM Studio",
-                project=self.files.project_name(),
-                unsaved="*" if self.studio.session.dirty else "",
-            )
+            tr("{project}{unsaved} – VOM Studio", **words)
+            if self.studio.workspace.projects.kept
+            else tr("{project}{unsaved} (in memory only) – VOM Studio", **words)
         )
         self._show_start_page()
 
