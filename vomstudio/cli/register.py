@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from vomstudio.workspace.reference_fitting import ReferenceFit
 
 _BESIDE = "beside the model"
-_FEW = 20_000
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -227,14 +226,9 @@ def _solved(evidence: Evidence, loaded: LoadedModel | None) -> Placed:
 
 
 def _extent(loaded: LoadedModel) -> npt.NDArray[np.float64]:
-    """(n, 3) some points of the model, spread over all of it."""
-    import numpy as np
+    from vomstudio.registration.surface_points import some_points
 
-    from vomstudio.geometry.mesh import Mesh
-
-    data = loaded.data
-    points = data.vertices if isinstance(data, Mesh) else data.points
-    return np.asarray(points[:: max(1, len(points) // _FEW)], np.float64)
+    return some_points(loaded.data)
 
 
 def _said_of_move(found: Placed, loaded: LoadedModel | None, crs: str | None) -> list[str]:

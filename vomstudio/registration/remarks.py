@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.bowing import Bowing
+from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import Blunder, chosen
 from vomstudio.registration.observations import Observed, Points
@@ -24,6 +24,8 @@ _WARN_DEG = 1.0
 # One sigma, above which figures mean nothing: it could be turned to any side.
 _ANY_DEG = 90.0
 _WORTH_TELLING_DEG = 0.1
+# What may be, and has not been seen, from edge to edge.
+_WORTH_ASKING_DEG = 1.0
 _NO_TURN_RAD = 1e-7
 
 
@@ -237,6 +239,43 @@ def said_of_bowing(found: Bowing | None, *, photos: bool = False) -> list[str]:
             across=found.across_deg,
         )
     ]
+
+
+def said_of_lenses(bend: LensBend | None, seen: Bowing | None) -> list[str]:
+    """How far the errors of the lenses may deform a model, where that is worth telling. seen : the
+    bowing by residuals"""
+    return [] if bend is None else said_of_lens_bend(bend.across_deg, bend.stretch95, seen)
+
+
+def said_of_lens_bend(
+    across95_deg: float, stretch95: float | None, seen: Bowing | None
+) -> list[str]:
+    """The same of a registration's record."""
+    said = []
+    across = bowing_deg(across95_deg, seen)
+    bent = seen is not None and seen.significant
+    if across is not None and not bent and across > _WORTH_ASKING_DEG:
+        said.append(
+            tr(
+                "The errors of the lenses (95 %) can bow the model so that dips at an edge differ "
+                "by {side:.1f}° from those in the middle, and by {across:.1f}° from those at the "
+                "opposite edge. A fold whose limbs differ by less may be the bowing. Calibrate the "
+                "lens, or add oblique photos or control.",
+                side=across / 2.0,
+                across=across,
+            )
+        )
+    turn = float(np.degrees((stretch95 or 0.0) / 2.0))
+    if turn > _WORTH_ASKING_DEG / 2.0:
+        said.append(
+            tr(
+                "The errors of the lenses (95 %) can stretch depths by {share:.1f} %, which turns "
+                "planes that are inclined to the outcrop's face by up to {turn:.1f}°.",
+                share=100.0 * (stretch95 or 0.0),
+                turn=turn,
+            )
+        )
+    return said
 
 
 def said_of_mirrors(points: Points | None, fit: Similarity) -> list[str]:

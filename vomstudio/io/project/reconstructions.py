@@ -109,7 +109,18 @@ def registration_of(
         control=_judged_by(told),
         covariance=_covariance(told.get("covariance")),
         centre=_place(told.get("centre")),
+        **_bowing(told),
     )
+
+
+def _bowing(told: Mapping[str, Any]) -> dict[str, float | None]:
+    lens, seen = (told.get(name) for name in ("lens_bowing", "bowing"))
+    lens, seen = (each if isinstance(each, dict) else {} for each in (lens, seen))
+    return {
+        "reach_m": _number(seen.get("reach_m")) or _number(lens.get("reach_m")),
+        "lens_bowing95_deg": _number(lens.get("edge_to_edge95_deg")),
+        "lens_stretch95": _number(lens.get("stretch95")),
+    }
 
 
 def placing_error_m(model: Path) -> float | None:

@@ -198,6 +198,7 @@ class _Run:
     def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Registered:
         """The largest part in World where control or GPS allow it, else upright and local."""
         from vomstudio.photogrammetry.place import control, georeference
+        from vomstudio.photogrammetry.place.lens_errors import bend_of_lenses
         from vomstudio.photogrammetry.place.local_frame import upright
 
         settings = self.settings
@@ -213,19 +214,34 @@ class _Run:
                 if settings.control is not None:
                     files = settings.control, settings.marks
                     scene, fitted = control.place_by_control_files(
-                        part, *files, settings.crs, self.log, threads=threads
+                        part,
+                        *files,
+                        settings.crs,
+                        self.log,
+                        cameras=alignment.cameras,
+                        threads=threads,
                     )
                     facts = report_data.control_registration(fitted)
                 else:
                     scene, report = georeference.place_by_gps(
-                        part, photos.photos, settings.crs, threads=threads, progress=self.log
+                        part,
+                        photos.photos,
+                        settings.crs,
+                        cameras=alignment.cameras,
+                        threads=threads,
+                        progress=self.log,
                     )
                     facts = report_data.gps_registration(report)
             except GeometryError as error:
                 if settings.control is not None or settings.crs is not None:
                     raise
                 scene = upright(part, photos.photos)
-                facts = {"refused": error.message}
+                facts = {
+                    "refused": error.message,
+                    "lens_bowing": report_data.lens_bowing(
+                        bend_of_lenses(scene, alignment.cameras)
+                    ),
+                }
             scene.save(stage.folder)
             stage.finish(registration=facts)
         for warning in stage.facts["registration"].get("warnings", []):

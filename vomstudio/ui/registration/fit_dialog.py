@@ -237,6 +237,7 @@ class FitDialog(QDialog):
     # --- what comes of it --------------------------------------------------------------------
     def _changed(self) -> None:
         """Other points: place the model by them, and what was fitted is no more."""
+        from vomstudio.registration.surface_points import some_points
         from vomstudio.workspace.registering import placed_by_points
 
         self.placed = self.fitted = None
@@ -253,7 +254,8 @@ class FitDialog(QDialog):
 
         def work() -> Placed | VomError:
             try:
-                return placed_by_points(pairs, bounds, model, crs)
+                extent = None if opened is None else some_points(opened.data)
+                return placed_by_points(pairs, bounds, model, crs, extent)
             except VomError as error:
                 return error
 
