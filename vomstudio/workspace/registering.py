@@ -126,7 +126,8 @@ def placed_by_points(
     """The placement by points on a model, with what their coordinates look like.
 
     bounds : (2, 3) of the model in its file's frame, None where they are not known; crs : of the
-    points; extent : (n, 3) points all over the model, in its file's frame. Raises GeometryError, also for points that are far off the model.
+    points; extent : (n, 3) points all over the model, in its file's frame. Raises GeometryError,
+    also for points that are far off the model.
     """
     require_on_model(pairs.model, bounds)
     placed = register(Evidence(pairs=pairs), extent)
