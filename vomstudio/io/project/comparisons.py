@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 
 from vomstudio.document.records import Model
-from vomstudio.document.records.basics import Matrix
 from vomstudio.errors import InputError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.regular import read_json
+
+Rows = tuple[tuple[float, ...], ...]
 
 FOLDER = "comparisons"
 """In the project's folder."""
@@ -37,10 +38,10 @@ class KeptComparison:
     model_id: str
     model_name: str
     content_hash: str
-    to_world: Matrix
+    to_world: Rows
     benchmark: str
     benchmark_path: str
-    benchmark_to_world: Matrix
+    benchmark_to_world: Rows
     radius_m: float | None
     figures: Mapping[str, Any]
     made: str

@@ -308,10 +308,9 @@ def _read_as_they_are(db: sqlite3.Connection) -> None:
     that have it."""
 
 
-# _STEPS[n] brings schema n to n + 1. Schema 3: lines may say how sure their sense of slip is. 4: a
-# profile of verdicts, and the rule by which a feature's surroundings were measured. 5: a
-# registration's points and covariance. 6: control points among the features. 7: how far a model
-# reaches, and what its lenses may do to it.
+# _STEPS[n] brings schema n to n + 1. 3: lines say how sure their sense of slip is. 4: profiles of
+# verdicts, and the rule by which surroundings were measured. 5: a registration's points and
+# covariance. 6: control points among the features. 7: how far a model reaches, and its lenses.
 _STEPS = {1: _to_schema_2, **dict.fromkeys(range(2, SCHEMA_VERSION), _read_as_they_are)}
 
 

@@ -141,9 +141,7 @@ def place_by_gps(
         quality = _quality(better.centres[rows], local, used, stated)
     middle = world[used].mean(axis=0)
     effect = _of_lenses(better, cameras, entered, (rows, local, each, used))
-    covariance = quality.covariance
-    if effect is not None:
-        covariance = covariance + effect.covariance
+    covariance = quality.covariance + (0.0 if effect is None else effect.covariance)
     turn = np.degrees(np.sqrt(np.diag(covariance)[:3]))
     report = GpsReport(
         tuple(photo.name for photo in placed),

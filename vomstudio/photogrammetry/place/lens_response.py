@@ -98,9 +98,9 @@ def response_of(
     inner += seen.prior[:, None, None] * np.eye(3)
     # A point that two almost parallel rays see is known to the size of the scene.
     scale = float(np.trace(inner, axis1=1, axis2=2).mean()) if count else 1.0
-    inverse = np.linalg.inv(inner + 1e-12 * scale * np.eye(3))
-    to_pose = np.einsum("mki,mkj->mij", by_point, by_pose)
-    to_lens = np.einsum("mki,mkj->mij", by_point, by_lens)
+    inverse: Array = np.linalg.inv(inner + 1e-12 * scale * np.eye(3)).astype(np.float64)
+    to_pose: Array = np.einsum("mki,mkj->mij", by_point, by_pose)
+    to_lens: Array = np.einsum("mki,mkj->mij", by_point, by_lens)
 
     size = 6 * len(scene.views)
     total = size + int(starts[-1])
@@ -123,7 +123,7 @@ def response_of(
     _hold(normal, scene, centres)
     poses = normal[:size, :size]
     mixed = normal[:size, size:]
-    answer = -np.linalg.solve(poses, mixed)
+    answer = np.asarray(-np.linalg.solve(poses, mixed), np.float64)
     information = normal[size:, size:] + mixed.T @ answer
     information = (information + information.T) / 2.0
     return Response(

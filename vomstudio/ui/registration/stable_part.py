@@ -47,18 +47,18 @@ class StablePartBox(QWidget):
         self.metres.setSuffix(" m")
         self.metres.valueChanged.connect(lambda _: self.changed.emit())
         self.metres.hide()
-        self.mask = OtherModelBox(studio, besides)
-        self.mask.models.setObjectName("stable_model")
-        self.mask.chosen.connect(lambda _: self.changed.emit())
-        self.mask.said.connect(self.said)
-        self.mask.hide()
+        self.stable_model = OtherModelBox(studio, besides)
+        self.stable_model.models.setObjectName("stable_model")
+        self.stable_model.chosen.connect(lambda _: self.changed.emit())
+        self.stable_model.said.connect(self.said)
+        self.stable_model.hide()
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         row = QHBoxLayout()
         row.addWidget(self.which, 1)
         row.addWidget(self.metres)
         column.addLayout(row)
-        column.addWidget(self.mask)
+        column.addWidget(self.stable_model)
 
     def _chosen(self, row: int) -> None:
         if row == _POLYGONS:
@@ -72,7 +72,7 @@ class StablePartBox(QWidget):
             elif self._polygons is None:
                 self.which.setCurrentIndex(_ALL)
         self.metres.setVisible(self.which.currentIndex() == _NEAR)
-        self.mask.setVisible(self.which.currentIndex() == _MODEL)
+        self.stable_model.setVisible(self.which.currentIndex() == _MODEL)
         self.changed.emit()
 
     def why_not(self, pairs: Sequence[HomologousPoint]) -> str | None:
@@ -82,7 +82,7 @@ class StablePartBox(QWidget):
             return tr("Click the points near which the rock has not moved.")
         if which == _BOX and self._studio.display.box is None:
             return tr("Set the clipping box in the outcrop's view first (View > Clipping box).")
-        if which == _MODEL and self.mask.current() is None:
+        if which == _MODEL and self.stable_model.current() is None:
             return tr("Choose the cloud or mesh of what has not moved.")
         return None
 
@@ -93,11 +93,11 @@ class StablePartBox(QWidget):
             return StablePart(self.metres.value(), tuple(pair.there for pair in pairs))
         if which == _BOX and box is not None:
             return StablePart(box=(box.low, box.high))
-        mask = self.mask.current()
+        mask = self.stable_model.current()
         if which == _MODEL and mask is not None:
             return StablePart(model=mask.standing(self._studio.project.cache))
         return StablePart(polygons=self._polygons) if which == _POLYGONS else None
 
     def close_reading(self) -> None:
         """Nothing is handed over any more."""
-        self.mask.close_reading()
+        self.stable_model.close_reading()
