@@ -139,6 +139,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         kinds.append(control)
         every = evidence.pairs
         said += doubts_about_points(control, every.labels, every.world)
+    doubted = bool(said)
     kinds += _lengths(evidence, said)
     if evidence.positions is not None:
         kinds.append(_cameras(evidence, said))
@@ -162,8 +163,8 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     try:
         placed = place(kinds, check, extent)
     except GeometryError as error:
-        # What looks wrong with the values is the likely cause.
-        raise GeometryError(" ".join([*said, str(error)])) from error
+        # What looks wrong with the values is the cause: where points lie follows from it.
+        raise GeometryError(" ".join(said if doubted else [*said, str(error)])) from error
     said += said_of_feet(placed.scale, placed.scale_error_95)
     said += _said_of_cameras(evidence, kinds, placed)
     if evidence.positions is not None and len(kinds) == 1:

@@ -27,6 +27,8 @@ _WORTH_TELLING_DEG = 0.1
 # What may be, and has not been seen, from edge to edge.
 _WORTH_ASKING_DEG = 1.0
 _NO_TURN_RAD = 1e-7
+# Residuals that are left, and the chance of misses as small, below which accuracies are doubted.
+_FEWEST_LEFT, _HARDLY = 3.0, 1e-6
 
 
 def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
@@ -37,6 +39,15 @@ def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
                 "The residuals are {times:.1f} times what the stated accuracies allow: a value may "
                 "be wrong, or the accuracies are too small. All errors were enlarged by as much.",
                 times=found.overdrawn,
+            )
+        )
+    if (times := _too_good(found)) is not None:
+        said.append(
+            tr(
+                "The residuals are {times:,.0f} times smaller than the stated accuracies: these "
+                "may be in another unit, such as millimetres. State them in metres: "
+                "all stated errors rest on them.",
+                times=times,
             )
         )
     if found.ambiguous:
@@ -55,6 +66,20 @@ def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
             )
         )
     return said
+
+
+def _too_good(found: Adjusted) -> float | None:
+    """How many times smaller the misses are than what was stated, where chance does not make them
+    so; None where they are as they should be."""
+    from scipy.stats import chi2
+
+    stated = found.rows.sigma
+    if not len(stated) or not np.isfinite(stated).all() or found.redundancy < _FEWEST_LEFT:
+        return None
+    squares = float(((found.rows.misses / stated) ** 2).sum())
+    if not squares > 0.0 or chi2.cdf(squares, found.redundancy) > _HARDLY:
+        return None
+    return float(np.sqrt(found.redundancy / squares))
 
 
 def said_of_points(
