@@ -88,32 +88,13 @@ def followed_trace(
     Raises GeometryError for a way-point that is not on the model, for fewer than two, and where the
     model does not hang together between two; UsageError for a cost that the model does not have.
     """
-    if len(way_points) < 2:
-        raise GeometryError(tr("A trace is followed between at least two way-points."))
     follower = Follower(surface, cost)
-    if (row := off_the_model(surface, way_points, resolution)) is not None:
-        raise GeometryError(why_off(row + 1, float(surface.snapped(way_points)[row]), resolution))
+    require_on_model(surface, way_points, resolution)
     path = follower.follow(way_points, whole=True)
-    said: list[str] = []
-    plane: Row | None = None
-    try:
-        fit = fit_plane(path.points)
-    except GeometryError as error:
-        said.append(str(error))
-    else:
-        near = VertexSurface(surface.places + surface.origin)
-        near.build()
-        own = near.resolution_near(path.points)
-        verdict = judge(
-            fit, resolution_m=own, outcrop_normal=near.outcrop_normal(path.points),
-            thresholds=thresholds,
-        )  # fmt: skip
-        plane = plane_row(
-            fit, verdict, id="1", resolution_m=own, model=model, frame=frame,
-            notes=tr(
-                "followed through {count} way-points by {cost}", count=len(way_points), cost=cost
-            ),
-        )  # fmt: skip
+    notes = tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost)
+    plane, said = plane_of(
+        path.points, surface, model=model, frame=frame, thresholds=thresholds, notes=notes
+    )
     return FollowedTrace(
         points=path.points,
         length_m=path.length,
@@ -122,8 +103,42 @@ def followed_trace(
         way_points=len(way_points),
         cost=cost,
         vertices=len(path.points),
-        warnings=tuple(said),
+        warnings=said,
     )
+
+
+def require_on_model(surface: SurfaceGraph, way_points: Array, resolution: float) -> None:
+    """Raises GeometryError for fewer than two way-points, and for one that is not on the model."""
+    if len(way_points) < 2:
+        raise GeometryError(tr("A trace is followed between at least two way-points."))
+    if (row := off_the_model(surface, way_points, resolution)) is not None:
+        raise GeometryError(why_off(row + 1, float(surface.snapped(way_points)[row]), resolution))
+
+
+def plane_of(
+    points: Array,
+    surface: SurfaceGraph,
+    *,
+    model: str,
+    frame: str,
+    thresholds: Thresholds,
+    notes: str,
+) -> tuple[Row | None, tuple[str, ...]]:
+    """The row of the plane through points (n, 3) of a model, or None and why there is none."""
+    try:
+        fit = fit_plane(points)
+    except GeometryError as error:
+        return None, (str(error),)
+    near = VertexSurface(surface.places + surface.origin)
+    near.build()
+    own = near.resolution_near(points)
+    verdict = judge(
+        fit, resolution_m=own, outcrop_normal=near.outcrop_normal(points), thresholds=thresholds
+    )
+    row = plane_row(
+        fit, verdict, id="1", resolution_m=own, model=model, frame=frame, notes=notes
+    )  # fmt: skip
+    return row, ()
 
 
 def write_path(

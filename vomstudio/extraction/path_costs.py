@@ -31,7 +31,7 @@ def tint(graph: Graph, node: int) -> Array:
     """(3,) the colour at a node, as `node_costs` compares it."""
     assert graph.colours is not None
     around = np.append(graph.near[graph.starts[node] : graph.starts[node + 1]], node)
-    return np.asarray(_compared(graph.colours[around].mean(axis=0)[None])[0])
+    return np.asarray(compared(graph.colours[around].mean(axis=0)[None])[0])
 
 
 def node_costs(graph: Graph, cost: str, tints: Array | None = None) -> Array:
@@ -39,7 +39,7 @@ def node_costs(graph: Graph, cost: str, tints: Array | None = None) -> Array:
     if cost == "colour":
         assert graph.colours is not None
         assert tints is not None
-        own = _compared(np.stack([smoothed(graph, c) for c in graph.colours.T], axis=1))
+        own = compared(np.stack([smoothed(graph, c) for c in graph.colours.T], axis=1))
         off = np.full(len(own), np.inf)
         for wanted in np.unique(tints, axis=0):
             np.minimum(off, ((own - wanted) ** 2).sum(axis=1), out=off)
@@ -101,7 +101,7 @@ def _valley(graph: Graph, value: Array) -> Array:
     return total
 
 
-def _compared(colours: Array) -> Array:
+def compared(colours: Array) -> Array:
     """Red, green, blue as lightness and two chroma (opponent colours)."""
     r, g, b = colours.T
     return np.stack(
