@@ -61,7 +61,7 @@ class Wall:
         start = view.centre
         # The face lies between these two heights everywhere, and has no overhangs.
         near, far = ((start[2] - limit) / -rays[:, 2] for limit in (1.2, -1.2))
-        for _ in range(40):
+        for _ in range(24):
             half = 0.5 * (near + far)
             at = start + half[:, None] * rays
             above = at[:, 2] > self.height(at[:, :2])
@@ -98,14 +98,16 @@ def wall(seed: int) -> Wall:
     return Wall(phases, normal, float(normal @ [2.0, 2.0, 0.0]))
 
 
-def written(made: Wall, folder: Path, shift: np.ndarray | None = None) -> Path:
+def written(
+    made: Wall, folder: Path, shift: np.ndarray | None = None, count: int = 3
+) -> Path:
     """Three photos and their cameras; shift : of World from the wall's own frame."""
     folder.mkdir(parents=True, exist_ok=True)
     target = np.array([2.0, 2.0, 0.0])
     views = [
         looking(f"p{i}.png", np.array(c), target)
         for i, c in enumerate([(2.0, 1.2, 4.2), (0.7, 1.6, 4.0), (3.4, 2.4, 4.1)])
-    ]
+    ][:count]
     for view in views:
         Image.fromarray(made.photo(view)).save(folder / view.name)
     x, y, z = (0, 0, 0) if shift is None else (int(v) for v in shift)
@@ -238,10 +240,10 @@ def test_cameras_stand_in_the_frame_of_the_models_file(scene: tuple[Wall, Path])
 
 @pytest.mark.slow
 def test_the_stated_95_percent_holds_for_traces_of_photos(tmp_path: Path) -> None:
-    held, count = 0, 40
+    held, count = 0, 30
     for seed in range(count):
         made = wall(100 + seed)
-        folder = written(made, tmp_path / str(seed))
+        folder = written(made, tmp_path / str(seed), count=1)
         photos = opened((made, folder))
         path = PhotoFollower(photos, "colour").follow(photos.views.pixels(0, clicks(made)))
         fit = fit_plane(path.points)
