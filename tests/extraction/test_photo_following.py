@@ -98,9 +98,7 @@ def wall(seed: int) -> Wall:
     return Wall(phases, normal, float(normal @ [2.0, 2.0, 0.0]))
 
 
-def written(
-    made: Wall, folder: Path, shift: np.ndarray | None = None, count: int = 3
-) -> Path:
+def written(made: Wall, folder: Path, shift: np.ndarray | None = None, count: int = 3) -> Path:
     """Three photos and their cameras; shift : of World from the wall's own frame."""
     folder.mkdir(parents=True, exist_ok=True)
     target = np.array([2.0, 2.0, 0.0])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.cli import trace_drawing
+from vomstudio.cli import straight_traces, trace_drawing
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import declared_of
@@ -58,6 +58,7 @@ def add_parser(subparsers: Subparsers) -> None:
             "gradient, curvature, or low values of a field"
         ),
     )
+    straight_traces.add_sets(parser)
     add_output(parser, tr("write every vertex of the lines as CSV"), required=True)
     trace_drawing.add_options(parser)
 
@@ -141,19 +142,21 @@ def _found(
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.io.photos.own_cameras.reading import find_own_cameras
 
-    name, frame = Path(args.model).name, model.crs or "local"
+    asked: dict[str, Any] = {
+        "cost": args.cost,
+        "resolution": spacing,
+        "model": Path(args.model).name,
+        "frame": model.crs or "local",
+        "priors": straight_traces.read_sets(args.sets),
+    }
     if args.photo is None:
-        return followed_trace(
-            surface, way_points, cost=args.cost, resolution=spacing, model=name, frame=frame
-        )
+        return followed_trace(surface, way_points, **asked)
     cameras = args.cameras or find_own_cameras(args.model)
     photos = open_photos(
         model.data, spacing, args.photo, cameras or Path(args.model).with_name(FILE_NAME),
         model.to_world,
     )  # fmt: skip
-    return photo_trace(
-        surface, photos, way_points, cost=args.cost, resolution=spacing, model=name, frame=frame
-    )
+    return photo_trace(surface, photos, way_points, **asked)
 
 
 def _require_on_model(
@@ -196,4 +199,6 @@ def in_words(found: FollowedTrace) -> str:
         )
         if found.plane["quality_reason"]:
             said.append(str(found.plane["quality_reason"]))
+    if found.band is not None:
+        said += straight_traces.band_in_words(found.band)
     return "\n".join(said)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,6 +14,7 @@ from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 from vomstudio.extraction.followed_trace import FARTHEST, FollowedTrace, plane_of, require_on_model
 from vomstudio.extraction.photo_following import PhotoFollower, PhotoPath
 from vomstudio.extraction.surface_graph import SurfaceGraph
+from vomstudio.geology.plane_bands import SetPrior
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.words import tr
 
@@ -58,6 +60,7 @@ def photo_trace(
     model: str,
     frame: str,
     thresholds: Thresholds = DEFAULTS,
+    priors: Sequence[SetPrior] = (),
 ) -> PhotoTrace:
     """Follow a contact in a photo and fit its plane.
 
@@ -82,9 +85,10 @@ def photo_trace(
         cost=cost,
         photo=photos.name,
     )
-    plane, said = plane_of(
-        path.points, surface, model=model, frame=frame, thresholds=thresholds, notes=notes
-    )
+    plane, band, said = plane_of(
+        path.points, surface, model=model, frame=frame, thresholds=thresholds, notes=notes,
+        priors=priors,
+    )  # fmt: skip
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
     share = _share(path)
     return PhotoTrace(
@@ -92,6 +96,7 @@ def photo_trace(
         length_m=float(steps.sum()),
         snap_m=float(np.linalg.norm(path.points[path.at] - marks, axis=1).max()),
         plane=plane,
+        band=band,
         way_points=len(given),
         cost=cost,
         vertices=len(path.points),
