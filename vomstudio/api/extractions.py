@@ -201,35 +201,39 @@ def follow(
     >>> bool(np.abs(trace.points[:, 2] - 1.0).max() < 0.06)
     True
     """
+    given = model if is_array(model) else model_of(model)
+    told(progress, cancel).stage("Following", None)
+    return _followed(given, through, cost, photo, cameras)
+
+
+def _followed(
+    model: Any, through: Any, cost: str, photo: str | Path | None, cameras: str | Path | None
+) -> FollowedTrace:
     from vomstudio.extraction.followed_trace import followed_trace
     from vomstudio.extraction.photo_trace import photo_trace
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
 
-    report = told(progress, cancel)
-    given = model if is_array(model) else model_of(model)
-    data, crs, _ = placed(given, "model")
+    data, crs, _ = placed(model, "model")
     spacing = resolution(data)
-    way_points: Any = (
-        points(through, "through") if photo is None else pixels_or_points(through, "through")
-    )
-    report.stage("Following", None)
     asked: dict[str, Any] = {
         "cost": cost,
         "resolution": spacing,
-        "model": getattr(getattr(given, "path", None), "name", None) or "",
+        "model": getattr(getattr(model, "path", None), "name", None) or "",
         "frame": crs or "local",
     }
+    found: FollowedTrace
     if photo is None:
         if cameras is not None:
             raise UsageError(
                 tr("Cameras are for a photo to follow in. Name it with photo."), field="cameras"
             )
-        found = followed_trace(SurfaceGraph(data), way_points, **asked)
+        found = followed_trace(SurfaceGraph(data), points(through, "through"), **asked)
     else:
-        photos = _photos(given, data, spacing, photo, cameras)
+        way_points = pixels_or_points(through, "through")
+        photos = _photos(model, data, spacing, photo, cameras)
         found = photo_trace(SurfaceGraph(data), photos, way_points, **asked)
-    warn(found.warnings)
+    warn(found.warnings, 4)
     return found
 
 

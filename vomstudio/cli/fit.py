@@ -125,7 +125,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.text(f"{_in_words(rows)}\n{limits.in_words}")
     for name, found in bands.items():
         out.text("\n".join(f"{name}: {said}" for said in straight_traces.band_in_words(found)))
-    out.text("\n".join(straight_traces.crossing_in_words(each) for each in crossing))
+    for each in crossing:
+        out.text(straight_traces.crossing_in_words(each))
     if together is not None:
         out.text(f"\n{_together_in_words(together)}")
 

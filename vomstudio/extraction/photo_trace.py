@@ -20,10 +20,11 @@ from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
-# Below this share the line is said to be doubtful; and a step so many times longer than the others
-# leads across a gap that the photo does not show.
+# Below this share the line is said to be doubtful.
 _AGREEING = 0.8
-_JUMP = 10.0
+# A step so many times longer than the others, and than the model's resolution, leads across a gap
+# that the photo does not show.
+_JUMP, _JUMP_RESOLUTIONS = 10.0, 2.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -100,7 +101,12 @@ def photo_trace(
         way_points=len(given),
         cost=cost,
         vertices=len(path.points),
-        warnings=(*photos.warnings, *path.warnings, *said, *_doubts(path, steps, share)),
+        warnings=(
+            *photos.warnings,
+            *path.warnings,
+            *said,
+            *_doubts(path, steps, share, resolution),
+        ),
         photo=photos.name,
         voters=path.voters,
         agreeing_share=share,
@@ -134,7 +140,7 @@ def _share(path: PhotoPath) -> float | None:
     return float((2 * path.agreeing[judged] >= path.seen[judged]).mean())
 
 
-def _doubts(path: PhotoPath, steps: Array, share: float | None) -> list[str]:
+def _doubts(path: PhotoPath, steps: Array, share: float | None, resolution: float) -> list[str]:
     said = []
     if path.missed:
         said.append(
@@ -143,7 +149,8 @@ def _doubts(path: PhotoPath, steps: Array, share: float | None) -> list[str]:
                 count=path.missed,
             )
         )
-    if (jumps := int((steps > _JUMP * np.median(steps)).sum())) and steps.max() > 0.0:
+    least = max(_JUMP * float(np.median(steps)), _JUMP_RESOLUTIONS * resolution)
+    if jumps := int((steps > least).sum()):
         said.append(
             tr(
                 "The line crosses {count} edges behind which rock is hidden in the photo; the "

@@ -239,7 +239,7 @@ class PhotoViews:
     # --- from a photo to the model -----------------------------------------------------------
     def places_under(self, view: int, pixels: npt.ArrayLike) -> Array:
         """(n, 3) where the lines of sight through pixels (n, 2) of a photo first meet the model,
-        World; NaN where nowhere."""
+        World; NaN where nowhere. In a cloud as far along the line as the point that is met."""
         photo = self.views[view]
         given = np.asarray(pixels, np.float64).reshape(-1, 2)
         ways = photo.rays(given)
@@ -247,6 +247,9 @@ class PhotoViews:
         met = (hits.index >= 0) & photo.contains(given)
         found = np.full((len(given), 3), np.nan)
         own = self.tree.positions(hits.index[met], hits.weights[met])
+        if not isinstance(self.tree.data, Mesh):
+            start, along = self._centres[view] + self._origin, ways[met]
+            own = start + ((own - start) * along).sum(axis=1, keepdims=True) * along
         found[met] = (own - self._origin) @ self._forth.T + self._anchor
         return found
 
