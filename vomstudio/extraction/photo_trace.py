@@ -92,6 +92,7 @@ def photo_trace(
     )  # fmt: skip
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
     share = _share(path)
+    doubts = _doubts(path, steps, share, resolution)
     return PhotoTrace(
         points=path.points,
         length_m=float(steps.sum()),

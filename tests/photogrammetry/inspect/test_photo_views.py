@@ -155,9 +155,8 @@ def test_nothing_is_picked_beside_the_model_or_off_the_photo() -> None:
     assert len(photos.course(0, CORNER[None])[0]) == 0
 
 
-def test_many_pixels_lead_where_each_of_them_does(photos: PhotoViews) -> None:
-    mesh = photos.tree.data
-    assert isinstance(mesh, Mesh)
+def test_many_pixels_lead_where_each_of_them_does() -> None:
+    _, photos = sheet_and_photos()
     rng = np.random.default_rng(0)
     size = photos.views[0].intrinsics
     pixels = rng.uniform(0.0, [size.width, size.height], (60, 2))
