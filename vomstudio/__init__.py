@@ -19,6 +19,8 @@ _PLACES = {
     "fit_plane": "planes",
     "fit_planes": "planes",
     "fit_parallel": "planes",
+    "plane_band": "plane_bands",
+    "plane_of_crossing": "plane_bands",
     "PlaneFit": "planes",
     "LineFit": "planes",
     "read_orientations": "tables",

@@ -13,6 +13,8 @@ from vomstudio.api.nets import rose as rose
 from vomstudio.api.nets import stereonet as stereonet
 from vomstudio.api.orthophotos import Orthophoto as Orthophoto
 from vomstudio.api.orthophotos import orthophoto as orthophoto
+from vomstudio.api.plane_bands import plane_band as plane_band
+from vomstudio.api.plane_bands import plane_of_crossing as plane_of_crossing
 from vomstudio.api.planes import LineFit as LineFit
 from vomstudio.api.planes import PlaneFit as PlaneFit
 from vomstudio.api.planes import fit_parallel as fit_parallel

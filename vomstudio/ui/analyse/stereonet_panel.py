@@ -21,6 +21,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import FeatureType, Typed, get_feature
 from vomstudio.document.registration_errors import model_of, pole_region, turns_of
+from vomstudio.document.straight_traces import band_of_measured
 from vomstudio.errors import VomError
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.folds import FoldAxis, fold_axis
@@ -28,6 +29,7 @@ from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Plane
 from vomstudio.products.net.contents import (
     AnyEllipse,
+    NetBand,
     NetContents,
     NetEllipse,
     NetLineEllipse,
@@ -255,6 +257,8 @@ class StereonetPanel(QWidget):
         measured = self._studio.measured([current])[current]
         if measured.line is not None:
             return _line_ellipse(measured)
+        if (band := band_of_measured(measured)) is not None:
+            return (NetBand(band.outline()),)
         fit = measured.fit
         if fit is None or fit.max_confidence95_deg is None or fit.error_rake_deg is None:
             return ()
