@@ -349,9 +349,9 @@ class Page:
             at = nets.project(net.fold.beta.vector(), net.projection)[0]
             text = f"β {format_line(net.fold.beta, net.decimals)}"
             wanted.append((at, text, style.ink))
-        for mark in net.marks:
-            at = nets.project(mark.line.vector(), net.projection)[0]
-            wanted.append((at, mark.label, style.ink))
+        for asked in net.marks:
+            at = nets.project(asked.line.vector(), net.projection)[0]
+            wanted.append((at, asked.label, style.ink))
         crowd = np.vstack(
             [np.zeros((0, 2)), *self.outlines]
             + [part for e in (*net.ellipses, *net.registered) for part in e.outline(net.projection)]
