@@ -176,6 +176,21 @@ class NetMark:
 
 
 @dataclass(frozen=True)
+class NetLive:
+    """A feature that is being picked: its plane, or its line, with its 95 % ellipse where that is
+    known."""
+
+    plane: Plane | None = None
+    line: Line | None = None
+    ellipse: AnyEllipse | None = None
+
+    @property
+    def place(self) -> Line | None:
+        """Of the pole or the line."""
+        return self.line if self.plane is None else self.plane.pole()
+
+
+@dataclass(frozen=True)
 class Contouring:
     """How density is contoured.
 
@@ -207,6 +222,7 @@ class NetContents:
     marks: directions that were asked for: the densest places, slip lines that were typed.
     errors: 95 % ellipses of all features of which they are known.
     averages: of each set in words, under the legend.
+    live: the feature that is being picked.
     title, notes: over the net, and above its caption (frame, north, what was left out).
     compact: a net on the screen. Its legend is terse, and does not explain the selected pole's
     ellipse: it would move the net at every click.
@@ -227,6 +243,7 @@ class NetContents:
     marks: tuple[NetMark, ...] = ()
     errors: tuple[AnyEllipse, ...] = ()
     averages: tuple[str, ...] = ()
+    live: NetLive | None = None
     notation: str = "dipdir/dip"
     decimals: int = 0
     title: str = ""

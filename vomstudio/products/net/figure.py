@@ -9,7 +9,7 @@ redraw). Matplotlib is imported where it is first needed.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
@@ -21,7 +21,7 @@ from vomstudio.geology import density as densities
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Array, Line
 from vomstudio.products.net.additions import draw_additions
-from vomstudio.products.net.contents import AnyEllipse, NetContents
+from vomstudio.products.net.contents import AnyEllipse, NetContents, NetLive
 from vomstudio.products.net.contour_drawing import draw_contours
 from vomstudio.products.net.page import Page
 from vomstudio.products.net.selection_highlight import draw_emphasis
@@ -133,6 +133,14 @@ class NetArtists:
             anew = draw_stereonet(figure, self.contents, self.style)
             self.__dict__.update(anew.__dict__)
             return
+        self._emphasise()
+
+    def show_live(self, live: NetLive | None) -> None:
+        """The feature that is being picked, over all; the caller redraws the canvas."""
+        self.contents = replace(self.contents, live=live)
+        self._emphasise()
+
+    def _emphasise(self) -> None:
         for artist in self.emphasis:
             artist.remove()
         self.emphasis = draw_emphasis(self.axes, self.contents, self.style, self.positions)

@@ -14,13 +14,14 @@ from vomstudio.words import tr
 SIZE_MM = (170.0, 115.0)
 """A page wide, as journals print it."""
 
-_LIMITS = {
+LIMITS = {
     "width_mm": (40.0, 500.0, "--size"),
     "height_mm": (30.0, 500.0, "--size"),
     "font_pt": (4.0, 36.0, "--font-size"),
     "symbol_pt": (1.0, 30.0, "--symbol-size"),
     "line_pt": (0.1, 10.0, "--line-width"),
 }
+"""Least, most, and the option of the command."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class FigureStyle:
 
     def check(self) -> None:
         """Raises UsageError for what cannot be drawn; its `field` is the option's name."""
-        for name, (least, most, option) in _LIMITS.items():
+        for name, (least, most, option) in LIMITS.items():
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and least <= value <= most):
                 raise UsageError(

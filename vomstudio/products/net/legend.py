@@ -54,7 +54,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
         plane = format_plane(fold.pi_plane, net.notation, net.decimals)
         text = f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
         entries.append(Entry(text, style.ink, None, "--"))
-    for circle in net.circles_typed:
+    for circle in (each for each in net.circles_typed if each.label):
         color = style.ink if circle.color is None else style.outline(style.color(circle.color))
         entries.append(Entry(circle.label, color, None, circle.dash))
     if net.errors:

@@ -34,9 +34,9 @@ MOST_PLANES = 300
 """Of more planes the intersections (45,000) are not told apart on a net."""
 
 
-def typed_plane(text: str) -> NetCircle:
-    """The great circle of "DD/D". Raises UsageError."""
-    plane = plane_of(text, "--plane")
+def typed_plane(text: str, notation: str = "dipdir/dip") -> NetCircle:
+    """The great circle of a plane, "DD/D" or as the notation has it. Raises UsageError."""
+    plane = plane_of(text, "--plane", notation)
     return NetCircle(plane.pole(), 90.0, tr("Plane {plane}", plane=text))
 
 
@@ -64,10 +64,10 @@ def typed_slip(text: str) -> tuple[NetCircle, NetMark]:
     )
 
 
-def plane_of(text: str, field: str) -> Plane:
-    """Of "DD/D". Raises UsageError."""
+def plane_of(text: str, field: str, notation: str = "dipdir/dip") -> Plane:
+    """Of "DD/D", or as the notation has it. Raises UsageError."""
     try:
-        return parse_plane(text, "dipdir/dip")
+        return parse_plane(text, notation)
     except InputError as error:
         raise UsageError(error.message, field=field) from error
 

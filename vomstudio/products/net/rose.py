@@ -16,6 +16,8 @@ from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.rose_drawing import (
     CEILING,
     FLOOR,
+    LEFT,
+    RIGHT,
     draw_histogram,
     draw_rose,
     petal_radius,
@@ -80,7 +82,7 @@ def figure_size(
     side = min(width_mm / columns, _WIDEST_MM)
     rows = math.ceil(len(contents.roses) / columns)
     letter = style.font_pt / 72.0 * 25.4
-    foot = _FOOT * letter + 1.45 * letter * len(contents.notes)
+    foot = _FOOT * letter + 1.45 * letter * (len(contents.notes) + bool(contents.title))
     return width_mm / 25.4, (rows * (_tall(side) + _HEAD * letter) + foot) / 25.4
 
 
@@ -148,7 +150,7 @@ class RoseArtists:
         return place * rose.bin_deg, 180.0 if rose.axial else 360.0
 
     def _bar(self, found: Histogram, x: float, y: float) -> tuple[float, float] | None:
-        place = math.floor((x + 1.0) * 45.0 / found.bin_deg)
+        place = math.floor((x - LEFT) / (RIGHT - LEFT) * 90.0 / found.bin_deg)
         if not 0 <= place < len(found.shares):
             return None
         top = FLOOR + (CEILING - FLOOR) * float(found.shares[place]) / self.rings[-1]
@@ -161,7 +163,8 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
     width, height = (72.0 * float(v) for v in figure.get_size_inches())
     font = style.font_pt
     figure.set_facecolor(style.paper)
-    foot = [*contents.notes, *wrapped(_caption(contents), font, width - 2 * font)]
+    title = [contents.title] if contents.title else []
+    foot = [*title, *contents.notes, *wrapped(_caption(contents), font, width - 2 * font)]
     under = (_FOOT + 1.45 * (len(foot) - 1)) * font
     grid = _Grid.of(len(contents.roses), width, height, _HEAD * font, under)
     side = min(grid.side, _WIDEST_MM / 25.4 * 72.0 if style is PRINT else grid.side)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 FLOOR, CEILING = -0.92, 1.12
+LEFT, RIGHT = -0.82, 1.1
 """Of a histogram, in its panel."""
 
 
@@ -84,32 +85,32 @@ def draw_histogram(
     """Bars from 0 to 90 degrees, the highest mark at the last of `rings`."""
     from matplotlib.patches import Rectangle
 
-    top, tall = rings[-1], CEILING - FLOOR
+    top, tall, across = rings[-1], CEILING - FLOOR, (RIGHT - LEFT) / 90.0
     small: dict[str, Any] = {"fontsize": 0.9 * style.font_pt, "color": style.ink}
     for share in (0.0, *rings):
         y = FLOOR + tall * share / top
         last = share == 0.0
-        ax.plot([-1.0, 1.0], [y, y], color=style.ink if last else style.soft,
+        ax.plot([LEFT, RIGHT], [y, y], color=style.ink if last else style.soft,
                 linewidth=(1.25 if last else 0.5) * style.line_pt,
                 zorder=layer("rim" if last else "ground"))  # fmt: skip
         if share:
-            ax.text(-1.04, y, f"{100 * share:g} %", ha="right", va="center", **small)
+            ax.text(LEFT - 0.04, y, f"{100 * share:g} %", ha="right", va="center", **small)
     for angle in (0, 30, 60, 90):
-        x = angle / 45.0 - 1.0
+        x = LEFT + angle * across
         ax.plot([x, x], [FLOOR, FLOOR - 0.05], color=style.ink, linewidth=style.line_pt)
         ax.text(x, FLOOR - 0.08, f"{angle}°", ha="center", va="top", **small)
-    wide = found.bin_deg / 45.0
+    wide = found.bin_deg * across
     for i, share in enumerate(found.shares):
         if share > 0:
             bar = Rectangle(
-                (i * wide - 1.0, FLOOR), wide, tall * float(share) / top,
+                (LEFT + i * wide, FLOOR), wide, tall * float(share) / top,
                 facecolor=mixed(color, style.net, 0.25),
                 edgecolor=style.outline(mixed(color, style.ink, 0.3)),
                 linewidth=0.7 * style.line_pt, zorder=layer("poles"),
             )  # fmt: skip
             ax.add_patch(bar)
     if found.mean_deg is not None:
-        x = found.mean_deg / 45.0 - 1.0
+        x = LEFT + found.mean_deg * across
         ax.plot([x, x], [FLOOR, CEILING], color=style.ink, linewidth=1.5 * style.line_pt,
                 linestyle="--", zorder=layer("means"))  # fmt: skip
 
