@@ -100,14 +100,17 @@ class Page:
         # Beside the net the bar has its name over it; at the right edge there is no room for it.
         named = self.bar is not None and not self.net.compact
         foot += named
-        words = self._averages(self.width - 2 * self.pad)
-        foot += len(words)
         rows = self._flow(self.width - 2 * self.pad)
-        low = (len(rows) + foot) * self.row + self.pad
+        words = self._averages(self.width - 2 * self.pad)
         least = (0.55 if self.net.compact else 0.4) * self.height
-        while len(rows) > 1 and self.height - head - tick - low < least:
-            rows.pop()
-            low = (len(rows) + foot) * self.row + self.pad
+        low = (len(rows) + len(words) + foot) * self.row + self.pad
+        # The net has its room first, then the legend, then the averages.
+        while (len(rows) > 1 or words) and self.height - head - tick - low < least:
+            if words:
+                words = words[:-2] + [tr("…: the averages need more room")] if words[1:] else []
+            else:
+                rows.pop()
+            low = (len(rows) + len(words) + foot) * self.row + self.pad
         below = min(
             self.height - head - tick - low - self.heading,
             self.width - 2 * (self.pad + tick) - bar,

@@ -108,6 +108,9 @@ class FigureStyleDialog(QDialog):
         self._timer.setSingleShot(True)
         self._timer.setInterval(150)
         self._timer.timeout.connect(self._draw)
+        # Enter ends the typing of a number, and nothing else.
+        for button in self.findChildren(QPushButton):
+            button.setAutoDefault(False)
         self._show(style_of(studio))
         self._timer.start()
 

@@ -86,6 +86,9 @@ class NetTypingDialog(QDialog):
         column.addLayout(form)
         column.addWidget(self.said)
         column.addWidget(buttons)
+        # Enter ends the typing of a field, and nothing else.
+        for button in self.findChildren(QPushButton):
+            button.setAutoDefault(False)
         studio.selection_changed.connect(lambda _: self._show_take())
         self._show_take()
 

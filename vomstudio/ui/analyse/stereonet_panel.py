@@ -10,7 +10,6 @@ from PySide6.QtCore import QEvent, Qt, QTimer
 from PySide6.QtGui import QAction, QMouseEvent, QPalette
 from PySide6.QtWidgets import (
     QHBoxLayout,
-    QSizePolicy,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -52,6 +51,8 @@ _CLICK_PX = 4
 _FONT_PX = 12.0
 # A redraw that takes long comes seldom: it must never hold up a row of picks.
 _SOON_MS, _QUICK_MS, _LATEST_MS = 30, 60, 500
+_CORNER = 0.4
+"""Of the width, for the name of what is selected."""
 _MANY = 300
 """Orientations above which the net is drawn in a thread: Matplotlib takes 0.1 s for 5,000."""
 
@@ -91,31 +92,31 @@ class StereonetPanel(QWidget):
             "axis-arrow", tr("Fold axis (beta) and pi-plane of the bedding"), True
         )
         self.contours = ContourButton(studio)
-        self.copy, self.export, self.propose = QToolButton(), QToolButton(), QToolButton()
-        for button, name in (
-            (self.copy, "copy_net"),
-            (self.export, "export_net"),
-            (self.propose, "propose_sets"),
-        ):
-            button.setDefaultAction(actions[name])
+        self.copy = QToolButton()
+        self.copy.setDefaultAction(actions["copy_net"])
         self.more = NetMenuButton(
             studio,
             self.wishes,
             lambda: self._names,
             actions["type_on_net"].trigger,
-            [actions[name] for name in ("net_in_middle", "figure_style")],
+            [
+                actions[name]
+                for name in ("propose_sets", "net_in_middle", "figure_style", "export_net")
+            ],
         )
+        # In the corner of the picture that neither net nor legend ever reaches.
         self._under = ElidedLabel()
-        self._under.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self._under.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self._under.setParent(self.canvas)
+        self._under.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.canvas.resized.connect(self._place_under)
         row = QHBoxLayout()
         row.setContentsMargins(4, 2, 4, 2)
         row.setSpacing(2)
         row.addWidget(self.view)
         self._of_net = (self._circles, self._poles, self._means, self._beta, self.contours)
-        for button in (*self._of_net, self.more, self.propose, self.copy, self.export):
+        for button in (*self._of_net, self.more, self.copy):
             row.addWidget(button)
-        row.addWidget(self._under, 1)
+        row.addStretch(1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -149,6 +150,10 @@ class StereonetPanel(QWidget):
         button.setChecked(on)
         button.toggled.connect(lambda _: self.redraw())
         return button
+
+    def _place_under(self) -> None:
+        wide = round(_CORNER * self.canvas.width())
+        self._under.setGeometry(6, 3, wide, self._under.sizeHint().height())
 
     def _soon(self) -> None:
         """Draw anew, once for all that happens meanwhile."""
