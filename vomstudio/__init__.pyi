@@ -6,6 +6,9 @@ from vomstudio.api.elevations import dem as dem
 from vomstudio.api.extractions import facets as facets
 from vomstudio.api.extractions import follow as follow
 from vomstudio.api.fracture_maps import fractures as fractures
+from vomstudio.api.measures import displacement as displacement
+from vomstudio.api.measures import log as log
+from vomstudio.api.measures import threepoint as threepoint
 from vomstudio.api.models import Mesh as Mesh
 from vomstudio.api.models import PointCloud as PointCloud
 from vomstudio.api.models import read as read
