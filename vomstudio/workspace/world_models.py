@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
+
 from vomstudio.document.records import Model
 from vomstudio.errors import UsageError
 from vomstudio.geometry.cloud import PointCloud
@@ -23,6 +26,7 @@ from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 class WorldModel:
     """data : in World, metres; crs : of World, None for a local frame
     metric : its unit is known; warnings : of its reader
+    to_world : (4, 4) from the frame of its file
     in_project : the record by which it stands in a project; None where it stands as its file says
     """
 
@@ -31,6 +35,7 @@ class WorldModel:
     metric: bool
     warnings: tuple[str, ...]
     loaded: LoadedModel
+    to_world: npt.NDArray[np.float64]
     in_project: Model | None = None
 
     @property
@@ -60,7 +65,9 @@ def read_in_world(
     frame = declared_frame(loaded.path, loaded.crs, turned, declared).frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
     metric = loaded.unit_m is not None or frame.crs is not None or declared.unit is not None
-    return WorldModel(moved(loaded.data, frame.to_world()), crs, metric, loaded.warnings, loaded)
+    matrix = np.asarray(frame.to_world(), np.float64)
+    data = moved(loaded.data, matrix)
+    return WorldModel(data, crs, metric, loaded.warnings, loaded, matrix)
 
 
 def read_beside(
@@ -118,5 +125,6 @@ def as_in_project(loaded: LoadedModel, model: Model) -> WorldModel:
     """A model that was read, by its record."""
     frame = model.frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
-    data = moved(loaded.data, model.to_world)
-    return WorldModel(data, crs, frame.has_metres, loaded.warnings, loaded, model)
+    matrix = np.asarray(model.to_world, np.float64)
+    data = moved(loaded.data, matrix)
+    return WorldModel(data, crs, frame.has_metres, loaded.warnings, loaded, matrix, model)

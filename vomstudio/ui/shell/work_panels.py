@@ -20,14 +20,14 @@ Make = Callable[[Studio], QWidget]
 
 def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
     """Name of the dock, title and maker of each; they scroll. view : from which planes are taken"""
-    from vomstudio.ui.analyse.displacement_panel import DisplacementPanel
-    from vomstudio.ui.analyse.elevation_panel import ElevationPanel
-    from vomstudio.ui.analyse.fractures_panel import FracturesPanel
-    from vomstudio.ui.analyse.section_panel import SectionPanel
     from vomstudio.ui.analyse.sets_panel import SetsPanel
     from vomstudio.ui.analyse.slopes_panel import SlopesPanel
     from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
     from vomstudio.ui.registration.compare_panel import ComparePanel
+    from vomstudio.ui.sections.displacement_panel import DisplacementPanel
+    from vomstudio.ui.sections.elevation_panel import ElevationPanel
+    from vomstudio.ui.sections.fractures_panel import FracturesPanel
+    from vomstudio.ui.sections.section_panel import SectionPanel
 
     return (
         ("statistics", to_translate("Statistics"), StatisticsPanel),
@@ -47,8 +47,9 @@ def work_commands(
     studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
 ) -> list[Command]:
     """parent : of the dialogs"""
-    from vomstudio.ui.analyse import fit_commands, panel_commands, profile_dialog, sets_panel
+    from vomstudio.ui.analyse import fit_commands, profile_dialog, sets_panel
     from vomstudio.ui.registration import commands as registration_commands
+    from vomstudio.ui.sections import panel_commands
 
     return [
         profile_dialog.command(studio, dialogs, parent),

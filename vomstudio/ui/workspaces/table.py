@@ -173,7 +173,7 @@ def workspace_of(name: str) -> Workspace:
 
 
 _SMALL_WIDTH, _SMALL_HEIGHT = 1180, 620
-_WIDE = ("photos", "in_photos")
+_WIDE = ("photos", "in_photos", "section", "elevation")
 """Docks that are of use only where they are wide."""
 _BARS_HEIGHT = 110
 _SIDES: tuple[Area, Area] = ("left", "right")
