@@ -46,6 +46,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.words import tr
 
+_IN_MENU = ("propose_sets", "net_in_middle", "figure_style", "export_net", "net_command")
 # A press that moves further than this draws a lasso.
 _CLICK_PX = 4
 _FONT_PX = 12.0
@@ -99,16 +100,7 @@ class StereonetPanel(QWidget):
             self.wishes,
             lambda: self._names,
             actions["type_on_net"].trigger,
-            [
-                actions[name]
-                for name in (
-                    "propose_sets",
-                    "net_in_middle",
-                    "figure_style",
-                    "export_net",
-                    "net_command",
-                )
-            ],
+            [actions[name] for name in _IN_MENU],
         )
         # In the corner of the picture that neither net nor legend ever reaches.
         self._under = ElidedLabel()
