@@ -115,11 +115,10 @@ def facets(
         single_number(min_area, "min_area"),
     )
     name = getattr(getattr(model, "path", None), "name", None) or ""
-    found = facet_table(
-        find_facets(data, limits, progress=report), limits, model=name, frame=crs or "local"
-    )
+    grown = find_facets(data, limits, progress=report)
+    found = facet_table(grown, limits, model=name, frame=crs or "local")
     if sets:
-        found = with_sets(found)
+        found = with_sets(found, grown.facets)
     warn(found.warnings)
     table = frame(found.rows, COLUMNS)
     table[WKT] = [row[WKT] for row in found.rows]

@@ -77,14 +77,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = progress_of(args)
     model = read_in_world(args.model, progress)
     warnings = list(model.warnings)
+    facets = find_facets(model.data, limits, progress=progress)
     found = facet_table(
-        find_facets(model.data, limits, progress=progress),
+        facets,
         limits,
         model=Path(args.model).name,
         frame=model.crs or "local",
     )
     if args.sets:
-        found = with_sets(found)
+        found = with_sets(found, facets.facets)
     if not model.metric:
         warnings.append(
             tr("The file states no unit: what is said in metres is in the unit of the file.")

@@ -24,7 +24,7 @@ class FacetTable(Shown):
         row is the facet's label
     coverage : share of the model's area that lies in facets; near_planar_share : of the exposed
         rock's, without vegetation and debris; None where there is none
-    sets : name, n, dip_direction_deg, dip_deg of each set, where they were asked for
+    sets, discontinuities : as `vomstudio sets` tells them, where they were asked for
     facet, set_of : (points,) int32 of each point or vertex of the model, -1 for none
     area_m2, vegetation_share, debris_share : of the whole model
     angle_deg, max_distance_m (median), min_points, min_area_m2 : by which they were found
@@ -35,6 +35,7 @@ class FacetTable(Shown):
     coverage: float | None
     near_planar_share: float | None
     sets: list[dict[str, Any]]
+    discontinuities: list[dict[str, Any]]
     facet: npt.NDArray[np.int32]
     set_of: npt.NDArray[np.int32]
     area_m2: float
@@ -82,6 +83,7 @@ def facet_table(found: Facets, limits: Limits, *, model: str, frame: str) -> Fac
         coverage=seen.coverage,
         near_planar_share=seen.near_planar_share,
         sets=[],
+        discontinuities=[],
         facet=found.labels,
         set_of=np.full(len(found.labels), -1, np.int32),
         area_m2=seen.area_m2,
