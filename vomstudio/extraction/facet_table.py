@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.extraction.facets import Facets, Limits
+from vomstudio.io.text.set_columns import DISCONTINUITY
 from vomstudio.reprs import Shown
 from vomstudio.tables.orientation_table import Row, plane_row
 
@@ -46,6 +47,11 @@ class FacetTable(Shown):
     min_points: int
     min_area_m2: float | None
     warnings: tuple[str, ...]
+
+    @property
+    def more(self) -> tuple[str, ...]:
+        """Columns of the rows beyond those of the orientation table."""
+        return (DISCONTINUITY, WKT) if self.sets else (WKT,)
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command, but for its files."""

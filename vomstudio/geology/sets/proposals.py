@@ -159,6 +159,36 @@ def propose_sets(
     )
 
 
+def given_sets(means: Floats, poles: Sequence[Floats], group: npt.ArrayLike) -> SetProposal:
+    """Sets whose poles (k, 3) are known, S1, S2... in their order, of planes with poles (n, 3) and
+    groups (n,), -1 for none. Sets without a plane are left out. The mean of each is the one given;
+    kappa and cone are of its planes."""
+    of = np.asarray(group, np.int64)
+    all_ = np.asarray(poles, np.float64).reshape(-1, 3)
+    sets = []
+    for j, mean in enumerate(means):
+        own = all_[of == j]
+        if not len(own):
+            continue
+        plane = Plane.from_normal(mean)
+        found = _described(f"S{j + 1}", own, None)
+        sets.append(
+            replace(found, dip_direction_deg=plane.dip_direction_deg, dip_deg=plane.dip_deg)
+        )
+    return SetProposal(
+        n=len(all_),
+        sets=tuple(sets),
+        unassigned=int(np.sum(of < 0)),
+        criteria=(),
+        convention="",
+        dropped_lines=(),
+        warnings=(),
+        assignment=tuple(f"S{j + 1}" if j >= 0 else "" for j in of.tolist()),
+        probability=(1.0,) * len(all_),
+        rows=tuple(range(len(all_))),
+    )
+
+
 def described(
     found: SetProposal, poles: Floats, pieces: Pieces | None, scanline: Floats | None = None
 ) -> SetProposal:
