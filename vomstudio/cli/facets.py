@@ -158,14 +158,26 @@ def in_words(found: FacetTable) -> str:
                 share=100.0 * found.near_planar_share,
             )
         )
-    said += [
-        tr(
+    return "\n".join([*said, *(_set_in_words(one) for one in found.sets)])
+
+
+def _set_in_words(one: dict[str, Any]) -> str:
+    plane = (
+        f"{text_tables.azimuth(one['dip_direction_deg'], 1)}/"
+        f"{text_tables.inclination(one['dip_deg'], 1)}"
+    )
+    if one["spacing_m"] is None:
+        return tr(
             "Set {name}: {count} facets about {plane}.",
             name=one["name"],
             count=one["n"],
-            plane=f"{text_tables.azimuth(one['dip_direction_deg'], 1)}/"
-            f"{text_tables.inclination(one['dip_deg'], 1)}",
+            plane=plane,
         )
-        for one in found.sets
-    ]
-    return "\n".join(said)
+    return tr(
+        "Set {name}: {count} facets of {planes} discontinuities about {plane}, {spacing} m apart.",
+        name=one["name"],
+        count=one["n"],
+        planes=one["discontinuities"],
+        plane=plane,
+        spacing=text_tables.figures(one["spacing_m"]),
+    )
