@@ -35,6 +35,7 @@ _PLACES = {
     "dem": "elevations",
     "ElevationModel": "elevations",
     "section": "sections",
+    "extend": "extensions",
     "Section": "sections",
     "register": "registrations",
     "compare": "comparisons",

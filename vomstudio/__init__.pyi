@@ -3,6 +3,7 @@ from vomstudio.api.agreements import agreement as agreement
 from vomstudio.api.comparisons import compare as compare
 from vomstudio.api.elevations import ElevationModel as ElevationModel
 from vomstudio.api.elevations import dem as dem
+from vomstudio.api.extensions import extend as extend
 from vomstudio.api.extractions import facets as facets
 from vomstudio.api.extractions import follow as follow
 from vomstudio.api.fracture_maps import fractures as fractures
