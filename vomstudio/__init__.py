@@ -36,6 +36,7 @@ _PLACES = {
     "ElevationModel": "elevations",
     "section": "sections",
     "extend": "extensions",
+    "surface": "surfaces",
     "Section": "sections",
     "register": "registrations",
     "compare": "comparisons",

@@ -31,6 +31,7 @@ from vomstudio.api.sets import fold as fold
 from vomstudio.api.sets import slip as slip
 from vomstudio.api.sets import slope as slope
 from vomstudio.api.sets import stats as stats
+from vomstudio.api.surfaces import surface as surface
 from vomstudio.api.surveys import check as check
 from vomstudio.api.surveys import plan as plan
 from vomstudio.api.surveys import read_photos as read_photos

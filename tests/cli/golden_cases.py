@@ -121,6 +121,8 @@ CASES = (
         "extend {specimens}/boulder.ply --plane 20/90 -o {work}/none.csv",
         code=2,
     ),
+    Case("surface", "surface {work}/slope.csv -o {work}/slope.tif --profiles {work}/profiles.csv"),
+    Case("surface-refused", "surface {work}/slope.csv -o {work}/slope.png", code=2),
     Case(
         "facets-refused", "facets {resources}/sample/sample.obj -o {work}/f.csv --angle 90", code=2
     ),

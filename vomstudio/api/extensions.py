@@ -10,7 +10,10 @@ from vomstudio.api.checking import numbers, points, single_number, warn
 from vomstudio.api.comparisons import placed
 from vomstudio.api.planes import plane_text
 from vomstudio.errors import InputError, UsageError
+from vomstudio.geology.beds.extended import PlaneBelief, belief_of_attitude, belief_of_fit
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.planes import fit_plane
+from vomstudio.products.section.curtain import parse_section_plane
 from vomstudio.products.section.extension import ExtendedPlane
 from vomstudio.products.section.extension import extend as _extend
 from vomstudio.words import tr
@@ -64,36 +67,35 @@ def extend(
     >>> found.beds[0].least_error95_m < 0.05, 0.2 < found.beds[0].most_error95_m < 0.4
     (True, True)
     """
-    from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit
-    from vomstudio.geometry.planes import fit_plane
     from vomstudio.io.models.opening import point_spacing
-    from vomstudio.products.section.curtain import parse_section_plane
 
     data, _, _ = placed(model, "model")
-    if (of is None) == (plane is None):
-        raise UsageError(
-            tr("Give the points of the plane, or plane= with through= and error_deg=.")
-        )
-    if of is not None:
-        belief = belief_of_fit(fit_plane(points(of, "of")))
-    else:
-        error = single_number(error_deg, "error_deg")
-        if through is None or error is None:
-            raise UsageError(tr("A plane needs through= and error_deg=."), field="through")
-        point = numbers(through, "through")
-        if point.shape != (3,) or not np.isfinite(point).all():
-            raise InputError(tr("A point is three numbers, x, y, z of World."), field="through")
-        belief = belief_of_attitude(
-            parse_section_plane(str(plane_text(plane))), point, error,
-            single_number(through_error_m, "through_error_m") or 0.0,
-        )  # fmt: skip
     spacing = point_spacing(data) if isinstance(data, PointCloud) else 0.0
     found = _extend(
         data,
-        belief,
+        _belief(of, plane, through, error_deg, through_error_m),
         thickness_m=single_number(thickness_m, "thickness_m"),
         thickness_error_m=single_number(thickness_error_m, "thickness_error_m") or 0.0,
         spacing=spacing if np.isfinite(spacing) else 0.0,
     )
     warn(found.warnings)
     return found
+
+
+def _belief(of: Any, plane: Any, through: Any, error_deg: Any, through_error_m: Any) -> PlaneBelief:
+    """Raises UsageError, InputError, GeometryError."""
+    if (of is None) == (plane is None):
+        raise UsageError(
+            tr("Give the points of the plane, or plane= with through= and error_deg=.")
+        )
+    if of is not None:
+        return belief_of_fit(fit_plane(points(of, "of")))
+    error = single_number(error_deg, "error_deg")
+    if through is None or error is None:
+        raise UsageError(tr("A plane needs through= and error_deg=."), field="through")
+    point = numbers(through, "through")
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise InputError(tr("A point is three numbers, x, y, z of World."), field="through")
+    of_point = single_number(through_error_m, "through_error_m") or 0.0
+    attitude = parse_section_plane(str(plane_text(plane)))
+    return belief_of_attitude(attitude, point, error, of_point)

@@ -12,6 +12,7 @@ from vomstudio.api.checking import points, single_number, warn
 from vomstudio.api.comparisons import placed
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.tables import frame
+from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.followed_trace import FollowedTrace
 from vomstudio.progress import CancelToken
 from vomstudio.reprs import Shown
@@ -108,27 +109,25 @@ def facets(
     (2, [90.0, 90.0])
     """
     from vomstudio.extraction.facet_search import search, search_limits
-    from vomstudio.tables.orientation_table import COLUMNS
 
     report = told(progress, cancel)
     data, crs, _ = placed(model, "model")
+    fewest = None if min_points is None else int(single_number(min_points, "min_points") or 0)
     limits = search_limits(
-        single_number(angle, "angle"),
-        single_number(max_distance, "max_distance"),
-        None if min_points is None else int(single_number(min_points, "min_points") or 0),
-        single_number(min_area, "min_area"),
-        preset,
-    )
+        single_number(angle, "angle"), single_number(max_distance, "max_distance"), fewest,
+        single_number(min_area, "min_area"), preset,
+    )  # fmt: skip
+    name = getattr(getattr(model, "path", None), "name", None) or ""
     found = search(
-        data,
-        limits,
-        preset=preset,
-        sets=sets,
-        model=getattr(getattr(model, "path", None), "name", None) or "",
-        frame=crs or "local",
-        progress=report,
+        data, limits, preset=preset, sets=sets, model=name, frame=crs or "local", progress=report
     )
     warn(found.warnings)
+    return _as_facets(found)
+
+
+def _as_facets(found: FacetTable) -> Facets:
+    from vomstudio.tables.orientation_table import COLUMNS
+
     table = frame(found.rows, COLUMNS)
     for column in found.more:
         table[column] = [row[column] for row in found.rows]

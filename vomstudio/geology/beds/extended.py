@@ -124,7 +124,7 @@ def belief_of_fit(fit: PlaneFit) -> PlaneBelief:
         )  # fmt: skip
     free = max(fit.n_effective - 3.0, 0.5)
     limit = float(joint_quantile(np.array([free]))[0]) * free
-    tilts = np.tan(np.radians([smallest, largest])) ** 2 / limit
+    tilts = np.asarray(np.tan(np.radians([smallest, largest])) ** 2 / limit)
     return PlaneBelief(
         np.asarray(fit.centroid, np.float64),
         _right_handed(np.asarray(fit.axes, np.float64)),
@@ -144,8 +144,8 @@ def belief_of_attitude(
     if not (0.0 <= error95_deg < 45.0 and error95_m >= 0.0):
         raise GeometryError(tr("The error of a plane is an angle from 0 to 45 degrees."))
     normal = plane.normal()
-    u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    u /= np.linalg.norm(u)
+    u: Floats = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    u = u / np.linalg.norm(u)
     tilt = np.tan(np.radians(error95_deg)) ** 2 / CHI2_TWO
     return PlaneBelief(
         np.asarray(through, np.float64),

@@ -196,7 +196,9 @@ def described(
     space. scanline : (2, 3) ends, m, only with pieces"""
     face = None if pieces is None else rests_on(pieces)
     of = np.array(found.assignment)
-    sets, all_, ids = [], [], np.full(len(poles), "", dtype=object)
+    sets: list[ProposedSet] = []
+    all_: list[Discontinuity] = []
+    ids = np.full(len(poles), "", dtype=object)
     for one in found.sets:
         own = np.flatnonzero(of == one.name)
         normal = Plane(one.dip_direction_deg, one.dip_deg).normal()
