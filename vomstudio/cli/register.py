@@ -270,7 +270,7 @@ def _evidence(
     if args.pairs is not None:
         evidence.pairs = tables.read_pairs(args.pairs)
     if args.gcp is not None:
-        from vomstudio.cli.register_marks import marked_pairs
+        from vomstudio.cli.common.register_marks import marked_pairs
 
         evidence.pairs, crs = marked_pairs(args, evidence, crs, said)
     if args.scale_bars is not None:

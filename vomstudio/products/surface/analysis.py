@@ -37,9 +37,8 @@ FEWEST_CELLS = 100
 MOST_CELLS = 1_000_000
 NOISE_OF_EDGE = 0.5
 """Of a mesh, whose noise was smoothed away: what it says below half its edges is of the meshing."""
-SHORTEST_EDGES = 4.0
-"""Of a mesh: over fewer edges it is smooth whatever the rock is."""
-SHORTEST_SPACINGS = 3.0
+SHORTEST = 3.0
+"""Edges of a mesh, spacings of a cloud: over less it is smooth whatever the rock is."""
 _SAMPLED = 500
 
 
@@ -186,7 +185,7 @@ def analyse(
         )  # fmt: skip
     row = _row(fit, area, edge, model, frame, thresholds)
     trim, holds = _trim(points, fit, deviations, plan, noise, edge, model, frame, thresholds)
-    rough = _roughness(deviations, plan, plane, noise, edge, isinstance(data, Mesh))
+    rough = _roughness(deviations, plan, plane, noise, edge)
     known = deviations[np.isfinite(deviations)]
     line = rough["smoothest"]
     return SurfaceFigures(
@@ -261,6 +260,8 @@ def _trim(
     thresholds: Thresholds,
 ) -> tuple[Trim | None, npt.NDArray[np.bool_]]:
     """What to leave out, and (n,) which points the plane holds for."""
+    from scipy.ndimage import distance_transform_edt
+
     found = where_it_holds(deviations, noise)
     if not found.trims:
         return None, np.ones(len(points), np.bool_)
@@ -269,7 +270,11 @@ def _trim(
     row, column = (
         np.clip(row, 0, found.holds.shape[0] - 1), np.clip(column, 0, found.holds.shape[1] - 1)
     )  # fmt: skip
-    holds = np.asarray(found.holds[row, column])
+    # Beside the cells that are known points lie as the nearest one does.
+    nearest = distance_transform_edt(
+        ~np.isfinite(deviations), return_distances=False, return_indices=True
+    )
+    holds = np.asarray(found.holds[tuple(nearest)][row, column])
     try:
         known = moments(points[holds])
         rest = fit_moments(known.n, known.mean, known.scatter, known.n_effective)
@@ -281,11 +286,11 @@ def _trim(
 
 
 def _roughness(
-    deviations: Array, plan: HeightPlan, plane: Plane, noise: float, edge: float, is_mesh: bool
+    deviations: Array, plan: HeightPlan, plane: Plane, noise: float, edge: float
 ) -> dict[str, Any]:
     """bent_share, hurst, smoothest and their reasons."""
     flat, bent = _without_bend(deviations)
-    shortest = (SHORTEST_EDGES if is_mesh else SHORTEST_SPACINGS) * edge
+    shortest = SHORTEST * edge
     made: dict[str, Any] = {
         "bent_share": bent, "hurst": None, "hurst_reason": None,
         "smoothest": None, "smoothest_reason": None,
