@@ -145,7 +145,7 @@ def belief_of_attitude(
         raise GeometryError(tr("The error of a plane is an angle from 0 to 45 degrees."))
     normal = plane.normal()
     u: Floats = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    u = u / np.linalg.norm(u)
+    u = np.asarray(u / np.linalg.norm(u))
     tilt = np.tan(np.radians(error95_deg)) ** 2 / CHI2_TWO
     return PlaneBelief(
         np.asarray(through, np.float64),

@@ -46,7 +46,8 @@ MENUS = (
         "delete_vertex", "|", "+of_tools", "feature_types", "update_surroundings")),
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
-        "intersection_of_sets", "|", "propose_sets", "|", "orthophoto", "|", "verdict_profile",
+        "intersection_of_sets", "extend_plane", "patch_surface", "|", "propose_sets", "|",
+        "orthophoto", "|", "verdict_profile",
         "|", "copy_net", "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),
