@@ -30,7 +30,7 @@ def surface(
         (n, 3) of points in World, metres
     around : ((x, y, z), radius) of the part of the model that is the patch, World, m
     noise_m : standard deviation of the heights that is the model's own; None takes that of a
-        cloud's points about local planes, of a mesh half its mean edge
+        cloud's points about local planes, of a mesh a quarter of its mean edge
     gsd_m : side of the map's cells; None takes the mean edge or spacing
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken that stops the work

@@ -35,8 +35,9 @@ Array = npt.NDArray[np.float64]
 
 FEWEST_CELLS = 100
 MOST_CELLS = 1_000_000
-NOISE_OF_EDGE = 0.5
-"""Of a mesh, whose noise was smoothed away: what it says below half its edges is of the meshing."""
+NOISE_OF_EDGE = 0.25
+"""Of a mesh, which smooths its points' noise away but not its own errors: depths of photos err by
+about a pixel, and an edge is some pixels long."""
 SHORTEST = 3.0
 """Edges of a mesh, spacings of a cloud: over less it is smooth whatever the rock is."""
 _SAMPLED = 500
@@ -157,7 +158,7 @@ def analyse(
     """Of a patch: a mesh or a cloud in World, m, that is nothing but the patch.
 
     noise_m : standard deviation of the heights that is the model's own; without it that of a
-    cloud's points about local planes, of a mesh half its mean edge
+    cloud's points about local planes, of a mesh a quarter of its mean edge
     cell_m : side of the map's cells; the mean edge or spacing
     Raises UsageError for lengths that are none, GeometryError for a patch without a plane, or too
     small for a map, Cancelled.

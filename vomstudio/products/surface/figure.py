@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vomstudio.geometry.units import length_text
-from vomstudio.products.surface.analysis import Profile, SurfaceFigures
+from vomstudio.products.surface.analysis import SurfaceFigures
 from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
@@ -16,18 +16,21 @@ if TYPE_CHECKING:
 
 _PALETTE = "RdBu_r"
 """Blue below, red above: that of signed fields on models."""
-_PROFILES = {
-    "along": ("#0072b2", to_translate("along")),
-    "across": ("#d55e00", to_translate("across")),
+_COLORS = {"along": "#0072b2", "across": "#d55e00"}
+_NAMES = {
+    "along": (to_translate("along the smoothest direction"), to_translate("down the dip")),
+    "across": (to_translate("across it"), to_translate("along the strike")),
 }
+"""Of profiles where there is a smoothest direction, and where there is none."""
 _ARROW = 0.3
 
 
 def draw_surface(figure: Figure, found: SurfaceFigures) -> None:
     """On an empty figure."""
-    grid = figure.add_gridspec(2, 1, height_ratios=(3, 2), hspace=0.32)
+    figure.set_layout_engine("constrained")
+    grid = figure.add_gridspec(1, 2, width_ratios=(5, 4))
     _draw_map(figure, figure.add_subplot(grid[0]), found)
-    _draw_profiles(figure.add_subplot(grid[1]), found.profiles)
+    _draw_profiles(figure.add_subplot(grid[1]), found)
 
 
 def _draw_map(figure: Figure, axes: Axes, found: SurfaceFigures) -> None:
@@ -39,7 +42,7 @@ def _draw_map(figure: Figure, axes: Axes, found: SurfaceFigures) -> None:
     extent = (0.0, columns * cell, rows * cell, 0.0)
     shown = axes.imshow(values, cmap=_PALETTE, vmin=-reach, vmax=reach, extent=extent,
                         interpolation="nearest")  # fmt: skip
-    bar = figure.colorbar(shown, ax=axes, fraction=0.04, pad=0.02)
+    bar = figure.colorbar(shown, ax=axes, location="bottom", shrink=0.8)
     bar.set_label(tr("deviation (m)"))
     axes.set_xlabel(tr("along the strike (m)"))
     axes.set_ylabel(tr("down the dip (m)"))
@@ -63,14 +66,16 @@ def _draw_map(figure: Figure, axes: Axes, found: SurfaceFigures) -> None:
         )
 
 
-def _draw_profiles(axes: Axes, profiles: tuple[Profile, ...]) -> None:
-    for one in profiles:
-        color, name = _PROFILES[one.name]
-        axes.plot(one.distance_m, one.deviation_m, color=color, linewidth=1.2, label=tr(name))
+def _draw_profiles(axes: Axes, found: SurfaceFigures) -> None:
+    for one in found.profiles:
+        name = tr(_NAMES[one.name][0 if found.smoothest is not None else 1])
+        axes.plot(
+            one.distance_m, one.deviation_m, color=_COLORS[one.name], linewidth=1.2, label=name
+        )
     axes.axhline(0.0, color="0.6", linewidth=0.8)
     axes.set_xlabel(tr("distance from the middle (m)"))
     axes.set_ylabel(tr("deviation (m)"))
-    axes.legend(loc="upper right", frameon=False)
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
 
 
 def in_lines(found: SurfaceFigures) -> list[str]:
@@ -85,7 +90,10 @@ def in_lines(found: SurfaceFigures) -> list[str]:
         )
     ]
     if found.noise_from == "mesh":
-        said[-1] += " " + tr("It was taken as half an edge of the mesh, since a mesh smooths.")
+        said[-1] += " " + tr(
+            "It was taken as a quarter of the mesh's edges, since a mesh smooths; state it where "
+            "it is known."
+        )
     if found.hurst is None:
         said.append(tr("No Hurst exponent: {reason}", reason=found.hurst_reason))
     else:

@@ -73,6 +73,7 @@ class ExtendDialog(QDialog):
         self.show_button.clicked.connect(self.start)
         self.save_button.clicked.connect(self._ask_for_file)
         buttons.rejected.connect(self.reject)
+        self.show_button.setDefault(True)
         layout = QVBoxLayout(self)
         layout.addLayout(form)
         layout.addWidget(self.said)

@@ -9,7 +9,16 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage, QPixmap
-from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFileDialog, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QLabel,
+    QLineEdit,
+    QVBoxLayout,
+    QWidget,
+)
 
 from vomstudio.document import edits
 from vomstudio.document.kinds.patch import Patch
@@ -30,6 +39,7 @@ from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.words import tr
 
 _SIZE = (760, 520)
@@ -49,6 +59,14 @@ class SurfaceDialog(QDialog):
         self.picture = QLabel(tr("Looking at the patch…"))
         self.picture.setMinimumSize(*_SIZE)
         self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.noise = QLineEdit()
+        self.noise.setToolTip(
+            tr("Standard deviation of the heights that is the model's own, in metres. What is "
+               "smaller is not the rock's.")
+        )  # fmt: skip
+        self.noise.editingFinished.connect(self.start)
+        form = QFormLayout()
+        form.addRow(tr("Noise of the model (m)"), self.noise)
         self.said = QLabel()
         self.said.setWordWrap(True)
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -61,16 +79,37 @@ class SurfaceDialog(QDialog):
         self.trim_button.clicked.connect(self.trim)
         self.save_button.clicked.connect(self._ask_for_file)
         buttons.rejected.connect(self.reject)
+        for button in buttons.buttons():
+            # Return ends the typing of the noise.
+            button.setAutoDefault(False)  # type: ignore[attr-defined]
         layout = QVBoxLayout(self)
         layout.addWidget(self.picture, 1)
         layout.addWidget(self.said)
+        layout.addLayout(form)
         layout.addWidget(buttons)
         self._refresh_buttons()
+        self._looked_at: str | None = None
         self._background = Background(self)
-        model, opened = studio.records[patch.model_id], studio.models[patch.model_id]
-        assert isinstance(model, Model)
+        self.start()
+
+    def start(self) -> None:
+        """Look at the patch, with the noise that is typed."""
+        typed = self.noise.text().strip()
+        if typed == self._looked_at:
+            return
+        noise = parse_number(typed) if typed else None
+        if typed and (noise is None or not noise >= 0.0):
+            self.said.setText(tr("The noise is a length in metres, as 0.005."))
+            return
+        studio, patch = self._studio, self._patch
+        model, opened = studio.records.get(patch.model_id), studio.models.get(patch.model_id)
+        if not isinstance(model, Model) or opened is None:
+            self.said.setText(tr("The model of the patch is not open."))
+            return
+        self._looked_at, self.found = typed, None
+        self._refresh_buttons()
         ratio = self.devicePixelRatioF()
-        self._background.run(partial(_look, opened.data, model, patch, ratio), self._came)
+        self._background.run(partial(_look, opened.data, model, patch, ratio, noise), self._came)
 
     def _came(self, made: object) -> None:
         if isinstance(made, VomError):
@@ -82,6 +121,7 @@ class SurfaceDialog(QDialog):
         assert self.found is not None
         self.picture.setPixmap(QPixmap.fromImage(image))
         self.said.setText("\n".join(in_lines(self.found)))
+        self.noise.setPlaceholderText(f"{self.found.noise_m:.3g}")
         self._refresh_buttons()
 
     def _refresh_buttons(self) -> None:
@@ -158,7 +198,9 @@ def _points_of(data: Mesh | PointCloud, patch: Painted) -> np.ndarray:
     return np.unique(data.faces[ids]) if isinstance(data, Mesh) else ids
 
 
-def _look(data: Mesh | PointCloud, model: Model, patch: Painted, ratio: float) -> object:
+def _look(
+    data: Mesh | PointCloud, model: Model, patch: Painted, ratio: float, noise: float | None
+) -> object:
     """In a thread: the patch alone in World, its figures and their picture, or the error."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -167,7 +209,7 @@ def _look(data: Mesh | PointCloud, model: Model, patch: Painted, ratio: float) -
     try:
         part = of_faces(data, ids) if isinstance(data, Mesh) else data.of_rows(ids)
         part = moved(part, model.to_world)
-        found = analyse(part, model=model.name)
+        found = analyse(part, noise_m=noise, model=model.name)
     except VomError as error:
         return error
     dpi = 100.0 * ratio
