@@ -90,11 +90,12 @@ KINDS: dict[str, FieldKind] = {
 _LEVEL_DEG = 1.0
 
 
-def field_name(kind: str, radius_m: float) -> str:
-    """The name of a field among those of a model, with radius and unit."""
-    of = KINDS[kind]
-    unit = f" [{of.unit}]" if of.unit else ""
-    return f"{of.name} within {radius_m:g} m{unit}"
+def field_name(kind: str, radius_m: float, *, metric: bool = True) -> str:
+    """The name of a field among those of a model, with radius and unit. metric : its metres are
+    known"""
+    of, length = KINDS[kind], "m" if metric else "units"
+    unit = f" [{of.unit.replace('m', length)}]" if of.unit else ""
+    return f"{of.name}, r {radius_m:g} {length}{unit}"
 
 
 @dataclass(frozen=True, eq=False)

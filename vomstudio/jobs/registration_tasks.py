@@ -97,7 +97,7 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
 
     points, spacing = points_and_spacing(_read(asked.model, progress).data, asked.model.path)
     there, its_spacing = points_and_spacing(
-        _in_world(asked.reference, progress), asked.reference.path
+        in_world(asked.reference, progress), asked.reference.path
     )
     stands = similarity_of(asked.model.to_world)
     evidence = Evidence(pairs=_pairs(asked.pairs) if asked.pairs else None)
@@ -167,7 +167,8 @@ def _read(one: StandingModel, progress: Progress) -> LoadedModel:
     return model_cache.load(one.path, model_cache.folder_of(one.path, one.cache), progress)
 
 
-def _in_world(one: StandingModel, progress: Progress) -> Mesh | PointCloud:
+def in_world(one: StandingModel, progress: Progress) -> Mesh | PointCloud:
+    """Its data as it stands in World, m."""
     from vomstudio.geometry.moving import moved
 
     return moved(_read(one, progress).data, one.to_world)
@@ -206,7 +207,7 @@ def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
     names = (asked.model.name, asked.benchmark.name)
     said = crs_doubts(asked.model.crs, asked.benchmark.crs, names)
     found = compare(
-        _in_world(asked.model, progress), _in_world(asked.benchmark, progress),
+        in_world(asked.model, progress), in_world(asked.benchmark, progress),
         radius_m=asked.radius_m, registration_error_m=asked.registration_error_m,
         progress=progress,
     )  # fmt: skip
@@ -237,7 +238,7 @@ def _export(asked: ComparisonExport, progress: Progress) -> ExportedModel:
     from vomstudio.io.models.writing import choose_writer, write_model
 
     choose_writer(asked.out)
-    data = _in_world(asked.model, progress)
+    data = in_world(asked.model, progress)
     with np.load(asked.fields) as arrays:
         data = replace(data, fields={**data.fields, **arrays})
     inputs = [asked.model.path, asked.benchmark]

@@ -26,6 +26,7 @@ from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
+from vomstudio.workspace.surface_fields import SurfaceFields
 from vomstudio.workspace.surroundings import Surroundings
 from vomstudio.workspace.tool_host import ToolHost
 from vomstudio.workspace.visibility import Visibility
@@ -78,6 +79,9 @@ class Workspace:
         self.surroundings = Surroundings(
             self.projects, self.models, self.editing, self.notices, hand_over
         )
+        self.fields = SurfaceFields(
+            self.projects, self.models, self.derived, self.display, self.jobs, hand_over
+        )
         self.history = History(self.projects, self.editing, self.tools, self.notices)
         self.photos = PhotoLinks(self.projects, self.models, hand_over)
         self.layers = GisLayers(self.projects, self.jobs, self.notices, later)
@@ -103,6 +107,7 @@ class Workspace:
         self.display.load(self.projects.view("display"))
         self.selection.set(())
         self.photos.forget_all()
+        self.fields.begin()
         self.project_opened.emit()
         self.history_changed.emit()
         for problem in self.projects.project.problems:
@@ -165,6 +170,7 @@ class Workspace:
         self.selection.keep(self.projects.records)
         self.edited.emit(edit)
         self.photos.edited(edit)
+        self.fields.edited(edit)
         self.tools.document_changed()
         self.layers.write_soon()
 

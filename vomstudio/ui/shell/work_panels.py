@@ -10,8 +10,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.window_protocols import Docks
-from vomstudio.ui.registration.commands import Workspaces
+from vomstudio.ui.common.window_protocols import Docks, Workspaces
 from vomstudio.words import to_translate
 
 Make = Callable[[Studio], QWidget]
@@ -22,12 +21,14 @@ def work_panels() -> tuple[tuple[str, str, Make], ...]:
     from vomstudio.ui.analyse.sets_panel import SetsPanel
     from vomstudio.ui.analyse.slopes_panel import SlopesPanel
     from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
+    from vomstudio.ui.interpret.fields_panel import FieldsPanel
     from vomstudio.ui.registration.compare_panel import ComparePanel
 
     return (
         ("statistics", to_translate("Statistics"), StatisticsPanel),
         ("sets", to_translate("Sets"), SetsPanel),
         ("slopes", to_translate("Slopes"), SlopesPanel),
+        ("fields", to_translate("Fields"), FieldsPanel),
         ("compare", to_translate("Compare"), ComparePanel),
     )
 
@@ -37,10 +38,12 @@ def work_commands(
 ) -> list[Command]:
     """parent : of the dialogs"""
     from vomstudio.ui.analyse import profile_dialog, sets_panel
+    from vomstudio.ui.interpret import fields_panel
     from vomstudio.ui.registration import commands as registration_commands
 
     return [
         profile_dialog.command(studio, dialogs, parent),
         sets_panel.command(studio, workspaces, docks),
+        fields_panel.command(studio, workspaces, docks),
         *registration_commands.commands(studio, dialogs, workspaces, docks, parent),
     ]

@@ -23,6 +23,7 @@ HOMES: dict[str, Area] = {
     "view": "right",
     "display": "right",
     "properties": "right",
+    "fields": "right",
     "compare": "right",
     "table": "bottom",
     "photos": "bottom",
@@ -122,7 +123,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",), ("tool",)),
-        right=(("stereonet",), ("properties",)),
+        right=(("stereonet",), ("properties", "fields")),
         bottom=(("table", "in_photos"),),
     ),
     Workspace(
