@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -24,7 +23,9 @@ def panel(window, outcrop) -> FieldsPanel:
 def choose(panel: FieldsPanel, kind: str) -> None:
     """As with the arrow keys in the list."""
     panel.kind.setFocus()
-    step = Qt.Key.Key_Down if panel.kind.findData(kind) > panel.kind.currentIndex() else Qt.Key.Key_Up
+    step = (
+        Qt.Key.Key_Down if panel.kind.findData(kind) > panel.kind.currentIndex() else Qt.Key.Key_Up
+    )
     while panel.kind.currentData() != kind:
         QTest.keyClick(panel.kind, step)
 

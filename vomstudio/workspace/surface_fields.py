@@ -6,7 +6,6 @@ import threading
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,9 +18,8 @@ from vomstudio.failures import exception_hooks
 from vomstudio.geometry import transform
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.gis.crs import world_crs
 from vomstudio.jobs.events import Failed
-from vomstudio.jobs.registration_tasks import COMPARE_MODELS, CompareOrder, StandingModel
+from vomstudio.jobs.registration_tasks import COMPARE_MODELS, CompareOrder
 from vomstudio.jobs.surface_tasks import COMPUTE_FIELDS, FieldsOrder
 from vomstudio.signals import Signal
 from vomstudio.words import tr
@@ -31,6 +29,7 @@ from vomstudio.workspace.model_loading import OpenModel
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs, RunningJob
+from vomstudio.workspace.standing_models import standing_model
 
 TO_PLANE, TO_MODEL = "plane", "model"
 _RESOLUTIONS = 10.0
@@ -165,7 +164,7 @@ class SurfaceFields:
 
     def _ask_surface(self, model_id: str, shown: Shown) -> None:
         # Every field of this radius is there at once, where one of them is.
-        standing, radius = self._standing(model_id), shown.wanted.radius_m
+        standing, radius = standing_model(self._projects, model_id), shown.wanted.radius_m
         if standing is None:
             self._say(tr("The model's file was not found."))
             return
@@ -191,7 +190,10 @@ class SurfaceFields:
         )  # fmt: skip
 
     def _ask_distances(self, model_id: str, shown: Shown) -> None:
-        standing, other = self._standing(model_id), self._standing(shown.wanted.of)
+        standing, other = (
+            standing_model(self._projects, model_id),
+            standing_model(self._projects, shown.wanted.of),
+        )
         if standing is None or other is None:
             self._say(tr("The file of the other model was not found."))
             return
@@ -352,18 +354,6 @@ class SurfaceFields:
             stands,
             tuple(float(v) for v in centre),
             tuple(float(v) for v in (normal if normal[2] >= 0.0 else -normal)),
-        )
-
-    def _standing(self, model_id: str) -> StandingModel | None:
-        record = self._projects.records.get(model_id)
-        if not isinstance(record, Model):
-            return None
-        path: Path | None = self._projects.project.find_model(record)
-        if path is None:
-            return None
-        crs = world_crs(record.frame.crs, record.frame.unit_m) if record.frame.crs else None
-        return StandingModel(
-            record.name, path, self._projects.project.cache, record.to_world, crs
         )
 
 

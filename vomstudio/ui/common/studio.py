@@ -58,7 +58,7 @@ class Studio(QObject):
         w = self.workspace
         self.jobs, self.loader, self.selection = w.jobs, w.loader, w.selection
         self.display, self.photo_links = w.display, w.photos
-        self.fields = w.fields
+        self.fields, self.facets = w.fields, w.facets
         self.models, self.tools = w.models.open, w.tools.tools
         self.tool_of = w.tools.of
 

@@ -201,7 +201,9 @@ class FieldsPanel(QWidget):
             for m in (self._studio.session.of(Model) if self._studio.has_project else [])
             if m.id != own and m.id in self._studio.models
         ]
-        listed = [(self.other.itemText(i), self.other.itemData(i)) for i in range(self.other.count())]
+        listed = [
+            (self.other.itemText(i), self.other.itemData(i)) for i in range(self.other.count())
+        ]
         if listed == others:
             return
         before = self.other.currentData()
@@ -224,7 +226,9 @@ class FieldsPanel(QWidget):
         if feature is None:
             self._plane_id = ""
         self.plane.setText(
-            tr("Select a trace or patch.") if feature is None else tr("of {name}", name=feature.name)
+            tr("Select a trace or patch.")
+            if feature is None
+            else tr("of {name}", name=feature.name)
         )
 
     def _wanted(self) -> WantedField | None:

@@ -24,6 +24,7 @@ HOMES: dict[str, Area] = {
     "display": "right",
     "properties": "right",
     "fields": "right",
+    "facets": "right",
     "compare": "right",
     "table": "bottom",
     "photos": "bottom",
@@ -123,7 +124,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",), ("tool",)),
-        right=(("stereonet",), ("properties", "fields")),
+        right=(("stereonet",), ("properties", "fields", "facets")),
         bottom=(("table", "in_photos"),),
     ),
     Workspace(
