@@ -32,9 +32,15 @@ from vomstudio.workspace.running_jobs import Jobs, RunningJob
 from vomstudio.workspace.standing_models import standing_model
 
 TO_PLANE, TO_MODEL = "plane", "model"
-_RESOLUTIONS = 10.0
+_RESOLUTIONS = 5.0
 """The radius that is proposed, in resolutions of the model."""
-_FULL_RANGE = {"dip": (0.0, 90.0), "roughness": (0.0, None), "collinearity": (0.0, None)}
+_STYLES: dict[str, dict[str, Any]] = {
+    "dip": {"low": 0.0, "high": 90.0},
+    # White is vertical.
+    "steepness": {"low": 30.0, "high": 150.0, "palette": "RdBu_r"},
+    "roughness": {"low": 0.0},
+    "collinearity": {"low": 0.0},
+}
 
 Arrays = dict[str, npt.NDArray[np.generic]]
 
@@ -107,7 +113,7 @@ class SurfaceFields:
         return None
 
     def likely_radius(self, model_id: str) -> float:
-        """Ten resolutions of a model, m, with two digits."""
+        """Five resolutions of a model, m, with two digits."""
         opened, record = self._models.open.get(model_id), self._projects.records.get(model_id)
         if opened is None or not isinstance(record, Model) or not opened.resolution:
             return 0.5
@@ -289,8 +295,7 @@ class SurfaceFields:
             self._made[model_id] = set(arrays)
         self.shown[model_id] = replace(shown, said=said)
         self._display.computed[model_id] = asdict(shown.wanted)
-        low, high = _FULL_RANGE.get(shown.wanted.kind, (None, None))
-        style = kept or FieldStyle(shown.name, low, high)
+        style = kept or FieldStyle(shown.name, **_STYLES.get(shown.wanted.kind, {}))
         if shown.palette is not None:
             style = replace(style, palette=shown.palette)
         self._display.show_field(model_id, style)

@@ -6,8 +6,24 @@ from collections.abc import Collection
 
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE
 from vomstudio.geology.agreement_both_ways import BothWays
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 from vomstudio.workspace.facet_proposals import Proposals
+
+
+def summary_in_words(found: Proposals, left: Collection[int], accepted: Collection[int]) -> str:
+    """How many are to be decided upon, and how much of the rock facets stand for, in a line."""
+    count = tr_n("{count:,} facet to decide upon", "{count:,} facets to decide upon", len(left))
+    share = found.share({*left, *accepted}) if found.whole else None
+    if share is None:
+        return f"{count}."
+    if share < NEAR_PLANAR_SHARE:
+        return tr(
+            "{count}; facets are only {share:.0f} % of the exposed rock: pick traces by hand.",
+            count=count, share=100.0 * share,
+        )  # fmt: skip
+    return tr(
+        "{count}; facets are {share:.0f} % of the exposed rock.", count=count, share=100.0 * share
+    )
 
 
 def share_in_words(found: Proposals, left: Collection[int], accepted: Collection[int]) -> str:
@@ -27,7 +43,7 @@ def share_in_words(found: Proposals, left: Collection[int], accepted: Collection
         accepted=100.0 * taken,
     )
     if proposed < NEAR_PLANAR_SHARE:
-        said += " " + tr("The colours “Exposure” show where traces by hand are needed.")
+        said += " " + tr("“Colours by exposure” shows where traces by hand are needed.")
     return said
 
 

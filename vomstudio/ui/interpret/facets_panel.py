@@ -11,8 +11,10 @@ from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QGridLayout,
     QHBoxLayout,
+    QLabel,
     QProgressBar,
     QPushButton,
+    QSizePolicy,
     QSpinBox,
     QWidget,
 )
@@ -20,8 +22,9 @@ from PySide6.QtWidgets import (
 from vomstudio.document import catalogue
 from vomstudio.document.records import Model
 from vomstudio.geology.agreement_both_ways import agreement_both_ways
+from vomstudio.geometry.patches import has_id
 from vomstudio.jobs.surface_tasks import Sight
-from vomstudio.tools.interaction_types import Preview
+from vomstudio.tools.interaction_types import Hit, Preview
 from vomstudio.tools.painted_area import area_of
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Command
@@ -31,16 +34,21 @@ from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.common.window_protocols import Docks, Workspaces
-from vomstudio.ui.interpret.facet_words import agreement_in_words, share_in_words
+from vomstudio.ui.interpret.facet_words import (
+    agreement_in_words,
+    share_in_words,
+    summary_in_words,
+)
 from vomstudio.ui.interpret.measured_planes import measured_planes, planes_of
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate, tr
 from vomstudio.workspace.facet_proposals import PART_POINTS, FacetLimits, Proposals
 
 _LIVE_MS = 350
 _LEAST_HEIGHT = 130
+_LEAST_WIDTH = 64
 _DOUBT = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 _VERDICTS = {
     "good": to_translate("good"),
@@ -48,10 +56,10 @@ _VERDICTS = {
     "poor": to_translate("poor"),
 }
 _COLOURS = {
-    "label": to_translate("Each its own"),
-    "dip direction": to_translate("Dip direction"),
-    "error": to_translate("95 % error"),
-    "exposure": to_translate("Exposure"),
+    "label": to_translate("Colours by facet"),
+    "dip direction": to_translate("Colours by dip direction"),
+    "error": to_translate("Colours by 95 % error"),
+    "exposure": to_translate("Colours by exposure"),
 }
 
 
@@ -90,6 +98,7 @@ class FacetsPanel(QWidget):
             signal.connect(self._refresh)
         studio.edited.connect(self._refresh)
         studio.jobs_changed.connect(self._show_progress)
+        studio.surface_clicked.connect(self._clicked)
         self._facets.changed.connect(self._changed)
         self._refresh()
 
@@ -99,11 +108,11 @@ class FacetsPanel(QWidget):
         self.angle = _spin("facet_angle", 1.0, 89.0, 20.0, "°", 0)
         self.angle.setToolTip(tr("By which the surface may be off a facet's plane."))
         self.distance = _spin("facet_distance", 0.0, 1000.0, 0.0, " m", 3)
-        self.distance.setSpecialValueText(tr("by the resolution"))
+        self.distance.setSpecialValueText(tr("auto"))
         self.distance.setToolTip(
             tr(
-                "From a facet's plane; by the resolution it is the local spacing, or three times "
-                "the local noise."
+                "From a facet's plane; where it is left to the program, the local spacing or three "
+                "times the local noise."
             )
         )
         self.points = QSpinBox()
@@ -111,15 +120,18 @@ class FacetsPanel(QWidget):
         self.points.setRange(0, 10_000_000)
         self.points.setSingleStep(10)
         self.points.setKeyboardTracking(False)
-        self.points.setSpecialValueText(tr("automatic"))
+        self.points.setSpecialValueText(tr("auto"))
         self.points.setToolTip(tr("Of a facet: 50, or on a mesh one hundredth of its area."))
         self.area = _spin("facet_area", 0.0, 1e6, 0.0, " m²", 3)
         self.area.setSpecialValueText(tr("any"))
         self.area.setToolTip(tr("The smallest facet."))
         self.coplanarity = _spin("facet_coplanarity", 0.0, 1e6, 0.0, "", 0)
-        self.coplanarity.setSpecialValueText(tr("by the profile"))
+        self.coplanarity.setSpecialValueText(tr("auto"))
         self.coplanarity.setToolTip(
-            tr("The least coplanarity, one over the smallest of the three eigenvalues.")
+            tr(
+                "The least of one over the smallest normalised eigenvalue; that of the profile of "
+                "verdicts where it is left to the program."
+            )
         )
         for box in (self.angle, self.distance, self.points, self.area, self.coplanarity):
             box.valueChanged.connect(self._limits_changed)
@@ -133,7 +145,7 @@ class FacetsPanel(QWidget):
         self.start.setObjectName("facet_start")
         self.start.clicked.connect(lambda _: self._start_or_stop())
         self.progress = QProgressBar()
-        self.said = hint_label()
+        self.summary, self.said = hint_label(), hint_label()
         self.said.setObjectName("facet_said")
 
     def _make_list(self) -> None:
@@ -148,58 +160,66 @@ class FacetsPanel(QWidget):
         self.type.setToolTip(tr("Of what is accepted."))
         self.table = NumberTable(
             (
-                Column(tr("Verdict"), _verdict_text, tr("The most doubtful facets come first.")),
+                Column(tr("Doubt"), _verdict_text, tr("The most doubtful facets come first."),
+                       number=False),
                 Column(tr("95 %"), degrees, tr("How far the plane may be off, with 95 %.")),
                 Column(tr("Plane"), str, tr("Dip direction and dip."), number=False),
-                Column(tr("Area"), lambda v: f"{v:.3g}", tr("Square metres.")),
-                Column(tr("No."), lambda v: f"{v}", tr("As in the colours; 1 is the largest.")),
+                Column(tr("m²"), lambda v: f"{v:.2g}", tr("Area.")),
+                Column("#", lambda v: f"{v}", tr("1 is the largest.")),
             ),
             0,
             descending=True,
-        )
+        )  # fmt: skip
         self.table.setObjectName("facet_table")
         self.table.setAccessibleName(tr("Proposed facets"))
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.table.setMinimumHeight(_LEAST_HEIGHT)
+        self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
         self.table.selectionModel().selectionChanged.connect(lambda *_: self._chosen())
         self.table.installEventFilter(self)
         self.accept = QPushButton(theme.icon("check"), tr("Accept"))
         self.accept.clicked.connect(lambda _: self._accept(self._rows()))
         self.reject = QPushButton(theme.icon("close"), tr("Reject"))
         self.reject.clicked.connect(lambda _: self._reject(self._rows()))
-        self.accept_all = QPushButton(tr("Accept all"))
+        self.accept_all = QPushButton(tr("All"))
+        self.accept_all.setIcon(theme.icon("check-all"))
+        self.accept_all.setAccessibleName(tr("Accept all"))
         self.accept_all.clicked.connect(lambda _: self._accept(sorted(self._facets.open)))
-        self.reject_all = QPushButton(tr("Reject all"))
+        self.reject_all = QPushButton(tr("All"))
+        self.reject_all.setIcon(theme.icon("close-box-multiple-outline"))
+        self.reject_all.setAccessibleName(tr("Reject all"))
         self.reject_all.clicked.connect(lambda _: self._facets.drop())
 
     def _arrange(self) -> None:
-        form = narrow_form()
-        form.addRow(tr("Angle"), self.angle)
-        form.addRow(tr("Distance"), self.distance)
-        form.addRow(tr("Points"), self.points)
-        form.addRow(tr("Area"), self.area)
-        form.addRow(tr("Coplanarity"), self.coplanarity)
-        top = QHBoxLayout()
-        top.addWidget(self.live, 1)
-        top.addWidget(self.start)
-        below = narrow_form()
-        below.addRow(tr("Colours"), self.colours)
-        below.addRow(tr("Type"), self.type)
-        self._decide, grid = QWidget(), QGridLayout()
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setSpacing(4)
-        for k, button in enumerate((self.accept, self.reject, self.accept_all, self.reject_all)):
-            grid.addWidget(button, k // 2, k % 2)
-        self._decide.setLayout(grid)
-        self._choose = QWidget()
-        self._choose.setLayout(below)
+        limits = QGridLayout()
+        limits.setContentsMargins(0, 0, 0, 0)
+        limits.setSpacing(3)
+        for k, (text, box) in enumerate(
+            (
+                (tr("Angle"), self.angle),
+                (tr("Distance"), self.distance),
+                (tr("Points"), self.points),
+                (tr("Area"), self.area),
+                (tr("Coplanarity"), self.coplanarity),
+            )
+        ):
+            box.setMinimumWidth(_LEAST_WIDTH)
+            box.setAccessibleName(text)
+            limits.addWidget(QLabel(text), k // 2, 2 * (k % 2))
+            limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
+        limits.setColumnStretch(1, 1)
+        limits.setColumnStretch(3, 1)
+        limits.addWidget(self.start, 2, 2, 1, 2)
+        self._choose = _row(self.colours, QLabel(tr("as")), self.type)
+        self._decide = _row(self.accept, self.reject, self.accept_all, self.reject_all)
         column = narrow_column(self)
         column.addWidget(self.title)
-        column.addLayout(form)
-        column.addLayout(top)
+        column.addLayout(limits)
+        column.addWidget(self.live)
         column.addWidget(self.progress)
-        column.addWidget(self.table, 1)
+        column.addWidget(self.summary)
         column.addWidget(self._decide)
+        column.addWidget(self.table, 1)
         column.addWidget(self._choose)
         column.addWidget(self.said)
         column.addStretch()
@@ -244,16 +264,23 @@ class FacetsPanel(QWidget):
         self.start.setEnabled(why is None)
         self.start.setToolTip(why or "")
         found, chosen = self._facets.found, self._rows()
-        for button, on, reason in (
-            (self.accept, bool(chosen), tr("Choose facets in the list first.")),
-            (self.reject, bool(chosen), tr("Choose facets in the list first.")),
-            (self.accept_all, bool(self._facets.open), tr("There is no facet to accept.")),
-            (self.reject_all, found is not None, tr("There is nothing to reject.")),
-        ):
+        none_chosen = tr("Choose facets in the list first.")
+        for button, on, tip, reason in (
+            (self.accept, bool(chosen),
+             tr("Make what is chosen in the list patches (Enter); undo takes it back."),
+             none_chosen),
+            (self.reject, bool(chosen), tr("Leave out what is chosen in the list (Delete)."),
+             none_chosen),
+            (self.accept_all, bool(self._facets.open),
+             tr("Make all facets patches, as one step; undo takes it back."),
+             tr("There is no facet to accept.")),
+            (self.reject_all, found is not None, tr("Forget all facets; nothing is changed."),
+             tr("There is nothing to reject.")),
+        ):  # fmt: skip
             button.setEnabled(on)
-            button.setToolTip("" if on else reason)
+            button.setToolTip(tip if on else reason)
         if found is not None and not found.whole:
-            self.accept_all.setToolTip(tr("Only those of the part in view."))
+            self.accept_all.setToolTip(tr("Make all facets of the part in view patches."))
 
     def _show_progress(self) -> None:
         job = self._facets.running
@@ -292,7 +319,7 @@ class FacetsPanel(QWidget):
     # --- what was found ----------------------------------------------------------------------
     def _show_found(self) -> None:
         found, facets = self._facets.found, self._facets
-        for part in (self.table, self._decide, self._choose):
+        for part in (self.table, self._decide, self._choose, self.summary):
             part.setVisible(found is not None)
         if not self.isVisible():
             return
@@ -302,6 +329,8 @@ class FacetsPanel(QWidget):
             self._fill(found)
             if found is not None:
                 self._paint()
+        if found is not None:
+            self.summary.setText(summary_in_words(found, facets.open, facets.accepted))
         self.said.setText(self._in_words(found))
         self._refresh_buttons()
 
@@ -334,9 +363,7 @@ class FacetsPanel(QWidget):
         if found is None or self._facets.said:
             return self._facets.said
         studio = self._studio
-        lines = [tr_n("{count:,} facet to decide upon.", "{count:,} facets to decide upon.",
-                      len(self._facets.open))]  # fmt: skip
-        lines.append(share_in_words(found, self._facets.open, self._facets.accepted))
+        lines = [share_in_words(found, self._facets.open, self._facets.accepted)]
         lines += found.told.warnings
         same = {patch.runs for patch in found.patches}
         picks = [
@@ -371,6 +398,17 @@ class FacetsPanel(QWidget):
             None if area is None else Preview(np.zeros((0, 3)), color=(1.0, 1.0, 1.0), area=area)
         )
 
+    def _clicked(self, hit: Hit) -> None:
+        """On the outcrop: the facet there is chosen in the list."""
+        found = self._facets.found
+        if found is None or not self.isVisible() or hit.model_id != found.model_id:
+            return
+        for row in self._facets.open:
+            if has_id(found.patches[row].runs, hit.index):
+                self.table.choose(lambda values, number=row + 1: values[4] == number)
+                return
+        self.table.clearSelection()
+
     def _accept(self, rows: list[int]) -> None:
         at = self.table.currentIndex().row()
         if self._facets.accept(rows, str(self.type.currentData())):
@@ -403,6 +441,16 @@ class FacetsPanel(QWidget):
 
 
 _KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Delete)
+
+
+def _row(*widgets: QWidget) -> QWidget:
+    row = QWidget()
+    line = QHBoxLayout(row)
+    line.setContentsMargins(0, 0, 0, 0)
+    line.setSpacing(4)
+    for widget in widgets:
+        line.addWidget(widget)
+    return row
 
 
 def _verdict_text(doubt: tuple[int, float]) -> str:

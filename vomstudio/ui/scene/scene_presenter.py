@@ -423,6 +423,9 @@ class ScenePresenter:
                 self._studio.selection.toggle(found)
             elif not event.ctrl:
                 self._studio.selection.set([] if found is None else [found])
+                hit = self._viewport.pick(event.x, event.y) if found is None else None
+                if hit is not None:
+                    self._studio.surface_clicked.emit(hit)
 
 
 def _middle(area: Area) -> npt.NDArray[np.float64]:
