@@ -80,7 +80,7 @@ def exposure_of(elements: Elements, labels: Labels, large: Bools, colors: Array 
         float(area[plants].sum()) / total if total > 0.0 else 0.0,
         float(area[rubble].sum()) / total if total > 0.0 else 0.0,
         exposed,
-        np.bincount(labels[own], area[own], count),
+        np.bincount(labels[own], area[own], count).astype(np.float64),
         np.where(plants, 2, np.where(rubble, 3, np.where(inside, 0, 1))).astype(np.int32),
     )
 

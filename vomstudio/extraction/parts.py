@@ -58,5 +58,7 @@ def _seen(points: Array, eye: Array, toward: Array) -> Array:
         aside = np.sqrt(np.maximum((off**2).sum(axis=1) - depth**2, 0.0))
         near = np.flatnonzero((depth > 0.0) & (aside < _NARROW * depth))
         if len(near):
-            return np.asarray(points[near[np.argmin(depth[near])]])
+            # Of what is seen first, the middle.
+            first = near[depth[near] <= (1.0 + _NARROW) * depth[near].min()]
+            return np.asarray(points[first[np.argmin(aside[first])]])
     return np.asarray(points[np.nanargmin(((points - toward) ** 2).sum(axis=1))])

@@ -1,8 +1,8 @@
 """Fields of a model's surface: how it dips and faces, bends, how rough and how planar it is.
 
 All are of the points within a radius, so that they are of the rock on the scale that is looked at,
-and not of the model's triangles. Where points lie closer than an eighth of the radius one of each
-cell stands for them: no place counts more because it was seen from nearby.
+and not of the model's triangles. Where points lie closely some of each cell stand for all: no place
+counts more because it was seen from nearby.
 """
 
 from __future__ import annotations
@@ -25,8 +25,10 @@ from vomstudio.words import to_translate, tr
 Array = npt.NDArray[np.float64]
 Values = npt.NDArray[np.float32]
 
-_CELLS = 8.0
-"""Of the radius, a cell of which one point is taken."""
+_SPACINGS = 8.0
+"""Of the radius, the farthest that points of large faces may be apart."""
+_CELLS, _IN_CELL = 2.0, 24
+"""Of the radius, the side of a cell, and how many of its points count: some 300 in the ball."""
 _FEWEST = 6
 """Points within the radius, so that their plane is no chance."""
 _SPARSE_SHARE = 0.02
@@ -122,8 +124,8 @@ def surface_fields(
     progress = progress or Silent()
     progress.stage(tr("Points of the surface"), None)
     places = np.asarray(points_of(data), np.float64)
-    cell = radius_m / _CELLS
-    support = _one_of_each_cell(surface_points(data, cell)[0], cell)
+    points = surface_points(data, radius_m / _SPACINGS)[0]
+    support = _evenly(points, radius_m / _CELLS)
     grid = PointGrid(support, radius_m)
     progress.stage(tr("Planes within the radius"), len(places))
     planes = grid.planes(places, radius_m, progress)
@@ -188,14 +190,20 @@ def _shapes(planes: LocalPlanes) -> dict[str, Array]:
         }
 
 
-def _one_of_each_cell(points: Array, cell: float) -> Array:
-    """The first point in each cell, unmoved: a mean would be smoother than the rock."""
+def _evenly(points: Array, cell: float) -> Array:
+    """At most _IN_CELL points of each cell, chosen at random and unmoved: a mean would be smoother
+    than the rock, and one of each of many small cells would count what lies off the surface
+    more."""
     if not len(points):
         return points
     places = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
     size = places.max(axis=0) + 1
     key = (places[:, 0] * size[1] + places[:, 1]) * size[2] + places[:, 2]
-    return points[np.unique(key, return_index=True)[1]]
+    mixed = np.random.default_rng(0).permutation(len(key))
+    order = mixed[np.argsort(key[mixed], kind="stable")]
+    begins = np.concatenate([[True], np.diff(key[order]) != 0])
+    first = np.maximum.accumulate(np.where(begins, np.arange(len(order)), 0))
+    return points[np.sort(order[np.arange(len(order)) - first < _IN_CELL])]
 
 
 def _outward(data: Mesh | PointCloud, normals: Array) -> tuple[Array, tuple[str, ...]]:

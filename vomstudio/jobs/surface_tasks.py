@@ -147,7 +147,8 @@ def _find(asked: FacetsOrder, progress: Progress) -> FoundFacets:
         part = part_in_view(data, asked.part.eye, asked.part.toward, asked.part.points)
     found = find_facets(part.data, limits, progress=progress)
     asked.out.parent.mkdir(parents=True, exist_ok=True)
-    np.savez(asked.out, **_facet_arrays(found, part, count, asked.model.to_world))
+    arrays: dict[str, Any] = _facet_arrays(found, part, count, asked.model.to_world)
+    np.savez(asked.out, **arrays)
     seen = found.exposure
     return FoundFacets(
         len(found.facets), found.of, found.reach, found.min_points, seen.near_planar_share,

@@ -403,11 +403,11 @@ class FacetsPanel(QWidget):
         found = self._facets.found
         if found is None or not self.isVisible() or hit.model_id != found.model_id:
             return
-        for row in self._facets.open:
-            if has_id(found.patches[row].runs, hit.index):
-                self.table.choose(lambda values, number=row + 1: values[4] == number)
-                return
-        self.table.clearSelection()
+        there = [r for r in self._facets.open if has_id(found.patches[r].runs, hit.index)]
+        if there:
+            self.table.choose(lambda values: bool(values[4] == there[0] + 1))
+        else:
+            self.table.clearSelection()
 
     def _accept(self, rows: list[int]) -> None:
         at = self.table.currentIndex().row()
