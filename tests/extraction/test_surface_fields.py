@@ -167,3 +167,11 @@ def test_names_say_radius_and_unit() -> None:
     assert field_name("dip_direction", 0.5) == "dip direction, r 0.5 m [°]"
     assert field_name("curvature", 2.0, metric=False) == "curvature, r 2 units [1/units]"
     assert field_name("coplanarity", 0.25) == "coplanarity M, r 0.25 m"
+
+
+def test_a_radius_beside_the_triangles_of_a_mesh() -> None:
+    mesh = grid_mesh(np.zeros((30, 30)), 0.5)
+    with pytest.raises(GeometryError, match=r"larger radius, at least 0\.0\d+ m"):
+        surface_fields(mesh, 0.001)
+    assert any("single triangles" in said for said in surface_fields(mesh, 0.4).warnings)
+    assert surface_fields(mesh, 2.0).warnings == ()

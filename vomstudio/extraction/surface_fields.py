@@ -18,6 +18,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import LocalPlanes, PointGrid
+from vomstudio.geometry.patches import face_areas
 from vomstudio.progress import Progress, Silent
 from vomstudio.registration.surface_points import points_of, surface_points
 from vomstudio.words import to_translate, tr
@@ -25,10 +26,11 @@ from vomstudio.words import to_translate, tr
 Array = npt.NDArray[np.float64]
 Values = npt.NDArray[np.float32]
 
-_SPACINGS = 8.0
+_SPACINGS = 6.0
 """Of the radius, the farthest that points of large faces may be apart."""
 _CELLS, _IN_CELL = 2.0, 24
 """Of the radius, the side of a cell, and how many of its points count: some 300 in the ball."""
+_MOST_POINTS = 3_000_000
 _FEWEST = 6
 """Points within the radius, so that their plane is no chance."""
 _SPARSE_SHARE = 0.02
@@ -124,6 +126,7 @@ def surface_fields(
     progress = progress or Silent()
     progress.stage(tr("Points of the surface"), None)
     places = np.asarray(points_of(data), np.float64)
+    said = _refused_or_told(data, radius_m)
     points = surface_points(data, radius_m / _SPACINGS)[0]
     support = _evenly(points, radius_m / _CELLS)
     grid = PointGrid(support, radius_m)
@@ -138,6 +141,7 @@ def surface_fields(
             )
         )
     normals, warnings = _outward(data, planes.normal)
+    warnings = (*said, *warnings)
     normals[~enough] = np.nan
     progress.stage(tr("Curvature"), len(places))
     curvature = grid.curvatures(places, normals, radius_m, progress)
@@ -159,6 +163,34 @@ def surface_fields(
         int(np.median(planes.count[enough])),
         warnings,
     )
+
+
+def _refused_or_told(data: Mesh | PointCloud, radius_m: float) -> tuple[str, ...]:
+    """What is to be known of a radius beside the triangles of a mesh. Raises GeometryError where
+    their points would be too many."""
+    if not isinstance(data, Mesh) or not len(data.faces):
+        return ()
+    areas = face_areas(data, np.arange(len(data.faces)))
+    areas = areas[np.isfinite(areas)]
+    most = max(_MOST_POINTS, 3 * len(data.vertices))
+    least = _SPACINGS * float(np.sqrt(areas.sum() / most))
+    if radius_m < least:
+        raise GeometryError(
+            tr(
+                "The radius is far smaller than the model's triangles: choose a larger radius, at "
+                "least {least:.2g} m.",
+                least=least,
+            )
+        )
+    usual = float(np.sqrt(2.0 * np.median(areas))) if len(areas) else 0.0
+    if radius_m < 2.0 * usual:
+        return (
+            tr(
+                "The radius is less than two edges of the model's triangles: values are those of "
+                "single triangles.",
+            ),
+        )
+    return ()
 
 
 def _kept(values: Array, enough: npt.NDArray[np.bool_]) -> Values:
