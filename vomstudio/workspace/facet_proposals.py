@@ -27,10 +27,9 @@ from vomstudio.signals import Signal
 from vomstudio.words import tr
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
-from vomstudio.workspace.models import Models
+from vomstudio.workspace.models import Models, standing_model
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs, RunningJob
-from vomstudio.workspace.standing_models import standing_model
 
 PART_POINTS = 60_000
 """Points of the part that is looked at while thresholds are tried: a second's work."""

@@ -26,10 +26,9 @@ from vomstudio.words import tr
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.model_loading import OpenModel
-from vomstudio.workspace.models import Models
+from vomstudio.workspace.models import Models, standing_model
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs, RunningJob
-from vomstudio.workspace.standing_models import standing_model
 
 TO_PLANE, TO_MODEL = "plane", "model"
 _RESOLUTIONS = 5.0

@@ -38,6 +38,15 @@ def _solved(rows):  # type: ignore[no-untyped-def]
     return True
 
 
+@part
+def _across(x, y, z):  # type: ignore[no-untyped-def]
+    """Two directions across a unit normal (Duff et al. 2017, JCGT 6(1), 1)."""
+    side = math.copysign(1.0, z)
+    a = -1.0 / (side + z)
+    b = x * y * a
+    return 1.0 + side * x * x * a, side * b, -side * x, b, side + y * y * a, -y
+
+
 @kernel(
     "void(f8[:,::1], i4[::1], i8[::1], i8[:,::1], f8, i8, i8, i8, f8[:,::1], f8[:,::1], f8,"
     "f8[:,::1], f8[::1])"
@@ -56,12 +65,7 @@ def curvatures_near(  # type: ignore[no-untyped-def]
         ax, ay, az = normals[row, 0], normals[row, 1], normals[row, 2]
         if not math.isfinite(x + y + z + ax + ay + az):
             continue
-        # Two directions across the normal (Duff et al. 2017, JCGT 6(1), 1).
-        side = math.copysign(1.0, az)
-        a = -1.0 / (side + az)
-        b = ax * ay * a
-        ux, uy, uz = 1.0 + side * ax * ax * a, side * b, -side * ax
-        vx, vy, vz = b, side + ay * ay * a, -ay
+        ux, uy, uz, vx, vy, vz = _across(ax, ay, az)
         i0, i1 = cell_of(x - radius, size, nx), cell_of(x + radius, size, nx)
         j0, j1 = cell_of(y - radius, size, ny), cell_of(y + radius, size, ny)
         k0, k1 = cell_of(z - radius, size, nz), cell_of(z + radius, size, nz)
