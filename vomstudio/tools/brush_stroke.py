@@ -88,29 +88,13 @@ class Stroke:
     def figures(self, ids: npt.NDArray[np.int64], *, whole: bool) -> dict[str, Any]:
         """The fields of a patch that follow from its ids, by name; `whole` with those that only a
         record needs."""
-        points, weights = self.surface.weighted(ids)
-        known = moments(points, weights)
-        figures = {
-            "n": known.n,
-            "mean": known.mean,
-            "scatter": known.scatter,
-            "n_effective": known.n_effective,
-            "area": self.surface.area_of(ids),
-            "resolution": self.resolution,
-            "rule": SURROUNDINGS_RULE,
-        }
-        if not whole:
-            if self.quick:
-                figures["resolution"] = self.surface.resolution_near(points)
-            return figures
-        ring: tuple[Any, ...] = ()
-        try:
-            fit = fit_moments(known.n, known.mean, known.scatter)
-            ring = outline(points, fit.normal)
-        except VomError:
-            pass
-        spacing = self.surface.resolution_near(points)
-        return {**figures, "runs": runs_of(ids), "outline": ring, "resolution": spacing}
+        if whole:
+            return figures_of(self.surface, ids)
+        figures = _fitted(self.surface, ids) | {"resolution": self.resolution}
+        if self.quick:
+            points, _ = self.surface.weighted(ids)
+            figures["resolution"] = self.surface.resolution_near(points)
+        return figures
 
     # --- live figures ------------------------------------------------------------------------
     def due(self, now: float) -> bool:
@@ -132,3 +116,30 @@ class Stroke:
             self.touched = [self.touched[0][::2]]
             self.stride *= 2
         return Area(self.origin, self.touched[0], np.zeros((0, 2, 3), np.float32))
+
+
+def _fitted(surface: PaintSurface, ids: npt.NDArray[np.int64]) -> dict[str, Any]:
+    """What the plane of a patch follows from, by the names of its fields."""
+    known = moments(*surface.weighted(ids))
+    return {
+        "n": known.n,
+        "mean": known.mean,
+        "scatter": known.scatter,
+        "n_effective": known.n_effective,
+        "area": surface.area_of(ids),
+        "rule": SURROUNDINGS_RULE,
+    }
+
+
+def figures_of(surface: PaintSurface, ids: npt.NDArray[np.int64]) -> dict[str, Any]:
+    """All fields of a patch that follow from its faces or points, sorted, by name."""
+    figures = _fitted(surface, ids)
+    points, _ = surface.weighted(ids)
+    ring: tuple[Any, ...] = ()
+    try:
+        fit = fit_moments(figures["n"], figures["mean"], figures["scatter"])
+        ring = outline(points, fit.normal)
+    except VomError:
+        pass
+    spacing = surface.resolution_near(points)
+    return {**figures, "runs": runs_of(ids), "outline": ring, "resolution": spacing}

@@ -29,6 +29,7 @@ class ControlTool:
 
     name: ClassVar[str] = "control"
     paints: ClassVar[bool] = False
+    takes_keys: ClassVar[bool] = False
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context

@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -56,6 +56,7 @@ class PatchTool:
 
     name = "patch"
     paints = True
+    takes_keys = False
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
@@ -237,7 +238,7 @@ class PatchTool:
                 session.apply(edits.delete(session.records, [patch.id]))
             return
         painted = replace(
-            patch or _new_patch(self._context, stroke), **stroke.figures(ids, whole=True)
+            patch or new_patch(self._context, stroke.model, stroke.surface.element), **stroke.figures(ids, whole=True)
         )
         if patch is None:
             session.apply(edits.add_features(session.records, [painted]))
@@ -256,7 +257,9 @@ class PatchTool:
         if not len(ids):
             self._live, stroke.measured = None, stroke.count
             return
-        patch = self.current or _new_patch(self._context, stroke)
+        patch = self.current or new_patch(
+            self._context, stroke.model, stroke.surface.element
+        )
         self._live = self._context.measure(replace(patch, **stroke.figures(ids, whole=False)))
         stroke.note_measured(started)
 
@@ -446,15 +449,16 @@ _PAINTED = ("runs", "n", "mean", "scatter", "n_effective", "outline", "area", "r
             "rule")  # fmt: skip
 
 
-def _new_patch(context: ToolContext, stroke: Stroke) -> Patch:
+def new_patch(context: ToolContext, model: Model, element: Literal["face", "point"]) -> Patch:
+    """A patch of nothing yet, of the type and set that come next."""
     zero = (0.0, 0.0, 0.0)
     return Patch(
         id=edits.new_id("patch"),
         name="",
         type_id=context.next_type_id,
-        model_id=stroke.model.id,
-        model_hash=stroke.model.content_hash,
-        element=stroke.surface.element,
+        model_id=model.id,
+        model_hash=model.content_hash,
+        element=element,
         runs=(),
         n=0,
         mean=zero,

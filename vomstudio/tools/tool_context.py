@@ -12,6 +12,7 @@ from vomstudio.geometry.brush import PaintSurface
 from vomstudio.tools.followed_line import PathFinder
 from vomstudio.tools.interaction_types import PointerEvent, Preview
 from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.outcrop_elements import OutcropElements
 
 
 class Tool(Protocol):
@@ -19,11 +20,13 @@ class Tool(Protocol):
     unfinished feature, which `finish` or `cancel` ends and which its draft restores.
 
     name : in drafts, and of its command and panel; paints : it draws with the left button, so that
-    the right one orbits
+    the right one orbits; takes_keys : it has a use for Shift with that button and for the wheel with
+    Ctrl or Shift
     """
 
     name: ClassVar[str]
     paints: ClassVar[bool]
+    takes_keys: ClassVar[bool]
 
     @property
     def open(self) -> bool: ...
@@ -91,6 +94,10 @@ class ToolContext(Protocol):
     @property
     def paths(self) -> PathFinder:
         """Finds the ways that lines follow over models."""
+
+    @property
+    def elements(self) -> OutcropElements:
+        """The faces and points of the models that are shown, and how they are looked at."""
 
     def measure(self, feature: Feature) -> Measurement:
         """The live figures of a feature that is not in the document."""

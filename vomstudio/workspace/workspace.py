@@ -20,6 +20,7 @@ from vomstudio.workspace.layer_export import GisLayers
 from vomstudio.workspace.model_loading import ModelLoader
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.outcrop_elements import OutcropElements
 from vomstudio.workspace.owner_thread import Aside, Call, Later, Post, in_the_way
 from vomstudio.workspace.path_finding import PathFinding
 from vomstudio.workspace.photos import PhotoLinks
@@ -66,6 +67,7 @@ class Workspace:
         self.models = Models(
             self.projects, self.editing, self.loader, self.jobs, self.preferences, self.notices
         )
+        self.elements = OutcropElements(self.projects, self.models, self.visibility)
         self.tools = ToolHost(
             self.projects,
             self.models,
@@ -74,6 +76,7 @@ class Workspace:
             self.preferences,
             self.notices,
             PathFinding(self.models, hand_over),
+            self.elements,
         )
         self.surroundings = Surroundings(
             self.projects, self.models, self.editing, self.notices, hand_over

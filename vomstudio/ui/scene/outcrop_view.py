@@ -45,6 +45,7 @@ class OutcropView(QObject):
         self.viewport = viewport
         self._presenter = ScenePresenter(self._studio, viewport)
         self._presenter.rebuild()
+        self._studio.workspace.elements.look = viewport.looking
         self._cameras.watch(viewport)
         explain(viewport, lambda _: _READING if viewport.reading_place.box else None)
 
@@ -143,6 +144,7 @@ class OutcropView(QObject):
             self.viewport.gestures.orbit_button = (
                 Qt.MouseButton.RightButton if paints else Qt.MouseButton.LeftButton
             )
+            self.viewport.gestures.tool_takes_keys = found is not None and found.takes_keys
 
     # --- the camera --------------------------------------------------------------------------
     def _camera_changed(self) -> None:
