@@ -11,7 +11,7 @@ _SPREAD = 0x9E3779B97F4A7C15 - (1 << 64)
 
 
 @part
-def _slot(names, name):  # type: ignore[no-untyped-def]
+def slot_of(names, name):  # type: ignore[no-untyped-def]
     """Where a row of cells stands in the table, or the empty place where it would."""
     last = len(names) - 1
     at = ((name * _SPREAD) >> 20) & last
@@ -25,13 +25,13 @@ def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
     """The table of rows of cells that hold points. rows : (r,) their numbers, begins : (r + 1,)
     where the points of each begin; names come full of -1, more than r, a power of two of them."""
     for at in range(len(rows)):
-        slot = _slot(names, rows[at])
+        slot = slot_of(names, rows[at])
         names[slot] = rows[at]
         ends[slot, 0], ends[slot, 1] = begins[at], begins[at + 1]
 
 
 @part
-def _first(keys, wanted, low, high):  # type: ignore[no-untyped-def]
+def first_not_below(keys, wanted, low, high):  # type: ignore[no-untyped-def]
     """The first of sorted keys in a range that is not below the wanted one."""
     while low < high:
         middle = (low + high) // 2
@@ -124,11 +124,11 @@ def planes_near(  # type: ignore[no-untyped-def]
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for k in range(k0, k1 + 1):
             for j in range(j0, j1 + 1):
-                slot = _slot(names, j + ny * k)
+                slot = slot_of(names, j + ny * k)
                 if names[slot] == -1:
                     continue
                 stop = ends[slot, 1]
-                at = _first(cells, i0, ends[slot, 0], stop)
+                at = first_not_below(cells, i0, ends[slot, 0], stop)
                 while at < stop and cells[at] <= i1:
                     dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
                     at += 1
@@ -189,11 +189,11 @@ def along_axes(  # type: ignore[no-untyped-def]
             last = piece == pieces - 1
             for k in range(k0, k1 + 1):
                 for j in range(j0, j1 + 1):
-                    slot = _slot(names, j + ny * k)
+                    slot = slot_of(names, j + ny * k)
                     if names[slot] == -1:
                         continue
                     stop = ends[slot, 1]
-                    at = _first(cells, i0, ends[slot, 0], stop)
+                    at = first_not_below(cells, i0, ends[slot, 0], stop)
                     while at < stop and cells[at] <= i1:
                         dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
                         at += 1
