@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
-import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QMouseEvent, QWheelEvent
+from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from tests import driver
-from tests.driver import CTRL, LEFT, NONE, click, drag, key, look_at, move, open_outcrop, pixel, wait
+from tests.driver import (
+    CTRL,
+    LEFT,
+    NONE,
+    key,
+    look_at,
+    open_outcrop,
+    pixel,
+    wait,
+)
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.geometry.patches import ids_of
 from vomstudio.tools.select import SelectTool
@@ -36,7 +45,7 @@ def draw(window, ring: list[QPoint], modifier=NONE, *, release: bool = True) -> 
         QApplication.sendEvent(viewport, event)
 
     send(QEvent.Type.MouseButtonPress, ring[0], LEFT)
-    for start, end in zip(ring, ring[1:], strict=False):
+    for start, end in pairwise(ring):
         for step in range(1, 5):
             send(QEvent.Type.MouseMove, start + (end - start) * step / 4, LEFT)
         QApplication.processEvents()
@@ -69,6 +78,7 @@ def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, pic
     at = ready(window, outcrop, picks)
     assert driver.tool_panel(window, SelectPanel).isVisible()
     camera = viewport.moves.camera_state()
+    key(window, Qt.Key.Key_A)
     draw(window, circle(at, 60), release=False)
     assert tool.drawing
     assert viewport.preview.outline is not None
@@ -115,4 +125,174 @@ def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, pic
     assert patches(window) == []
     key(window, Qt.Key.Key_Y, CTRL)
     assert patches(window) == [patch]
+    driver.dismiss(window)
+
+
+def wheel(window, at: QPoint, notches: int, modifier) -> None:
+    viewport = window.viewport
+    where = QPointF(at)
+    event = QWheelEvent(
+        where,
+        QPointF(viewport.mapToGlobal(at)),
+        QPoint(0, 0),
+        QPoint(0, 120 * notches),
+        Qt.MouseButton.NoButton,
+        modifier,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
+    QApplication.sendEvent(viewport, event)
+    driver.pause(5)
+
+
+def test_a_piece_grows_from_a_click_and_follows_the_wheel(window, outcrop, picks):
+    viewport, tool = window.viewport, window.studio.tool_of(SelectTool)
+    at = ready(window, outcrop, picks)
+    camera = viewport.moves.camera_state()
+    key(window, Qt.Key.Key_G)
+    click(viewport, at)
+    wait(lambda: tool.count, "the piece")
+    first, angle = tool.count, tool.growth.angle_deg
+    driver.keep_picture(window, "select-4-grown")
+    wheel(window, at, 5, CTRL)
+    assert tool.growth.angle_deg == angle + 10.0
+    assert tool.count > first
+    more = tool.count
+    wheel(window, at, 6, SHIFT)
+    assert tool.count > more
+    assert viewport.moves.camera_state() == camera
+    driver.keep_picture(window, "select-5-wider-tolerance")
+    # The wheel has changed one step: a single undo takes the piece back.
+    key(window, Qt.Key.Key_Z, CTRL)
+    assert not tool.open
+    # Without a key the wheel moves the view as ever.
+    wheel(window, at, 1, NONE)
+    assert viewport.moves.camera_state() != camera
+
+
+def test_rectangle_polygon_and_the_whole_in_steps(window, outcrop, picks):
+    viewport, tool = window.viewport, window.studio.tool_of(SelectTool)
+    at = ready(window, outcrop, picks)
+    key(window, Qt.Key.Key_R)
+    drag(viewport, at - QPoint(60, 50), at + QPoint(60, 50))
+    rectangle = tool.chosen.mask.copy()
+    assert rectangle.sum() > 20
+    key(window, Qt.Key.Key_Y)
+    corners = [QPoint(-60, -50), QPoint(60, -50), QPoint(60, 50), QPoint(-60, 50)]
+    for corner in corners:
+        click(viewport, at + corner)
+    move(viewport, at)
+    driver.keep_picture(window, "select-6-polygon")
+    key(window, Qt.Key.Key_Backspace)
+    click(viewport, at + corners[-1])
+    assert tool.drawing
+    key(window, Qt.Key.Key_Return)
+    # The same four corners, so the same faces: nothing changes.
+    assert not tool.drawing
+    assert np.array_equal(tool.chosen.mask, rectangle)
+    for corner in corners[:3]:
+        click(viewport, at + corner * 2)
+    click(viewport, at + corners[0] * 2)
+    assert not tool.drawing
+    assert tool.count != rectangle.sum()
+    window.actions_table.run("select_everything")
+    assert tool.count == len(rectangle)
+    key(window, Qt.Key.Key_I, SHIFT)
+    assert tool.count == 0
+    assert not tool.open
+
+
+def test_what_is_hidden_is_chosen_only_through_the_surface(window, outcrop, picks):
+    viewport, tool = window.viewport, window.studio.tool_of(SelectTool)
+    at = ready(window, outcrop, picks)
+    viewport.moves.look_along(0.0, 45.0)
+    wait(lambda: viewport.still, "the camera's rest")
+    key(window, Qt.Key.Key_R)
+    corner = QPoint(5, 5), QPoint(viewport.width() - 5, viewport.height() - 5)
+    drag(viewport, *corner)
+    seen = tool.chosen.mask.copy()
+    key(window, Qt.Key.Key_V)
+    drag(viewport, *corner)
+    through = tool.chosen.mask.copy()
+    assert (seen & ~through).sum() == 0
+    assert 0 < seen.sum() < through.sum()
+
+
+def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks):
+    viewport, tool = window.viewport, window.studio.tool_of(SelectTool)
+    at = ready(window, outcrop, picks)
+    key(window, Qt.Key.Key_A)
+    draw(window, circle(at, 60))
+    face = viewport.pick(at.x(), at.y()).index
+    assert tool.chosen.mask[face]
+    key(window, Qt.Key.Key_H)
+    assert not tool.open
+    wait(lambda: viewport.still, "the picture")
+    behind = viewport.pick(at.x(), at.y())
+    assert behind is None or behind.index != face
+    driver.keep_picture(window, "select-7-hidden")
+    # Hidden faces are not chosen either.
+    draw(window, circle(at, 60))
+    assert not tool.count or not tool.chosen.mask[face]
+    key(window, Qt.Key.Key_Escape)
+    key(window, Qt.Key.Key_H, Qt.KeyboardModifier.AltModifier)
+    wait(lambda: viewport.still, "the picture")
+    assert viewport.pick(at.x(), at.y()).index == face
+    draw(window, circle(at, 60))
+    key(window, Qt.Key.Key_H, SHIFT)
+    wait(lambda: viewport.still, "the picture")
+    assert tool.count
+    assert viewport.pick(at.x(), at.y()).index == face
+    away = at + QPoint(150, 100)
+    assert viewport.pick(away.x(), away.y()) is None
+    driver.keep_picture(window, "select-8-isolated")
+    key(window, Qt.Key.Key_H, Qt.KeyboardModifier.AltModifier)
+    # Undo shows again what was hidden, and it is chosen as before.
+    count = tool.count
+    key(window, Qt.Key.Key_H)
+    assert not tool.open
+    key(window, Qt.Key.Key_Z, CTRL)
+    assert tool.count == count
+    assert window.studio.workspace.elements.hidden(tool.chosen.model_id) is None
+
+
+def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outcrop, picks):
+    studio, tool = window.studio, window.studio.tool_of(SelectTool)
+    at = ready(window, outcrop, picks)
+    before = outcrop.read_bytes()
+    original = driver.model(window)
+    key(window, Qt.Key.Key_A)
+    draw(window, circle(at, 100))
+    count, mask = tool.count, tool.chosen.mask.copy()
+    window.actions_table.run("cut_out")
+    wait(lambda: len(studio.models) == 2, "the piece")
+    piece = next(m for m in studio.session.of(type(original)) if m.id != original.id)
+    assert piece.to_world == original.to_world
+    data, whole = studio.models[piece.id].data, studio.models[original.id].data
+    assert len(data.faces) == count
+    assert np.array_equal(data.vertices[data.faces], whole.vertices[whole.faces[mask]])
+    assert np.array_equal(data.uv[data.faces], whole.uv[whole.faces[mask]])
+    assert data.materials[0].texture.read_bytes() == whole.materials[0].texture.read_bytes()
+    assert outcrop.read_bytes() == before
+    assert studio.undo_label.startswith("Cut ") or tool.open
+    key(window, Qt.Key.Key_Escape)
+    studio.set_visible([original.id], False)
+    wait(lambda: "complete" in window.viewport.models.reached(piece.id), "the drawn piece")
+    wait(lambda: window.viewport.still, "the picture")
+    driver.keep_picture(window, "select-9-cut-out")
+
+
+def test_what_is_chosen_comes_back_after_a_crash(own_folders, qtbot, outcrop, picks, tmp_path):
+    window = driver.make_window()
+    at = ready(window, outcrop, picks)
+    window.studio.save_as(tmp_path / "cliff.vom")
+    key(window, Qt.Key.Key_A)
+    draw(window, circle(at, 60))
+    mask = window.studio.tool_of(SelectTool).chosen.mask.copy()
+    window.studio.workspace.projects.leave()
+    driver.delete(window)
+    window = driver.make_window([tmp_path / "cliff.vom"])
+    driver.settled(window)
+    tool = window.studio.tool_of(SelectTool)
+    assert np.array_equal(tool.chosen.mask, mask)
     driver.dismiss(window)

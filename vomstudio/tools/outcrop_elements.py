@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy.typing as npt
 
 if TYPE_CHECKING:
     from vomstudio.extraction.selecting.looking import Looking
+    from vomstudio.extraction.selecting.neighbours import Neighbours
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
 
@@ -29,3 +31,16 @@ class OutcropElements(Protocol):
 
     def spacing(self, model_id: str) -> float:
         """Usual distance between neighbours, in the file's unit; 0 where it is not known."""
+
+    def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | str | None:
+        """What lies beside what; a sentence where that cannot be told; None while it is worked out
+        in the background, after which `then` is called."""
+
+    def hidden(self, model_id: str) -> Mask | None:
+        """(n,) which are hidden; None where none is."""
+
+    def hide(self, model_id: str, hidden: Mask | None) -> None:
+        """Hide these and show all others; None shows everything."""
+
+    def cut_out(self, model_id: str, mask: Mask) -> None:
+        """Make a model of these, with their textures, in the background; the original stays."""

@@ -58,9 +58,7 @@ def area_of(patch: Painted, model: Model, surface: PaintSurface) -> Area | None:
     )
 
 
-def chosen_area(
-    ids: npt.NDArray[np.int64], model: Model, surface: PaintSurface
-) -> Area:
+def chosen_area(ids: npt.NDArray[np.int64], model: Model, surface: PaintSurface) -> Area:
     """Faces or points as they are drawn while they are being chosen: at once, whatever their number.
     Of many faces there are dots, of all but few no border."""
     border = np.zeros((0, 2, 3))
@@ -73,9 +71,7 @@ def chosen_area(
     else:
         corners = surface.corners(_some(ids))
     origin = transform.apply(model.to_world, corners.reshape(-1, 3)[:1])[0]
-    return Area(
-        origin, local_corners(corners, model, origin), local_corners(border, model, origin)
-    )
+    return Area(origin, local_corners(corners, model, origin), local_corners(border, model, origin))
 
 
 def _some(ids: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:

@@ -238,7 +238,8 @@ class PatchTool:
                 session.apply(edits.delete(session.records, [patch.id]))
             return
         painted = replace(
-            patch or new_patch(self._context, stroke.model, stroke.surface.element), **stroke.figures(ids, whole=True)
+            patch or new_patch(self._context, stroke.model, stroke.surface.element),
+            **stroke.figures(ids, whole=True),
         )
         if patch is None:
             session.apply(edits.add_features(session.records, [painted]))
@@ -257,9 +258,7 @@ class PatchTool:
         if not len(ids):
             self._live, stroke.measured = None, stroke.count
             return
-        patch = self.current or new_patch(
-            self._context, stroke.model, stroke.surface.element
-        )
+        patch = self.current or new_patch(self._context, stroke.model, stroke.surface.element)
         self._live = self._context.measure(replace(patch, **stroke.figures(ids, whole=False)))
         stroke.note_measured(started)
 

@@ -8,42 +8,38 @@ of gravity of faces, and what is hidden only where the user has said so.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Literal
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.document import edits
 from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import FeatureType, Model, get
+from vomstudio.document.records import Model, get
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
-from vomstudio.tools.brush_stroke import figures_of
 from vomstudio.tools.chosen_elements import ChosenElements, Combine, Mask, combined
 from vomstudio.tools.drawn_shape import DrawnShape
-from vomstudio.tools.interaction_types import Area, Button, Pointer, PointerEvent, Preview
+from vomstudio.tools.growth import Growth, Seed
+from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
 from vomstudio.tools.open_steps import Discarded
-from vomstudio.tools.painted_area import chosen_area
-from vomstudio.tools.patch import new_patch
-from vomstudio.tools.patch_reading import patch_reading
-from vomstudio.tools.polyline import rgb
+from vomstudio.tools.select_changes import SelectChanges
+from vomstudio.tools.select_preview import SelectPreview
 from vomstudio.tools.select_words import HINTS, STEPS, Way, chosen_text
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.tools.tool_entry import ToolEntry
 from vomstudio.words import to_translate, tr
 
-Ints = npt.NDArray[np.int64]
+if TYPE_CHECKING:
+    from vomstudio.extraction.selecting.looking import Looking
 
-LIVE = 60_000
-"""So many chosen faces or points are measured at every step; of more the plane is told by Enter."""
 MOST_IN_PATCH = 2_000_000
-_COLOR = (0.05, 0.75, 0.95)
 
 
 class SelectTool:
     """Chooses faces or points; see the module.
 
+    growth : of a piece from a click; changes : what else is done with what is chosen
     way : what a click or drag does; combine : what is done with what it finds; through : whether
     shapes take what is hidden too
     """
@@ -54,13 +50,14 @@ class SelectTool:
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
-        self.way: Way = "lasso"
+        self.way: Way = "grow"
         self.combine: Combine = "new"
         self.through = False
         self._chosen: ChosenElements | None = None
+        self.growth = Growth(context)
+        self.changes = SelectChanges(self, context)
         self._shape: DrawnShape | None = None
-        self._area: tuple[Mask, Area | None] | None = None
-        self._live: tuple[Mask, Measurement | None] | None = None
+        self._preview = SelectPreview(context)
 
     # --- state -------------------------------------------------------------------------------
     @property
@@ -92,13 +89,7 @@ class SelectTool:
     @property
     def measurement(self) -> Measurement | None:
         """Of the plane through what is chosen; None where that is too much to be measured live."""
-        chosen = self.chosen
-        if chosen is None or chosen.count > LIVE:
-            return None
-        if self._live is None or self._live[0] is not chosen.mask:
-            patch = self._patch(chosen)
-            self._live = (chosen.mask, None if patch is None else self._context.measure(patch))
-        return self._live[1]
+        return self._preview.measurement(self.chosen)
 
     def hint(self) -> str:
         if self._shape is not None:
@@ -125,6 +116,16 @@ class SelectTool:
         self.combine = combine
         self._changed()
 
+    def set_tolerance(
+        self, *, angle_deg: float | None = None, distance: float | None = None
+    ) -> None:
+        """Of what grows: degrees, metres."""
+        if angle_deg is not None:
+            self.growth.set_angle(angle_deg)
+        if distance is not None:
+            self.growth.set_distance(distance)
+        self.grow_anew()
+
     def set_through(self, through: bool) -> None:
         """Whether shapes take what is hidden too."""
         self.through = through
@@ -136,6 +137,9 @@ class SelectTool:
         if self._shape is not None and event.kind is Pointer.MOVE:
             self._shape.move(event)
             self._show()
+            return
+        if event.kind is Pointer.WHEEL:
+            self.turn(event.turns, distance=event.shift)
             return
         if event.button is not Button.LEFT:
             return
@@ -153,7 +157,9 @@ class SelectTool:
                 self._close()
 
     def _click(self, event: PointerEvent) -> None:
-        if self.way == "polygon":
+        if self.way == "grow":
+            self._grow(event)
+        elif self.way == "polygon":
             if self._shape is None:
                 self._begin(event)
             elif self._shape.corner(event):
@@ -164,11 +170,46 @@ class SelectTool:
             self._context.hint(tr("Hold the left button and draw around what you want."))
 
     def _press(self, event: PointerEvent) -> None:
-        if self.way == "polygon" and self._shape is not None:
+        if self.way == "grow":
             # A click whose hand has moved.
+            self._grow(event)
+            return
+        if self.way == "polygon" and self._shape is not None:
             self._shape.corner(event)
         else:
             self._begin(event)
+        self._changed()
+
+    def _grow(self, event: PointerEvent) -> None:
+        if event.hit is None:
+            self._context.hint(tr("There is no surface under the cursor. Click the outcrop."))
+            return
+        how = combination(event, self.combine)
+        if self.chosen is not None and how != "new" and event.hit.model_id != self.chosen.model_id:
+            self._context.hint(tr("This is another model than that of what is chosen."))
+            return
+        self.growth.seed = None
+        self._grow_from(Seed(event.hit, how))
+
+    def _grow_from(self, seed: Seed) -> None:
+        piece = self.growth.piece(seed.hit, lambda: self._grow_from(seed))
+        if piece is not None:
+            self.take(seed.hit.model_id, piece.mask, seed.how, tr(STEPS["grow"]))
+            self.growth.seed = seed
+
+    def turn(self, turns: float, *, distance: bool) -> None:
+        """Change a tolerance by notches of the wheel."""
+        self.growth.turn(turns, distance=distance)
+        self.grow_anew()
+
+    def grow_anew(self) -> None:
+        """The tolerance has changed: the piece that was grown last follows."""
+        seed, chosen = self.growth.seed, self._chosen
+        if seed is not None and chosen is not None and chosen.last_step is not None:
+            piece = self.growth.piece(seed.hit, lambda: None)
+            if piece is not None:
+                chosen.change_last(combined(chosen.before_last(), piece.mask, seed.how))
+                self._keep_draft()
         self._changed()
 
     def _begin(self, event: PointerEvent) -> None:
@@ -181,22 +222,8 @@ class SelectTool:
         looking = self._context.elements.looking()
         if shape is None or looking is None:
             return
-        inside = looking.filled(shape.ring())
         before, how = self._chosen, shape.combine
-        found: dict[str, Mask] = {}
-        for model_id in self._models(how):
-            data = self._context.elements.data(model_id)
-            model = get(self._context.session.records, model_id, Model)
-            if data is None or model is None:
-                continue
-            scale = transform.scale_of(model.to_world)
-            found[model_id] = looking.inside(
-                data,
-                transform.matrix(model.to_world),
-                inside,
-                through=self.through,
-                spacing=self._context.elements.spacing(model_id) * scale,
-            )
+        found = self._inside(looking, shape)
         best = max(found, key=lambda id_: int(np.count_nonzero(found[id_])), default=None)
         if best is None:
             self._context.hint(tr("No model is open and shown, so there is nothing to choose."))
@@ -205,6 +232,23 @@ class SelectTool:
         else:
             self.take(best, found[best], how, tr(STEPS[shape.way]))
         self._changed()
+
+    def _inside(self, looking: Looking, shape: DrawnShape) -> dict[str, Mask]:
+        """By model, what lies inside of the shape."""
+        filled = looking.filled(shape.ring())
+        elements, found = self._context.elements, {}
+        for model_id in self._models(shape.combine):
+            data = elements.data(model_id)
+            model = get(self._context.session.records, model_id, Model)
+            if data is not None and model is not None:
+                found[model_id] = looking.inside(
+                    data,
+                    transform.matrix(model.to_world),
+                    filled,
+                    through=self.through,
+                    spacing=elements.spacing(model_id) * transform.scale_of(model.to_world),
+                )
+        return found
 
     def _nothing_inside(self) -> str:
         if self.through:
@@ -229,6 +273,10 @@ class SelectTool:
                 self._context.hint(tr("Nothing is chosen yet that something could be taken from."))
                 return
             chosen = ChosenElements(model_id, len(found))
+        self.growth.seed = None
+        hidden = self._context.elements.hidden(model_id)
+        if hidden is not None:
+            found = found & ~hidden
         if not chosen.change(combined(chosen.mask, found, how), step):
             self._context.hint(tr("That changes nothing of what is chosen."))
             return
@@ -244,6 +292,7 @@ class SelectTool:
                 self._shape = None
             self._changed()
             return True
+        self.growth.seed = None
         done = self._chosen is not None and self._chosen.undo()
         if done:
             self._keep_draft()
@@ -271,7 +320,7 @@ class SelectTool:
                 )
             )
             return None
-        patch = self._patch(chosen)
+        patch = self._preview.patch(chosen)
         if patch is None:
             self._context.say(tr("The model of what is chosen is not open."))
             return None
@@ -288,14 +337,6 @@ class SelectTool:
         self._context.created(patch.id)
         return patch.id
 
-    def _patch(self, chosen: ChosenElements) -> Any:
-        surface = self._context.surface(chosen.model_id)
-        model = get(self._context.session.records, chosen.model_id, Model)
-        if surface is None or model is None or surface.count != len(chosen.mask):
-            return None
-        patch = new_patch(self._context, model, surface.element)
-        return patch.but(**figures_of(surface, chosen.ids()))
-
     def cancel(self) -> None:
         """Let the shape go that is being drawn, else what is chosen, which undo brings back."""
         if self._shape is not None:
@@ -305,10 +346,23 @@ class SelectTool:
         chosen = self.chosen
         if chosen is None:
             return
+        self._let_go(chosen, "Discard what was chosen", lambda: None)
+
+    def hide_chosen(self) -> None:
+        """Hide what is chosen; undo shows and chooses it again."""
+        chosen, elements = self.chosen, self._context.elements
+        if chosen is None:
+            return
+        model_id, before = chosen.model_id, elements.hidden(chosen.model_id)
+        elements.hide(model_id, chosen.mask if before is None else chosen.mask | before)
+        self._let_go(chosen, "Hide what was chosen", lambda: elements.hide(model_id, before))
+
+    def _let_go(self, chosen: ChosenElements, label: str, back: Callable[[], None]) -> None:
         self._drop()
         self._keep_draft()
 
         def bring_back() -> bool:
+            back()
             self._chosen = chosen
             self._keep_draft()
             self._changed()
@@ -318,15 +372,15 @@ class SelectTool:
         self._context.discarded(
             Discarded(
                 self.name,
-                "Discard what was chosen",
+                label,
                 bring_back,
                 lambda: self._chosen is chosen and chosen.mask is untouched,
             )
         )
 
     def _drop(self) -> None:
-        self._chosen, self._shape = None, None
-        self._area = self._live = None
+        self._chosen, self._shape, self.growth.seed = None, None, None
+        self._preview.forget()
         self._changed()
 
     def leave(self) -> None:
@@ -336,13 +390,13 @@ class SelectTool:
 
     def forget(self) -> None:
         """The project is being closed; what is chosen is kept as a draft."""
-        self._chosen, self._shape = None, None
-        self._area = self._live = None
+        self._chosen, self._shape, self.growth.seed = None, None, None
+        self._preview.forget()
         self._context.show(None)
 
     def set_type(self, type_id: str, set_name: str) -> None:
         """Type and set are those of the patch that Enter will make."""
-        self._live = None
+        self._preview.forget_measurement()
         if self.open:
             self._show()
 
@@ -381,36 +435,7 @@ class SelectTool:
         self._context.tool_changed()
 
     def _show(self) -> None:
-        shape, chosen = self._shape, self.chosen
-        if shape is None and chosen is None:
-            self._context.show(None)
-            return
-        measurement = None if shape is not None else self.measurement
-        records = self._context.session.records
-        kind = records.get(self._context.next_type_id)
-        verdict = measurement.verdict if measurement else None
-        self._context.show(
-            Preview(
-                line=np.zeros((0, 3)),
-                color=rgb(kind.color) if isinstance(kind, FeatureType) else _COLOR,
-                reading=patch_reading(self._context, measurement, painting=False),
-                verdict=verdict.quality if verdict else None,
-                area=self._chosen_area(),
-                outline=None if shape is None else shape.outline(),
-            )
-        )
-
-    def _chosen_area(self) -> Area | None:
-        chosen = self.chosen
-        if chosen is None:
-            return None
-        if self._area is None or self._area[0] is not chosen.mask:
-            surface = self._context.surface(chosen.model_id)
-            model = get(self._context.session.records, chosen.model_id, Model)
-            if surface is None or model is None or surface.count != len(chosen.mask):
-                return None
-            self._area = (chosen.mask, chosen_area(chosen.ids(), model, surface))
-        return self._area[1]
+        self._preview.show(self.chosen, self._shape)
 
 
 def combination(event: PointerEvent, usual: Combine) -> Combine:

@@ -17,6 +17,7 @@ from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.history import History
 from vomstudio.workspace.layer_export import GisLayers
+from vomstudio.workspace.model_cutting import ModelCutting
 from vomstudio.workspace.model_loading import ModelLoader
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
@@ -67,7 +68,13 @@ class Workspace:
         self.models = Models(
             self.projects, self.editing, self.loader, self.jobs, self.preferences, self.notices
         )
-        self.elements = OutcropElements(self.projects, self.models, self.visibility)
+        self.elements = OutcropElements(
+            self.projects,
+            self.models,
+            self.visibility,
+            hand_over,
+            ModelCutting(self.projects, self.models, self.jobs, self.notices),
+        )
         self.tools = ToolHost(
             self.projects,
             self.models,
@@ -127,6 +134,7 @@ class Workspace:
         self.loader.forget_all()
         self.layers.write_pending()
         self.tools.forget()
+        self.elements.forget()
         self.history.forget()
         self.models.open.clear()
 

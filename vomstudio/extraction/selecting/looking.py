@@ -138,9 +138,7 @@ class Looking:
 
             in_blocks(work, len(points), Silent(), _AT_ONCE)
 
-    def _uncut(
-        self, data: Mesh | PointCloud, to_world: Array, box: ClipBox, chosen: Mask
-    ) -> Mask:
+    def _uncut(self, data: Mesh | PointCloud, to_world: Array, box: ClipBox, chosen: Mask) -> Mask:
         ids = np.flatnonzero(chosen)
         places = places_of(data, ids) @ to_world[:3, :3].T + to_world[:3, 3]
         chosen[ids[~box.holds(places)]] = False

@@ -49,7 +49,9 @@ class Piece:
 class Neighbours(Protocol):
     """Of all the faces or points of one model. Lengths are in the file's unit."""
 
-    def piece(self, seed: int, *, angle_deg: float, distance: float, left_out: Mask | None) -> Piece:
+    def piece(
+        self, seed: int, *, angle_deg: float, distance: float, left_out: Mask | None
+    ) -> Piece:
         """The surface around `seed` as far as it is even: what hangs together, with normals within
         the angle of its plane and places within the distance of that. The plane is fitted anew as
         the piece grows. left_out : (n,) what takes no part"""
@@ -100,15 +102,15 @@ class MeshNeighbours:
             face_normals(self._vertices, faces[rows], raw[rows])
 
         def mean(rows: slice) -> None:
-            smooth_normals(
-                self._corners[rows], starts, near, raw, rows.start, self._normals[rows]
-            )
+            smooth_normals(self._corners[rows], starts, near, raw, rows.start, self._normals[rows])
             across_edges(self._corners, starts, near, rows.start, self._beside[rows])
 
         in_blocks(own, len(faces), Silent(), _AT_ONCE)
         in_blocks(mean, len(faces), Silent(), _AT_ONCE)
 
-    def piece(self, seed: int, *, angle_deg: float, distance: float, left_out: Mask | None) -> Piece:
+    def piece(
+        self, seed: int, *, angle_deg: float, distance: float, left_out: Mask | None
+    ) -> Piece:
         from vomstudio.extraction.selecting.region_kernels import grow_faces
 
         n = len(self._faces)
@@ -175,7 +177,9 @@ class CloudNeighbours:
     def _grid(self) -> tuple[Ints, Ints, npt.NDArray[np.int32], Ints, Ints, int]:
         return self._begins, self._row, self._column, self._names, self._ends, self._ny
 
-    def piece(self, seed: int, *, angle_deg: float, distance: float, left_out: Mask | None) -> Piece:
+    def piece(
+        self, seed: int, *, angle_deg: float, distance: float, left_out: Mask | None
+    ) -> Piece:
         from vomstudio.extraction.selecting.region_kernels import grow_points
 
         n, cells = len(self._points), len(self._row)

@@ -112,7 +112,11 @@ def grow_faces(  # type: ignore[no-untyped-def]
     cosine) of the plane of those that were taken before and whose centres lie within `reach` of it.
     How many; they stand in `queue`, whose length is the most. taken : comes as zeros, save for
     faces that take no part. plane : comes as zeros, and is the last one."""
-    ox, oy, oz = vertices[faces[seed, 0], 0], vertices[faces[seed, 0], 1], vertices[faces[seed, 0], 2]
+    ox, oy, oz = (
+        vertices[faces[seed, 0], 0],
+        vertices[faces[seed, 0], 1],
+        vertices[faces[seed, 0], 2],
+    )
     _clear(sums)
     taken[seed] = True
     queue[0] = seed

@@ -16,7 +16,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.rendering.prepare.events import Event, FieldReady
-from vomstudio.rendering.scene import picking
+from vomstudio.rendering.scene import hidden_elements, picking
 from vomstudio.rendering.scene.actor_creation import Intake
 from vomstudio.rendering.scene.appearance import DISPLAY_MODES
 from vomstudio.rendering.scene.camera_visibility import Sight
@@ -145,6 +145,11 @@ class Scene:
 
     def set_visible(self, model_id: str, visible: bool) -> None:
         self.models[model_id].visible = visible
+        self.picture.abandon()
+
+    def set_hidden(self, model_id: str, hidden: npt.NDArray[np.bool_] | None) -> None:
+        """Draw and pick a model without these faces or points (n,); None for all of it."""
+        hidden_elements.hide(self.models[model_id], hidden)
         self.picture.abandon()
 
     def corners(self, *, close: bool = False) -> Array:
