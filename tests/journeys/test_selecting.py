@@ -7,21 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QMouseEvent
+from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from tests import driver
-from tests.driver import (
-    CTRL,
-    LEFT,
-    NONE,
-    key,
-    look_at,
-    open_outcrop,
-    pixel,
-    wait,
-)
+from tests.driver import CTRL, LEFT, NONE, click, drag, key, look_at, move, open_outcrop, pixel, wait
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.geometry.patches import ids_of
 from vomstudio.tools.select import SelectTool
@@ -235,7 +226,7 @@ def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks
     draw(window, circle(at, 60))
     assert not tool.count or not tool.chosen.mask[face]
     key(window, Qt.Key.Key_Escape)
-    key(window, Qt.Key.Key_H, Qt.KeyboardModifier.AltModifier)
+    key(window, Qt.Key.Key_U)
     wait(lambda: viewport.still, "the picture")
     assert viewport.pick(at.x(), at.y()).index == face
     draw(window, circle(at, 60))
@@ -246,7 +237,7 @@ def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks
     away = at + QPoint(150, 100)
     assert viewport.pick(away.x(), away.y()) is None
     driver.keep_picture(window, "select-8-isolated")
-    key(window, Qt.Key.Key_H, Qt.KeyboardModifier.AltModifier)
+    key(window, Qt.Key.Key_U)
     # Undo shows again what was hidden, and it is chosen as before.
     count = tool.count
     key(window, Qt.Key.Key_H)
@@ -282,17 +273,16 @@ def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outc
     driver.keep_picture(window, "select-9-cut-out")
 
 
-def test_what_is_chosen_comes_back_after_a_crash(own_folders, qtbot, outcrop, picks, tmp_path):
-    window = driver.make_window()
+def test_what_is_chosen_is_kept_as_a_draft(window, outcrop, picks):
+    studio, tool = window.studio, window.studio.tool_of(SelectTool)
     at = ready(window, outcrop, picks)
-    window.studio.save_as(tmp_path / "cliff.vom")
     key(window, Qt.Key.Key_A)
     draw(window, circle(at, 60))
-    mask = window.studio.tool_of(SelectTool).chosen.mask.copy()
-    window.studio.workspace.projects.leave()
-    driver.delete(window)
-    window = driver.make_window([tmp_path / "cliff.vom"])
-    driver.settled(window)
-    tool = window.studio.tool_of(SelectTool)
+    mask, state = tool.chosen.mask.copy(), dict(studio.session.draft.state)
+    key(window, Qt.Key.Key_Escape)
+    assert not tool.open
+    assert studio.session.draft is None
+    studio.workspace.tools.restore(state)
     assert np.array_equal(tool.chosen.mask, mask)
-    driver.dismiss(window)
+    assert not tool.restore({"tool": "select", "chosen": {"model_id": "m", "size": 3}})
+    assert not tool.restore({"tool": "select", "chosen": {**state["chosen"], "bits": "?"}})

@@ -106,7 +106,7 @@ def commands(studio: Studio) -> list[Command]:
               tr("Hides what is chosen of the model. Undo shows it again."), nothing_chosen),
         plain("isolate_elements", tr("Isolate"), changes.isolate, "eye-outline", "Shift+H",
               tr("Hides all of the model but what is chosen."), nothing_chosen),
-        plain("show_elements", tr("Show hidden"), changes.show_all, "eye", "Alt+H",
+        plain("show_elements", tr("Show hidden"), changes.show_all, "eye", "U",
               tr("Shows every face and point again."), nothing_hidden),
         plain("cut_out", tr("Cut out as model"), changes.cut_out, "scissors-cutting", (),
               tr("Makes a model of what is chosen, with its textures. The original stays."),
