@@ -212,7 +212,7 @@ EXPORT_MODEL = Job("export_model", Lane.PRODUCTS, ModelExport, ExportedModel, _e
 class ModelCut:
     """Of the model `path`, kept at hand under `cache`, the faces or points whose bits stand packed
     in the .npy file `bits` become a model of this name in a folder of its own below `folder`.
-    content_hash : of the file they were chosen on; crs : the file's own, None where there is none"""
+    content_hash : of the file they were chosen on; crs : the file's own, None where it has none"""
 
     path: Path
     cache: Path
@@ -255,5 +255,11 @@ CUT_MODEL = Job("cut_model", Lane.FILES, ModelCut, CutModel, _cut_model)
 """Write a piece of a model as a model of its own."""
 
 JOBS = (
-    IMPORT_LIBRARIES, COMPILE_KERNELS, LOAD_MODEL, PREVIEW_MODEL, COPY_MODEL, EXPORT_MODEL, CUT_MODEL,
-)  # fmt: skip
+    IMPORT_LIBRARIES,
+    COMPILE_KERNELS,
+    LOAD_MODEL,
+    PREVIEW_MODEL,
+    COPY_MODEL,
+    EXPORT_MODEL,
+    CUT_MODEL,
+)

@@ -29,7 +29,6 @@ class ControlTool:
 
     name: ClassVar[str] = "control"
     paints: ClassVar[bool] = False
-    takes_keys: ClassVar[bool] = False
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context

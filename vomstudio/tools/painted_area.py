@@ -59,8 +59,8 @@ def area_of(patch: Painted, model: Model, surface: PaintSurface) -> Area | None:
 
 
 def chosen_area(ids: npt.NDArray[np.int64], model: Model, surface: PaintSurface) -> Area:
-    """Faces or points as they are drawn while they are being chosen: at once, whatever their number.
-    Of many faces there are dots, of all but few no border."""
+    """Faces or points as they are drawn while they are being chosen: at once, however many. Of
+    many faces there are dots, of all but few no border."""
     border = np.zeros((0, 2, 3))
     if surface.element == "face" and len(ids) <= MOST_BORDERED:
         border = surface.border(ids)

@@ -56,7 +56,6 @@ class PatchTool:
 
     name = "patch"
     paints = True
-    takes_keys = False
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
@@ -237,10 +236,8 @@ class PatchTool:
             if patch is not None:
                 session.apply(edits.delete(session.records, [patch.id]))
             return
-        painted = replace(
-            patch or new_patch(self._context, stroke.model, stroke.surface.element),
-            **stroke.figures(ids, whole=True),
-        )
+        begun = patch or new_patch(self._context, stroke.model, stroke.surface.element)
+        painted = replace(begun, **stroke.figures(ids, whole=True))
         if patch is None:
             session.apply(edits.add_features(session.records, [painted]))
             self._id, self._before = painted.id, None

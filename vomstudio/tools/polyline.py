@@ -36,7 +36,6 @@ class PolylineTool(Generic[F]):
 
     name: ClassVar[str]
     paints: ClassVar[bool] = False
-    takes_keys: ClassVar[bool] = False
     record: ClassVar[type[Any]]
 
     def __init__(self, context: ToolContext) -> None:

@@ -46,7 +46,6 @@ class SelectTool:
 
     name = "select"
     paints = True
-    takes_keys = True
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
@@ -94,7 +93,7 @@ class SelectTool:
     def hint(self) -> str:
         if self._shape is not None:
             return self._shape.hint()
-        return tr(HINTS[self.way]) + " " + chosen_text(self)
+        return tr(HINTS[self.way]) + " " + chosen_text(self.count)
 
     def why_not_finish(self) -> str | None:
         if self._shape is not None:
@@ -449,7 +448,7 @@ def combination(event: PointerEvent, usual: Combine) -> Combine:
 
 TOOL = ToolEntry(
     SelectTool,
-    label=to_translate("&Select on surface"),
+    label=to_translate("&Select"),
     icon="lasso",
     key="S",
     tip=to_translate(
@@ -457,4 +456,5 @@ TOOL = ToolEntry(
         "to hide them, or to cut them out."
     ),
     order=25,
+    takes_keys=True,
 )

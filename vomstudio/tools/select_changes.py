@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from vomstudio.document.records import Model, get
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.patches import ids_of
-from vomstudio.tools.chosen_elements import ChosenElements, Mask
+from vomstudio.tools.chosen_elements import ChosenElements, Combine, Mask
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.words import tr
 
@@ -19,13 +19,23 @@ if TYPE_CHECKING:
     from vomstudio.extraction.selecting.values import ElementColours
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
-    from vomstudio.tools.select import SelectTool
+
+
+class Chooser(Protocol):
+    """What the changes ask of the tool."""
+
+    combine: Combine
+
+    @property
+    def chosen(self) -> ChosenElements | None: ...
+
+    def take(self, model_id: str, found: Mask, how: Combine, step: str) -> None: ...
 
 
 class SelectChanges:
     """Of one tool. Each is a step that undo takes back."""
 
-    def __init__(self, tool: SelectTool, context: ToolContext) -> None:
+    def __init__(self, tool: Chooser, context: ToolContext) -> None:
         self._tool, self._context = tool, context
         self._colours: tuple[object, ElementColours] | None = None
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from vomstudio.words import to_translate, tr
-
-if TYPE_CHECKING:
-    from vomstudio.tools.select import SelectTool
 
 Way = Literal["grow", "rectangle", "lasso", "polygon"]
 
@@ -33,6 +30,6 @@ _CHOSEN = to_translate(
 )
 
 
-def chosen_text(tool: SelectTool) -> str:
-    """What is chosen and what can be done with it, for the status line."""
-    return tr(_CHOSEN, count=tool.count) if tool.count else tr(_CHOSEN_NOTHING)
+def chosen_text(count: int) -> str:
+    """How many are chosen and what can be done with them, for the status line."""
+    return tr(_CHOSEN, count=count) if count else tr(_CHOSEN_NOTHING)

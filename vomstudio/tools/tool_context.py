@@ -20,13 +20,11 @@ class Tool(Protocol):
     unfinished feature, which `finish` or `cancel` ends and which its draft restores.
 
     name : in drafts, and of its command and panel; paints : it draws with the left button, so that
-    the right one orbits; takes_keys : it has a use for Shift with that button and for the wheel with
-    Ctrl or Shift
+    the right one orbits
     """
 
     name: ClassVar[str]
     paints: ClassVar[bool]
-    takes_keys: ClassVar[bool]
 
     @property
     def open(self) -> bool: ...

@@ -27,8 +27,8 @@ class ModelCutting:
         self._jobs, self._notices = jobs, notices
 
     def cut(self, model_id: str, mask: Mask) -> None:
-        """A model of the chosen faces or points (n,), in the project's folder and where the original
-        is, with its textures, colours and fields."""
+        """A model of the chosen faces or points (n,), in the project's folder and where the
+        original is, with its textures, colours and fields."""
         model = get(self._projects.records, model_id, Model)
         opened = self._models.open.get(model_id)
         project = self._projects.project
@@ -39,8 +39,8 @@ class ModelCutting:
         if isinstance(opened.data, StreamedCloud):
             self._notices.warn(
                 tr(
-                    "{model} is read piece by piece as it is looked at, so no piece of it can be cut "
-                    "out. Raise the limit of points in the settings and open it again.",
+                    "{model} is read piece by piece as it is looked at, so no piece of it can be "
+                    "cut out. Raise the limit of points in the settings and open it again.",
                     model=model.name,
                 )
             )

@@ -1,5 +1,5 @@
 """What is seen of the outcrop at one moment, as numbers: the eye, and how far it sees in each
-pixel. So it can be asked which faces or points lie inside a shape that is drawn over the picture."""
+pixel. So it can be asked which faces or points lie inside a shape drawn over the picture."""
 
 from __future__ import annotations
 
@@ -99,9 +99,9 @@ class Looking:
         through: bool,
         spacing: float = 0.0,
     ) -> Mask:
-        """(n,) which faces of a mesh, by their centres of gravity, or points of a cloud lie inside a
-        shape; unless `through` only those that are seen. Of a cloud that is read as it is looked at
-        those that are there.
+        """(n,) which faces of a mesh, by their centres of gravity, or points of a cloud lie inside
+        a shape; unless `through` only those that are seen. Of a cloud that is read as it is looked
+        at those that are there.
 
         to_world : (4, 4) similarity from the file's frame; shape : (height, width), not 0 inside
         spacing : metres between points of a cloud, which are drawn as large as that

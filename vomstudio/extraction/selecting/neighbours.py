@@ -1,5 +1,5 @@
-"""Which faces or points of a model lie beside each other: to grow a piece of its surface from one of
-them, and to make what is chosen wider or narrower by a ring.
+"""Which faces or points of a model lie beside each other: to grow a piece of its surface from one
+of them, and to make what is chosen wider or narrower by a ring.
 
 Faces are beside each other where they share an edge, however many have it, or for a ring a corner;
 corners at one place are one, since a seam of the texture splits them. So a mesh that is no manifold
@@ -71,8 +71,8 @@ def neighbours_of(data: Mesh | PointCloud, spacing: float) -> Neighbours:
     if isinstance(data, StreamedCloud):
         raise GeometryError(
             tr(
-                "This cloud is read piece by piece as it is looked at, so nothing can grow over it. "
-                "Draw around what you want, or cut a piece of it out as a model."
+                "This cloud is read piece by piece as it is looked at, so nothing can grow over "
+                "it. Draw around what you want."
             )
         )
     return CloudNeighbours(data, spacing)

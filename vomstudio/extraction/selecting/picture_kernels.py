@@ -1,5 +1,5 @@
-"""Compiled loops over all elements of a model, which ask whether each lies inside a shape drawn over
-the picture and, where that is wanted, whether it is seen there. They write to `out` alone."""
+"""Compiled loops over all elements of a model, which ask whether each lies inside a shape drawn
+over the picture and, where that is wanted, whether it is seen there. They write to `out` alone."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _seen(x, y, z, m, scale, parallel, shape, farthest, slack):  # type: ignore[
     return len(farthest) == 0 or depth <= farthest[i, j] + slack
 
 
-@kernel("void(f8[:,::1], f8[:,::1], f8, b1, u1[:,::1], f4[:,::1], f8, b1[::1])", fastmath=False)
+@kernel("void(f8[:,::1], f8[:,::1], f8, b1, u1[:,::1], f4[:,::1], f8, b1[::1])")
 def points_inside(  # type: ignore[no-untyped-def]
     points, m, scale, parallel, shape, farthest, slack, out
 ):

@@ -59,18 +59,24 @@ def face_normals(vertices, faces, out):  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[:,::1], i8[::1], i4[::1], f4[:,::1], i8, f4[:,::1])")
 def smooth_normals(corners, starts, near, given, first, out):  # type: ignore[no-untyped-def]
-    """Unit normals of the faces `first` ... , each averaged over those that share a corner with it,
-    by area, whichever side they face; NaN where none has an area. corners : (m, 3) places of these
-    faces; near[starts[i]:starts[i + 1]] : the faces at a place"""
+    """Unit normals of the faces `first` ... , each averaged over those that share a corner with it
+    and are turned by less than 60 degrees, by area, whichever side they face; NaN where none has an
+    area. corners : (m, 3) places of these faces; near[starts[i]:starts[i + 1]] : the faces at a
+    place"""
     for row in range(len(corners)):
         f = first + row
         nx, ny, nz = float(given[f, 0]), float(given[f, 1]), float(given[f, 2])
         sx, sy, sz = nx, ny, nz
+        own = nx * nx + ny * ny + nz * nz
         for k in range(3):
             node = corners[row, k]
             for at in range(starts[node], starts[node + 1]):
                 o = near[at]
                 x, y, z = float(given[o, 0]), float(given[o, 1]), float(given[o, 2])
+                turn = nx * x + ny * y + nz * z
+                # Beyond an edge lies another surface, which must not bend this one's normals.
+                if turn * turn < 0.25 * own * (x * x + y * y + z * z):
+                    continue
                 side = -1.0 if sx * x + sy * y + sz * z < 0.0 else 1.0
                 sx, sy, sz = sx + side * x, sy + side * y, sz + side * z
         size = math.sqrt(sx * sx + sy * sy + sz * sz)
@@ -112,11 +118,8 @@ def grow_faces(  # type: ignore[no-untyped-def]
     cosine) of the plane of those that were taken before and whose centres lie within `reach` of it.
     How many; they stand in `queue`, whose length is the most. taken : comes as zeros, save for
     faces that take no part. plane : comes as zeros, and is the last one."""
-    ox, oy, oz = (
-        vertices[faces[seed, 0], 0],
-        vertices[faces[seed, 0], 1],
-        vertices[faces[seed, 0], 2],
-    )
+    a = faces[seed, 0]
+    ox, oy, oz = vertices[a, 0], vertices[a, 1], vertices[a, 2]
     _clear(sums)
     taken[seed] = True
     queue[0] = seed

@@ -3,6 +3,8 @@ what is chosen already."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -38,8 +40,8 @@ def range_of(data: Mesh | PointCloud, to_world: Array, name: str) -> tuple[float
 
 
 def within(data: Mesh | PointCloud, to_world: Array, name: str, low: float, high: float) -> Mask:
-    """(n,) which faces, by the mean of their corners, or points have a value from low to high; where
-    low is above high, as azimuths about north, those outside of it. to_world : (4, 4)"""
+    """(n,) which faces, by the mean of their corners, or points have a value from low to high;
+    where low is above high, as azimuths about north, those outside of it. to_world : (4, 4)"""
     values = _values(data, to_world, name)
     if isinstance(data, Mesh):
         if low > high:
@@ -55,8 +57,8 @@ def within(data: Mesh | PointCloud, to_world: Array, name: str, low: float, high
 
 
 class ElementColours:
-    """Of the faces of a mesh, from its textures or its vertices, or of the points of a cloud. Raises
-    GeometryError where the model has no colours."""
+    """Of the faces of a mesh, from its textures or its vertices, or of the points of a cloud.
+    Raises GeometryError where the model has no colours."""
 
     def __init__(self, data: Mesh | PointCloud) -> None:
         self._faces = np.asarray(data.faces) if isinstance(data, Mesh) else None
@@ -90,7 +92,7 @@ class ElementColours:
         return np.asarray(inside[a].astype(np.int8) + inside[b] + inside[c] >= 2)
 
 
-def _values(data: Mesh | PointCloud, to_world: Array, name: str) -> npt.NDArray[np.generic]:
+def _values(data: Mesh | PointCloud, to_world: Array, name: str) -> npt.NDArray[Any]:
     places = data.vertices if isinstance(data, Mesh) else data.points
     if name == ELEVATION:
         return np.asarray(places @ to_world[2, :3] + to_world[2, 3])

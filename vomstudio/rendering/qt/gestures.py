@@ -73,8 +73,8 @@ class Faces(Protocol):
 
 class Gestures(QObject):
     """orbit_button : the right one leaves drags with the left one to the tool, from the press on
-    tool_takes_keys : the tool has a use for Shift with the left button, which else pans, and for the
-        wheel with Ctrl or Shift
+    tool_takes_keys : the tool has a use for Shift with the left button, which else pans, and for
+        the wheel with Ctrl or Shift
     cursor : where the mouse is, None outside; hot_handle : the vertex of the preview under it
     held_face : the face of the clipping box that is held
     """

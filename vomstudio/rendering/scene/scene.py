@@ -263,8 +263,8 @@ class Scene:
         return picking.pick_front(shown, self.camera, x, y, size, self._planes.box)
 
     def looking(self, ratio: float) -> Looking | None:
-        """What is seen now, as numbers; None before anything was drawn. ratio : pixels of the device
-        for a logical one"""
+        """What is seen now, as numbers; None before anything was drawn. ratio : pixels of the
+        device for a logical one"""
         eye, canvas = self._sight.eye, self.canvas
         if eye is None:
             return None

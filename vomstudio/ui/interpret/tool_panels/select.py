@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtGui import QAction
-from PySide6.QtGui import QKeySequence
+from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QFormLayout,
     QGridLayout,
+    QHBoxLayout,
     QLabel,
     QSizePolicy,
     QToolButton,
@@ -31,7 +31,8 @@ from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column,
 from vomstudio.words import tr
 
 _WAYS = ("select_grow", "select_rectangle", "select_lasso", "select_polygon")
-_CHANGES = ("select_wider",
+_CHANGES = (
+    "select_wider",
     "select_narrower",
     "select_invert",
     "select_everything",
@@ -65,17 +66,17 @@ class SelectPanel(QWidget):
         layout.addLayout(_buttons(actions, _WAYS))
         self._tolerances = self._make_tolerances(studio)
         layout.addWidget(self._tolerances)
-        layout.addLayout(_buttons(actions, (*_COMBINE, "select_through")))
+        layout.addLayout(_icons(actions, (*_COMBINE, "select_through")))
         self.by_value = ByValue(studio)
         layout.addWidget(self.by_value)
-        layout.addWidget(self.count)
-        layout.addWidget(self.fit_view)
-        layout.addWidget(self._hint)
-        layout.addLayout(form)
         layout.addLayout(_buttons(actions, _CHANGES))
         layout.addLayout(_buttons(actions, _OUT))
-        layout.addStretch(1)
+        layout.addWidget(self.count)
+        layout.addLayout(form)
         layout.addLayout(_buttons(actions, ("finish", "cancel")))
+        layout.addWidget(self.fit_view)
+        layout.addWidget(self._hint)
+        layout.addStretch(1)
         studio.project_opened.connect(self.refresh)
         studio.edited.connect(self.refresh)
         studio.tool_changed_signal.connect(self.refresh)
@@ -166,6 +167,18 @@ def _buttons(actions: dict[str, QAction], names: tuple[str, ...]) -> QGridLayout
         button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         grid.addWidget(button, i // 2, i % 2)
     return grid
+
+
+def _icons(actions: dict[str, QAction], names: tuple[str, ...]) -> QHBoxLayout:
+    """All in one row; what they are stands in their tooltips."""
+    row = QHBoxLayout()
+    row.setSpacing(3)
+    for name in names:
+        button = QToolButton()
+        button.setDefaultAction(actions[name])
+        button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        row.addWidget(button)
+    return row
 
 
 PANEL = SelectPanel

@@ -33,82 +33,95 @@ _COMBINE: dict[Combine, tuple[str, str]] = {
 }  # fmt: skip
 
 
-def commands(studio: Studio) -> list[Command]:
-    """The commands that the tool adds to the menu Interpret."""
-    tool = studio.tool_of(SelectTool)
+class _Selecting:
+    """What can be done now, and why not."""
 
-    def not_selecting() -> str | None:
-        if studio.tool_name == tool.name:
+    def __init__(self, studio: Studio) -> None:
+        self._studio, self.tool = studio, studio.tool_of(SelectTool)
+
+    def not_selecting(self) -> str | None:
+        if self._studio.tool_name == self.tool.name:
             return None
-        return tr("Choose the tool Select on surface first.")
+        return tr("Choose the tool Select first.")
 
-    def way_command(way: Way) -> Command:
-        icon, key, tip = WAYS[way]
-        return Command(
-            f"select_{way}", tr(STEPS[way]), lambda: tool.set_way(way), icon, key, tr(tip),
-            not_selecting, in_viewport=True, checked=lambda: tool.way == way,
-        )  # fmt: skip
+    def nothing_chosen(self) -> str | None:
+        return self.not_selecting() or (None if self.tool.count else tr("Nothing is chosen."))
 
-    def combine_command(how: Combine) -> Command:
-        icon, tip = _COMBINE[how]
-        return Command(
-            f"select_{how}", tr(COMBINATIONS[how]), lambda: tool.set_combine(how), icon, (),
-            tr(tip), not_selecting, checked=lambda: tool.combine == how,
-        )  # fmt: skip
-
-    def nothing_chosen() -> str | None:
-        return not_selecting() or (None if tool.count else tr("Nothing is chosen."))
-
-    def no_model() -> str | None:
-        if (reason := not_selecting()) is not None:
+    def no_model(self) -> str | None:
+        if (reason := self.not_selecting()) is not None:
             return reason
-        if tool.changes.data() is None:
+        if self.tool.changes.data() is None:
             return tr("Choose something first, to say which model is meant.")
         return None
 
-    def nothing_hidden() -> str | None:
-        return None if tool.changes.anything_hidden() else tr("No face and no point is hidden.")
+    def nothing_hidden(self) -> str | None:
+        if self.tool.changes.anything_hidden():
+            return None
+        return tr("No face and no point is hidden.")
 
-    def patch() -> Patch | None:
+    def patch(self) -> Patch | None:
+        """The last one that is selected."""
+        studio = self._studio
         found = (get(studio.records, i, Patch) for i in reversed(studio.selection.ids))
         return next((each for each in found if each is not None), None)
 
-    def no_patch() -> str | None:
-        return not_selecting() or (None if patch() is not None else tr("Select a patch first."))
+    def no_patch(self) -> str | None:
+        if (reason := self.not_selecting()) is not None:
+            return reason
+        return None if self.patch() is not None else tr("Select a patch first.")
 
-    def take_patch() -> None:
-        if (found := patch()) is not None:
-            tool.changes.take_patch(found)
+    def take_patch(self) -> None:
+        if (found := self.patch()) is not None:
+            self.tool.changes.take_patch(found)
 
-    def plain(name: str, text: str, run: Callable[[], object], icon: str, key: Keys,
-              tip: str, why_not: Callable[[], str | None]) -> Command:
+    # --- its commands ------------------------------------------------------------------------
+    def way(self, way: Way) -> Command:
+        icon, key, tip = WAYS[way]
+        return Command(
+            f"select_{way}", tr(STEPS[way]), lambda: self.tool.set_way(way), icon, key, tr(tip),
+            self.not_selecting, in_viewport=True, checked=lambda: self.tool.way == way,
+        )  # fmt: skip
+
+    def combine(self, how: Combine) -> Command:
+        icon, tip = _COMBINE[how]
+        return Command(
+            f"select_{how}", tr(COMBINATIONS[how]), lambda: self.tool.set_combine(how), icon, (),
+            tr(tip), self.not_selecting, checked=lambda: self.tool.combine == how,
+        )  # fmt: skip
+
+
+def commands(studio: Studio) -> list[Command]:
+    """The commands that the tool adds to the menu Interpret."""
+    now = _Selecting(studio)
+    tool, changes = now.tool, now.tool.changes
+
+    def plain(name: str, text: str, run: Callable[[], object], icon: str, key: Keys, tip: str,
+              why_not: Callable[[], str | None] = now.nothing_chosen) -> Command:  # fmt: skip
         return Command(name, text, run, icon, key, tip, why_not, in_viewport=bool(key))
 
-    changes = tool.changes
     return [
-        *(way_command(way) for way in WAYS),
-        *(combine_command(how) for how in _COMBINE),
+        *(now.way(way) for way in WAYS),
+        *(now.combine(how) for how in _COMBINE),
         Command("select_through", tr("Through the surface"),
                 lambda: tool.set_through(not tool.through), "layers-outline", "V",
-                tr("Shapes take what is hidden too; else only what is seen."), not_selecting,
+                tr("Shapes take what is hidden too; else only what is seen."), now.not_selecting,
                 in_viewport=True, checked=lambda: tool.through),
         plain("select_wider", tr("Widen"), changes.wider, "arrow-expand-all", ("+", "="),
-              tr("With those beside the chosen ones."), nothing_chosen),
+              tr("With those beside the chosen ones.")),
         plain("select_narrower", tr("Narrow"), changes.narrower, "arrow-collapse-all", "-",
-              tr("Without those at the edge of what is chosen."), nothing_chosen),
+              tr("Without those at the edge of what is chosen.")),
         plain("select_invert", tr("Invert"), changes.invert, "select-inverse", "Shift+I",
-              tr("What is not chosen, in place of what is."), nothing_chosen),
+              tr("What is not chosen, in place of what is.")),
         plain("select_everything", tr("Whole model"), changes.everything, "select-all", (),
-              tr("Every face or point of the model."), no_model),
-        plain("select_patch", tr("Take patch"), take_patch, "texture-box", (),
-              tr("The faces or points of the selected patch."), no_patch),
+              tr("Every face or point of the model."), now.no_model),
+        plain("select_patch", tr("Take patch"), now.take_patch, "texture-box", (),
+              tr("The faces or points of the selected patch."), now.no_patch),
         plain("hide_elements", tr("Hide chosen"), tool.hide_chosen, "eye-off-outline", "H",
-              tr("Hides what is chosen of the model. Undo shows it again."), nothing_chosen),
+              tr("Hides what is chosen of the model. Undo shows it again.")),
         plain("isolate_elements", tr("Isolate"), changes.isolate, "eye-outline", "Shift+H",
-              tr("Hides all of the model but what is chosen."), nothing_chosen),
+              tr("Hides all of the model but what is chosen.")),
         plain("show_elements", tr("Show hidden"), changes.show_all, "eye", "U",
-              tr("Shows every face and point again."), nothing_hidden),
+              tr("Shows every face and point again."), now.nothing_hidden),
         plain("cut_out", tr("Cut out as model"), changes.cut_out, "scissors-cutting", (),
-              tr("Makes a model of what is chosen, with its textures. The original stays."),
-              nothing_chosen),
+              tr("Makes a model of what is chosen, with its textures. The original stays.")),
     ]  # fmt: skip
