@@ -76,11 +76,13 @@ def propose_sets(
     table: OrientationRows,
     *,
     most: int | None = None,
+    exactly: int | None = None,
     seeds: Sequence[Plane] = (),
     places: Floats | None = None,
 ) -> SetProposal:
-    """most : sets looked for at most, MOST_SETS without it; seeds : planes, one for each set, in
-    place of a proposed number; places : (rows of the table, 3) in metres, NaN where unknown.
+    """most : sets looked for at most, MOST_SETS without it; exactly : this number; seeds : planes,
+    one for each set, in place of a proposed number; places : (rows of the table, 3) in metres, NaN
+    where unknown.
 
     Sets are named S1, S2... by their size, or in the order of the seeds. Lines are left out. Raises
     GeometryError for tables without planes, UsageError for numbers that cannot be.
@@ -95,7 +97,7 @@ def propose_sets(
             tr_n("{count} line is left out.", "{count} lines are left out.", len(table) - len(rows))
         )
     where = None if places is None else places[rows]
-    found = sets_among(table.vectors()[rows], most=most, seeds=seeds, places=where)
+    found = sets_among(table.vectors()[rows], most=most, exactly=exactly, seeds=seeds, places=where)
     warnings += found.warnings
     if not found.sets and not seeds:
         warnings.append(
