@@ -56,12 +56,6 @@ def commands(
         if (panel := net()) is not None:
             copy_net(studio, panel)
 
-    def copy_command() -> None:
-        from vomstudio.ui.analyse.net_copy import copy_net_command
-
-        if (panel := net()) is not None:
-            copy_net_command(parent, studio, panel)
-
     def type_in() -> None:
         from vomstudio.ui.analyse.net_typing_dialog import NetTypingDialog
 
@@ -92,9 +86,6 @@ def commands(
                                           "with the planes picked on the model.")),
         Command("export_net", tr("Export stereo&net…"), export, "export-variant", (),
                 tr("The stereonet as a figure: SVG, PDF or PNG."), no_net),
-        Command("net_command", tr("Copy &net as command…"), copy_command, "console", (),
-                tr("Keep what the net shows as a table, and copy the command that draws it."),
-                no_net),
         Command("copy_net", tr("&Copy stereonet as a figure"), copy, "content-copy", (),
                 tr("The stereonet as a figure on the clipboard: drawing programs take it as SVG, "
                    "others as a picture."), no_net),

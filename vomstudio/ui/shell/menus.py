@@ -50,7 +50,7 @@ MENUS = (
         "intersection_of_sets", "extend_plane", "patch_surface", "|", "propose_sets",
         "count_fractures", "fault_displacement", "|", "orthophoto", "elevation_model", "section",
         "|", "verdict_profile", "fit_figure", "copy_fit", "|", "type_on_net", "copy_net",
-        "net_command", "figure_style", "show_stereonet")),
+        "figure_style", "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip
