@@ -36,11 +36,13 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.common.window_protocols import Docks, Workspaces
+from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.interpret.facet_words import (
     agreement_in_words,
     share_in_words,
     summary_in_words,
 )
+from vomstudio.ui.interpret.facets_command import copy_facets, why_no_command
 from vomstudio.ui.interpret.measured_planes import measured_planes, planes_of
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import to_translate, tr
@@ -144,6 +146,10 @@ class FacetsPanel(QWidget):
         self.start = QPushButton(theme.icon("vector-polygon"), tr("Find on all"))
         self.start.setObjectName("facet_start")
         self.start.clicked.connect(lambda _: self._start_or_stop())
+        self.copy = CopyCommandButton(
+            lambda: copy_facets(self._studio, self._model, self._limits()),
+            tr("the command that finds these facets"),
+        )
         self.progress = QProgressBar()
         self.summary, self.said = hint_label(), hint_label()
         self.said.setObjectName("facet_said")
@@ -209,7 +215,8 @@ class FacetsPanel(QWidget):
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
         limits.setColumnStretch(1, 1)
         limits.setColumnStretch(3, 1)
-        limits.addWidget(self.start, 2, 2, 1, 2)
+        limits.addWidget(self.start, 2, 2)
+        limits.addWidget(self.copy, 2, 3)
         self._choose = _row(self.colours, QLabel(tr("as")), self.type)
         self._decide = _row(self.accept, self.reject, self.accept_all, self.reject_all)
         column = narrow_column(self)
@@ -263,6 +270,7 @@ class FacetsPanel(QWidget):
         self.start.setText(tr("Stop") if busy else tr("Find on all"))
         self.start.setEnabled(why is None)
         self.start.setToolTip(why or "")
+        self.copy.allow(self._why_not() or why_no_command(self._limits()))
         found, chosen = self._facets.found, self._rows()
         none_chosen = tr("Choose facets in the list first.")
         for button, on, tip, reason in (
@@ -302,6 +310,7 @@ class FacetsPanel(QWidget):
         )
 
     def _limits_changed(self, *_: object) -> None:
+        self._refresh_buttons()
         if self.live.isChecked():
             self._live.start()
 
