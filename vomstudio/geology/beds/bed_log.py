@@ -28,8 +28,9 @@ from vomstudio.words import tr
 @dataclass(frozen=True)
 class Interval:
     """What lies between two boundaries, from the oldest up. base, top : their names; base_m,
-    top_m : above the lowest boundary, across the bedding; thickness_m with half of its 95 % interval, None
-    where nothing is known of errors; lithology as it was written, strabospot : its fields there"""
+    top_m : above the lowest boundary, across the bedding; thickness_m with half of its 95 %
+    interval, None where nothing is known of errors; lithology as it was written, strabospot : its
+    fields there"""
 
     number: int
     base: str
@@ -70,9 +71,9 @@ def bed_log(
     overturned: bool = False,
 ) -> BedLog:
     """points : (n, 3) World, metres, one on each boundary, in any order; names, lithologies,
-    notes : (n,) of the boundaries, and of the beds that begin there, up to the next boundary. sigma_m :
-    standard deviation of each coordinate; bed_error_deg : half-angle of the 95 % cone of the
-    bedding's normal; overturned : younger beds lie below.
+    notes : (n,) of the boundaries, and of the beds that begin there, up to the next boundary.
+    sigma_m : standard deviation of each coordinate; bed_error_deg : half-angle of the 95 % cone of
+    the bedding's normal; overturned : younger beds lie below.
 
     Raises GeometryError for fewer than two boundaries and points that are not finite, UsageError
     for negative errors.
