@@ -11,8 +11,7 @@ import pytest
 import vomstudio as vs
 
 LOG = (
-    "name,x,y,z,lithology,notes\na,0,0,0,sandstone,=1+1\nb,10,0,0,limestone,\n"
-    "c,20,0,0,,\nd,,,,,\n"
+    "name,x,y,z,lithology,notes\na,0,0,0,sandstone,=1+1\nb,10,0,0,limestone,\nc,20,0,0,,\nd,,,,,\n"
 )
 BENNISON = "393 2374 550\n1891 2738 650\n2191 1037 450\n"
 """Bennison (1990), coal seam in three boreholes: strike 106.45, dip 7.37, as Cardozo solves it in
@@ -65,9 +64,7 @@ def test_scripts_find_the_same(write) -> None:
     assert "dip_direction_deg" in repr(seam)
     found = vs.log(write(LOG), bed=(90, 30))
     assert [i.lithology for i in found.intervals] == ["sandstone", "limestone"]
-    moved = vs.displacement(
-        [[5.0, 0.0, -8.660254, 0.0, 0.0, 0.0]], fault=(90, 60), sigma_m=0.1
-    )
+    moved = vs.displacement([[5.0, 0.0, -8.660254, 0.0, 0.0, 0.0]], fault=(90, 60), sigma_m=0.1)
     assert moved.what == "net slip"
     assert moved.mean_throw_m == pytest.approx(8.66, abs=0.01)
     cut = vs.displacement(

@@ -57,7 +57,12 @@ def test_order_names_and_words_follow_the_beds_up() -> None:
         notes=["coarse", "", "?"],
     )  # fmt: skip
     first, second = found.intervals
-    assert (first.base, first.top, first.lithology, first.notes) == ("a", "c", "Sandstone", "coarse")
+    assert (first.base, first.top, first.lithology, first.notes) == (
+        "a",
+        "c",
+        "Sandstone",
+        "coarse",
+    )
     assert (second.base, second.top, second.strabospot) == ("c", "b", {})
     assert found.reordered == ("c", "b")
     assert any("gneiss" in warning for warning in found.warnings)
