@@ -161,7 +161,18 @@ class NetCircle:
         return nets.cone_curve(axis, first, np.cross(axis, first), half, half, projection, 361)
 
 
-AnyEllipse = NetEllipse | NetLineEllipse
+@dataclass(frozen=True, eq=False)
+class NetBand:
+    """The band of poles that a straight trace allows: its two edges (k, 3), of normals."""
+
+    edges: tuple[Array, Array]
+
+    def outline(self, projection: str) -> list[Array]:
+        """Polylines (k, 2) on the net."""
+        return [part for edge in self.edges for part in nets.split_at_primitive(edge, projection)]
+
+
+AnyEllipse = NetEllipse | NetLineEllipse | NetBand
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from vomstudio.geology.notation import format_plane
-from vomstudio.products.net.contents import NetContents, NetEllipse, NetSet, circles_shown
+from vomstudio.products.net.contents import NetContents, NetLineEllipse, NetSet, circles_shown
 from vomstudio.products.net.style import REGISTERED_LINE, NetStyle
 from vomstudio.words import tr
 
@@ -63,9 +63,9 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
         entries.append(Entry(tr("Open symbol: axial mean"), style.net, "o", None, outlined=True))
     if net.ellipses and not net.compact:
         text = (
-            tr("Joint 95 % of the selected pole")
-            if isinstance(net.ellipses[0], NetEllipse)
-            else tr("Joint 95 % of the selected line")
+            tr("Joint 95 % of the selected line")
+            if isinstance(net.ellipses[0], NetLineEllipse)
+            else tr("Joint 95 % of the selected pole")
         )
         entries.append(Entry(text, style.ink, None, "-"))
     # On the screen not by what is selected: the net would move at every click.

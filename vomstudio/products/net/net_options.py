@@ -20,10 +20,10 @@ from vomstudio.geology.rotations import meetings, turned, untilted
 from vomstudio.products.net.contents import (
     OKABE_ITO,
     AnyEllipse,
+    NetBand,
     NetCircle,
     NetContents,
     NetEllipse,
-    NetLineEllipse,
     NetMark,
     NetSet,
     means_of,
@@ -150,7 +150,10 @@ class Turning:
         slips = None if s.slips is None else self.vectors(s.slips)
         return replace(s, azimuth_deg=azimuth, angle_deg=angle, turns=None, slips=slips)
 
-    def of_ellipse(self, ellipse: AnyEllipse) -> NetLineEllipse:
+    def of_ellipse(self, ellipse: AnyEllipse) -> AnyEllipse:
+        if isinstance(ellipse, NetBand):
+            one, other = ellipse.edges
+            return NetBand((self.vectors(one), self.vectors(other)))
         line = ellipse.of_pole() if isinstance(ellipse, NetEllipse) else ellipse
         vector, axis = self.vectors(np.array([line.line.vector(), line.axis]))
         return replace(line, line=Line.from_vector(vector), axis=axis)

@@ -10,12 +10,14 @@ import numpy as np
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import FeatureType, Typed, get_feature
 from vomstudio.document.registration_errors import model_of, pole_region, turns_of
+from vomstudio.document.straight_traces import band_of_measured
 from vomstudio.errors import VomError
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes
 from vomstudio.products.net.contents import (
     AnyEllipse,
+    NetBand,
     NetCircle,
     NetEllipse,
     NetLineEllipse,
@@ -178,9 +180,12 @@ class NetSource:
 
 
 def ellipse_of(measured: Measurement) -> AnyEllipse | None:
-    """The 95 % ellipse of a plane's pole or of a line, where its error is known."""
+    """The 95 % ellipse of a plane's pole or of a line, where its error is known; of a straight
+    trace the band of poles that it allows."""
     if measured.line is not None:
         return _line_ellipse(measured)
+    if (band := band_of_measured(measured)) is not None:
+        return NetBand(band.outline())
     fit = measured.fit
     if fit is None or fit.max_confidence95_deg is None or fit.error_rake_deg is None:
         return None

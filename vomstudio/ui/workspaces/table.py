@@ -20,6 +20,10 @@ HOMES: dict[str, Area] = {
     "statistics": "right",
     "sets": "right",
     "slopes": "right",
+    "displacement": "right",
+    "fractures": "bottom",
+    "section": "bottom",
+    "elevation": "bottom",
     "view": "right",
     "display": "right",
     "properties": "right",
@@ -134,8 +138,11 @@ WORKSPACES: tuple[Workspace, ...] = (
             "features first, or import field measurements."
         ),
         "features",
-        right=(("stereonet",), ("statistics", "sets", "slopes", "properties")),
-        bottom=(("table",),),
+        right=(
+            ("stereonet",),
+            ("statistics", "sets", "slopes", "displacement", "properties"),
+        ),
+        bottom=(("table", "fractures"),),
         shares=(0.205, 0.36, 0.26),
         first_share=0.6,
     ),
@@ -150,6 +157,8 @@ WORKSPACES: tuple[Workspace, ...] = (
         "model",
         left=(("project",),),
         right=(("view",), ("display",)),
+        bottom=(("section", "elevation"),),
+        shares=(0.205, 0.233, 0.36),
     ),
 )
 FIRST = "interpret"
