@@ -190,7 +190,7 @@ class Walk:
             self.window.actions_table.run("patch_surface")
 
     def _book(self) -> None:
-        from vomstudio.ui.analyse.net_commands import import_readings
+        from vomstudio.ui.analyse.net.commands import import_readings
 
         path = self.folder / "book.csv"
         path.write_text(_BOOK)

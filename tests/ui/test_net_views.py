@@ -26,9 +26,9 @@ from vomstudio.geology.orientation import (
 )
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.tools.trace import TraceTool
-from vomstudio.ui.analyse.figure_style_dialog import FigureStyleDialog
-from vomstudio.ui.analyse.net_commands import export_net
-from vomstudio.ui.analyse.net_typing_dialog import NetTypingDialog
+from vomstudio.ui.analyse.net.commands import export_net
+from vomstudio.ui.analyse.net.figure_style_dialog import FigureStyleDialog
+from vomstudio.ui.analyse.net.typing_dialog import NetTypingDialog
 
 LEFT, NONE = driver.LEFT, driver.NONE
 

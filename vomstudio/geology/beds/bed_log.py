@@ -84,11 +84,10 @@ def bed_log(
     n = len(p)
     if n < 2:
         raise GeometryError(tr("A log needs at least two boundaries."))
-    for value, option in ((sigma_m, "--sigma"), (bed_error_deg, "--bed-error")):
-        if not value >= 0:
-            raise UsageError(tr("Errors must not be negative."), field=option)
-    called = list(names or map(str, range(1, n + 1)))
-    rocks, said = list(lithologies or [""] * n), list(notes or [""] * n)
+    if not min(sigma_m, bed_error_deg) >= 0:
+        raise UsageError(tr("Errors must not be negative."), field="--sigma")
+    called, none = list(names or map(str, range(1, n + 1))), [""] * n
+    rocks, said = list(lithologies or none), list(notes or none)
     younging = (-1.0 if overturned else 1.0) * bed.normal()
     height = (p - p[0]) @ younging
     order = np.argsort(height, kind="stable")
@@ -133,12 +132,14 @@ def bed_log(
             )
         )  # fmt: skip
     if moved:
-        warnings.append(
-            tr(
-                "These boundaries are not in the order of their heights and were put in it: "
-                "{names}. Check the bedding and the points.",
-                names=", ".join(moved),
-            )
-        )
+        warnings.append(_moved_words(moved))
     total = across(int(order[0]), int(order[-1]))
     return BedLog(n, tuple(intervals), total, tuple(moved), tuple(warnings))
+
+
+def _moved_words(names: Sequence[str]) -> str:
+    return tr(
+        "These boundaries are not in the order of their heights and were put in it: {names}. Check "
+        "the bedding and the points.",
+        names=", ".join(names),
+    )

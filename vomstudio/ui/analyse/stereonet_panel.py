@@ -26,8 +26,7 @@ from vomstudio.products.net.net_options import MOST_PLANES, with_intersections
 from vomstudio.products.net.rose import RoseArtists
 from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.style import NetStyle
-from vomstudio.ui.analyse.contour_button import ContourButton
-from vomstudio.ui.analyse.net_canvas import (
+from vomstudio.ui.analyse.net.canvas import (
     DPI,
     DrawnNet,
     DrawnRoses,
@@ -35,12 +34,13 @@ from vomstudio.ui.analyse.net_canvas import (
     NetThread,
     Wanted,
 )
+from vomstudio.ui.analyse.net.contour_button import ContourButton
+from vomstudio.ui.analyse.net.menu import NetMenuButton
+from vomstudio.ui.analyse.net.source import NetSource, fold_of
+from vomstudio.ui.analyse.net.view_box import NetViewBox
+from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.analyse.net_command import net_words
-from vomstudio.ui.analyse.net_menu import NetMenuButton
 from vomstudio.ui.analyse.net_sets import Groups
-from vomstudio.ui.analyse.net_source import NetSource, fold_of
-from vomstudio.ui.analyse.net_view_box import NetViewBox
-from vomstudio.ui.analyse.net_wishes import NetWishes
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
@@ -136,6 +136,10 @@ class StereonetPanel(QWidget):
         self._emphasis.setSingleShot(True)
         self._emphasis.setInterval(_SOON_MS)
         self._emphasis.timeout.connect(self._emphasise)
+        self._listen()
+
+    def _listen(self) -> None:
+        studio = self._studio
         studio.project_opened.connect(self._soon)
         studio.edited.connect(self._edited)
         studio.visibility_changed.connect(lambda _: self._soon())

@@ -26,8 +26,8 @@ from vomstudio.products.net.contents import (
 )
 from vomstudio.products.net.net_options import MOST_PLANES, Turning
 from vomstudio.products.net.rose_contents import RoseContents, roses_of_sets
+from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.analyse.net_sets import Groups, alike, on_the_net, proposed_sets, sets_of
-from vomstudio.ui.analyse.net_wishes import NetWishes
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu, QToolButton
 
-from vomstudio.ui.analyse.net_wishes import BINS, NetWishes
+from vomstudio.ui.analyse.net.wishes import BINS, NetWishes
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import to_translate, tr
