@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.beds.lithologies import in_strabospot
-from vomstudio.geology.faults.displacement import CONE95, Z95, Measured
+from vomstudio.geology.measured import CONE95, Z95, Measured
 from vomstudio.geology.orientation import Plane
 from vomstudio.reprs import Shown
 from vomstudio.words import tr

@@ -176,7 +176,11 @@ class MainWindow(QMainWindow):
             *surface_commands.commands(studio, self),
             *(command for some in self._of_tools for command in some),
             *net_commands.commands(
-                studio, lambda: getattr(self, "net", None), self, self._dialogs, self.workspaces
+                studio,
+                lambda: getattr(self, "net", None),
+                self,
+                self._dialogs,
+                self.workspaces.fill_middle,
             ),
             *feature_commands.commands(studio, self._open_types),
             *display_commands.commands(studio, view, self.cameras, self.docks),

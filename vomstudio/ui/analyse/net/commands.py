@@ -28,7 +28,6 @@ from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.ui.analyse.readings_dialog import Place
-    from vomstudio.ui.workspaces.arrangements import Workspaces
 
 
 def commands(
@@ -36,9 +35,10 @@ def commands(
     net: Callable[[], NetDock | None],
     parent: QWidget,
     dialogs: OpenDialogs,
-    workspaces: Workspaces,
+    fill_middle: Callable[[str], None],
 ) -> list[Command]:
-    """net : None until its library is there. parent : of the dialogs"""
+    """net : None until its library is there. parent : of the dialogs. fill_middle : gives a dock
+    the place of the outcrop, or puts it back"""
 
     def no_net() -> str | None:
         if net() is None:
@@ -76,7 +76,7 @@ def commands(
                 tr("Size, letters, symbols and colours of figures of nets and roses."),
                 not_loaded),
         Command("net_in_middle", tr("Stereonet in the middle"),
-                lambda: workspaces.fill_middle("stereonet"), "fit-to-page-outline",
+                lambda: fill_middle("stereonet"), "fit-to-page-outline",
                 "Shift+F9", tr("Give the stereonet the place of the outcrop, or put it back.")),
         Command("import_readings", tr("Import &field measurements…"),
                 lambda: choose_readings(parent, studio),
