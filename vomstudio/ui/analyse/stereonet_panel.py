@@ -269,7 +269,9 @@ class StereonetPanel(QWidget):
         notes = (frame,) if frame else ()
         if self.wishes.view != "net":
             roses = self.rose_contents()
-            return replace(roses, title=title, notes=(*self.wishes.turning.notes, *notes))
+            return replace(
+                roses, title=title, notes=(*roses.notes, *self.wishes.turning.notes, *notes)
+            )
         net = self.contents().with_selection(())
         return replace(net, title=title, notes=(*net.notes, *notes), compact=False, live=None)
 
@@ -281,8 +283,7 @@ class StereonetPanel(QWidget):
             return
         start = perf_counter()
         self._names = [s.name for s in self._source.sets()[0]]
-        for button in self._of_net:
-            button.setEnabled(self.wishes.view == "net")
+        self._allow_buttons()
         dark = self.palette().color(QPalette.ColorRole.Window).lightness() < 128
         wanted = Wanted(
             self.contents() if self.wishes.view == "net" else NetContents(),
@@ -304,6 +305,15 @@ class StereonetPanel(QWidget):
         took = 1000.0 * (perf_counter() - start)
         slow = took > _QUICK_MS
         self._timer.setInterval(min(_LATEST_MS, int(5 * took)) if slow else _SOON_MS)
+
+    def _allow_buttons(self) -> None:
+        """What belongs to a net can be chosen while one is shown, and says so else."""
+        of_net = self.wishes.view == "net"
+        for button in self._of_net:
+            what = button.accessibleName()
+            button.setEnabled(of_net)
+            button.setToolTip(what if of_net else tr("Not now: {what} – of a net only.", what=what))
+        self._under.setVisible(of_net)
 
     def _drawn(self, made: tuple[Wanted, DrawnNet]) -> None:
         """The thread has drawn a net."""
