@@ -1,11 +1,10 @@
-"""A figure with its error, and the reach of 95 % in standard deviations."""
+"""A length or an angle with half of its 95 % interval."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-Z95 = 1.959963984540054
 CONE95 = math.sqrt(-2.0 * math.log(0.05))
 """Half-angle of the cone that holds 95 % of a direction, in standard deviations along one axis."""
 
