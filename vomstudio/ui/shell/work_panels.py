@@ -21,16 +21,14 @@ def work_panels() -> tuple[tuple[str, str, Make], ...]:
     from vomstudio.ui.analyse.sets_panel import SetsPanel
     from vomstudio.ui.analyse.slopes_panel import SlopesPanel
     from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
-    from vomstudio.ui.interpret.facets_panel import FacetsPanel
-    from vomstudio.ui.interpret.fields_panel import FieldsPanel
+    from vomstudio.ui.analyse.surface_panel import SurfacePanel
     from vomstudio.ui.registration.compare_panel import ComparePanel
 
     return (
         ("statistics", to_translate("Statistics"), StatisticsPanel),
         ("sets", to_translate("Sets"), SetsPanel),
         ("slopes", to_translate("Slopes"), SlopesPanel),
-        ("fields", to_translate("Fields"), FieldsPanel),
-        ("facets", to_translate("Facets"), FacetsPanel),
+        ("surface", to_translate("Surface"), SurfacePanel),
         ("compare", to_translate("Compare"), ComparePanel),
     )
 
@@ -39,14 +37,12 @@ def work_commands(
     studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
 ) -> list[Command]:
     """parent : of the dialogs"""
-    from vomstudio.ui.analyse import profile_dialog, sets_panel
-    from vomstudio.ui.interpret import facets_panel, fields_panel
+    from vomstudio.ui.analyse import profile_dialog, sets_panel, surface_panel
     from vomstudio.ui.registration import commands as registration_commands
 
     return [
         profile_dialog.command(studio, dialogs, parent),
         sets_panel.command(studio, workspaces, docks),
-        fields_panel.command(studio, workspaces, docks),
-        facets_panel.command(studio, workspaces, docks),
+        *surface_panel.commands(studio, docks),
         *registration_commands.commands(studio, dialogs, workspaces, docks, parent),
     ]
