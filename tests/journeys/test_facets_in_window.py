@@ -25,6 +25,7 @@ def panel(window) -> FacetsPanel:
     made = window.findChild(FacetsPanel)
     driver.wait(made.isVisible, "the panel")
     driver.settled(window)
+    driver.wait(made.start.isEnabled, "the model")
     return made
 
 
