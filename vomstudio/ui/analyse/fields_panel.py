@@ -67,7 +67,7 @@ class FieldsPanel(SeenPanel):
         studio.edited.connect(self._soon)
         studio.jobs_changed.connect(self._show_progress)
         self._fields.changed.connect(self.refresh)
-        self._show_rows()
+        self.show_now()
 
     def _make_parts(self) -> None:
         self.title = hint_label()
