@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -131,35 +131,61 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
         "centre": list(report.centre),
         "bowing": _bowing(report.bowing),
         "lens_bowing": lens_bowing(report.lens_bend),
-        "warnings": list(report.warnings),
+        "warnings": _but_bowing(report),
     }
 
 
 def _bowing(found: Bowing | None) -> dict[str, Any] | None:
-    """By residuals, in degrees of dip."""
+    """By residuals, with degrees of dip."""
     if found is None:
         return None
     return {
+        **asdict(found),
         "edge_from_middle_deg": found.side_deg,
         "edge_from_middle_error95_deg": found.side_error95_deg,
         "edge_to_edge_deg": found.across_deg,
-        "significant": found.significant,
-        "reach_m": found.reach_m,
     }
 
 
 def lens_bowing(found: LensBend | None) -> dict[str, Any] | None:
-    """By the 95 % errors of the lenses, in degrees of dip."""
+    """By the 95 % errors of the lenses, with degrees of dip."""
     if found is None:
         return None
     return {
+        **asdict(found),
         "edge_from_middle95_deg": found.side_deg,
         "edge_to_edge95_deg": found.across_deg,
         "stretch95_deg": found.stretch_deg,
-        "stretch95": found.stretch95,
-        "curvature95_per_m": found.curvature95_per_m,
-        "reach_m": found.reach_m,
     }
+
+
+def at_the_edge(registration: Mapping[str, Any], mesh: Mesh) -> tuple[dict[str, Any], list[str]]:
+    """What a registration says, with the bowing at the edge of the finished model, and in words:
+    tie points, from which it was found, do not reach as far."""
+    from vomstudio.geology.bowing import Bowing, LensBend, model_shape
+    from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
+
+    seen, lens = registration.get("bowing"), registration.get("lens_bowing")
+    if not seen and not lens:
+        return dict(registration), []
+    reach = model_shape(mesh.vertices)[2]
+    bowing = bend = None
+    if seen:
+        known = {each.name: seen[each.name] for each in fields(Bowing)}
+        bowing = Bowing(**{**known, "reach_m": reach})
+    if lens:
+        bend = LensBend(lens["curvature95_per_m"], reach, lens["stretch95"])
+    said = [*said_of_bowing(bowing), *said_of_lenses(bend, bowing)]
+    facts = {**registration, "bowing": _bowing(bowing), "lens_bowing": lens_bowing(bend)}
+    return facts | {"warnings": [*registration.get("warnings", ()), *said]}, said
+
+
+def _but_bowing(report: GpsReport | ControlReport) -> list[str]:
+    """Its warnings without those of bowing, which are said of the finished model."""
+    from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
+
+    said = [*said_of_bowing(report.bowing), *said_of_lenses(report.lens_bend, report.bowing)]
+    return [warning for warning in report.warnings if warning not in said]
 
 
 def control_registration(report: ControlReport) -> dict[str, Any]:
@@ -186,7 +212,7 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
         "centre": list(report.centre),
         "bowing": _bowing(report.bowing),
         "lens_bowing": lens_bowing(report.lens_bend),
-        "warnings": list(report.warnings),
+        "warnings": _but_bowing(report),
     }
 
 
