@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -162,21 +162,19 @@ def lens_bowing(found: LensBend | None) -> dict[str, Any] | None:
 def at_the_edge(registration: Mapping[str, Any], mesh: Mesh) -> tuple[dict[str, Any], list[str]]:
     """What a registration says, with the bowing at the edge of the finished model, and in words:
     tie points, from which it was found, do not reach as far."""
-    from vomstudio.geology.bowing import Bowing, LensBend, model_shape
+    from vomstudio.document.registration_errors import bowing_of_registration
+    from vomstudio.geology.bowing import LensBend, model_shape
+    from vomstudio.io.project.reconstructions import registration_of
     from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
 
-    seen, lens = registration.get("bowing"), registration.get("lens_bowing")
-    if not seen and not lens:
-        return dict(registration), []
-    reach = model_shape(mesh.vertices)[2]
-    bowing = bend = None
-    if seen:
-        known = {each.name: seen[each.name] for each in fields(Bowing)}
-        bowing = Bowing(**{**known, "reach_m": reach})
-    if lens:
+    _, axes, reach = model_shape(mesh.vertices)
+    shape = {"reach_m": reach, "normal": axes[2].tolist()}
+    facts: dict[str, Any] = {**registration, "shape": shape}
+    bowing, bend = bowing_of_registration(registration_of({"registration": facts}, "")), None
+    if lens := registration.get("lens_bowing"):
         bend = LensBend(lens["curvature95_per_m"], reach, lens["stretch95"])
     said = [*said_of_bowing(bowing), *said_of_lenses(bend, bowing)]
-    facts = {**registration, "bowing": _bowing(bowing), "lens_bowing": lens_bowing(bend)}
+    facts |= {"bowing": _bowing(bowing), "lens_bowing": lens_bowing(bend)}
     return facts | {"warnings": [*registration.get("warnings", ()), *said]}, said
 
 
