@@ -107,7 +107,10 @@ def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> st
 
 
 def _number(value: float | None, digits: int, unit: str = "") -> str:
-    return "–" if value is None or value != value else f"{value:,.{digits}f}{unit}"
+    if value is None or value != value:
+        return "–"
+    # Less than half of the last digit is nought, without a sign.
+    return f"{round(value, digits) + 0.0:,.{digits}f}{unit}"
 
 
 def _photos(result: Mapping[str, Any]) -> str:

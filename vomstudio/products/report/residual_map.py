@@ -96,7 +96,7 @@ def _points(found: Mapping[str, Any]) -> tuple[list[str], Array, Array, npt.NDAr
     rows = [
         (row["label"], row["surveyed"], row["residual_m"], row["role"] == "check")
         for row in found.get("points", ())
-        if row.get("role") in ("control", "check") and row.get("residual_m")
+        if row.get("role") in ("control", "check") and row.get("residual_m") and row.get("surveyed")
     ]
     rows += [
         (row["name"], row["surveyed"], [row[axis] for axis in ("dx", "dy", "dz")], False)
