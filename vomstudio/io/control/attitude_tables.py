@@ -93,7 +93,7 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
     norths = _norths(table, len(photos), north)
     yaws = np.isfinite(angles[:, 0])
     unstated = bool(yaws.any()) and not np.isfinite(sigma[yaws, 0]).any()
-    notes = ()
+    notes: tuple[str, ...] = ()
     if unstated and "magnetic" not in norths:
         notes = (
             tr(

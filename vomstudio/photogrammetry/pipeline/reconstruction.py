@@ -420,9 +420,7 @@ class _Run:
                     + (" …" if len(part.views) > 5 else ""),
                 )
             )
-        registration, said = report_data.at_the_edge(placed.registration, textured)
-        for warning in said:
-            self.log.note(warning)
+        registration = report_data.at_the_edge(placed.registration, textured, self.log.note)
         placed_names = {view.name for view in scene.views}
         missing = [p.name for p in photos.photos if p.name not in placed_names]
         cameras = report_data.as_placed(alignment.cameras, scene, registration)
@@ -433,7 +431,6 @@ class _Run:
             cameras=cameras,
             planes=report_data.planes_of_model(cloud, textured, registration),
         )
-        lengths = scene.track_lengths
         rows = report_data.photo_rows(photos.photos, scene, registration)
         for row in rows:
             gain = dressed.facts["report"]["gains"].get(row["name"])
@@ -464,7 +461,7 @@ class _Run:
             "folder": str(self.folder),
             "warnings": self.log.notes,
             "tie_points": len(scene.points),
-            "tie_points_of_3": int((lengths >= 3).sum()),
+            "tie_points_of_3": int((scene.track_lengths >= 3).sum()),
             "photo_rows": rows,
             "dense_gsd_m": report_data.dense_gsd(rows, self.dense_px),
             "calibration": report_data.calibration(cameras, photos.photos),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
@@ -159,9 +159,11 @@ def lens_bowing(found: LensBend | None) -> dict[str, Any] | None:
     }
 
 
-def at_the_edge(registration: Mapping[str, Any], mesh: Mesh) -> tuple[dict[str, Any], list[str]]:
-    """What a registration says, with the bowing at the edge of the finished model, and in words:
-    tie points, from which it was found, do not reach as far."""
+def at_the_edge(
+    registration: Mapping[str, Any], mesh: Mesh, tell: Callable[[str], object]
+) -> dict[str, Any]:
+    """What a registration says, with the bowing at the edge of the finished model: tie points, from
+    which it was found, do not reach as far. tell : hears it in words"""
     from vomstudio.document.registration_errors import bowing_of_registration
     from vomstudio.geology.bowing import LensBend, model_shape
     from vomstudio.io.project.reconstructions import registration_of
@@ -175,7 +177,9 @@ def at_the_edge(registration: Mapping[str, Any], mesh: Mesh) -> tuple[dict[str, 
         bend = LensBend(lens["curvature95_per_m"], reach, lens["stretch95"])
     said = [*said_of_bowing(bowing), *said_of_lenses(bend, bowing)]
     facts |= {"bowing": _bowing(bowing), "lens_bowing": lens_bowing(bend)}
-    return facts | {"warnings": [*registration.get("warnings", ()), *said]}, said
+    for warning in said:
+        tell(warning)
+    return facts | {"warnings": [*registration.get("warnings", ()), *said]}
 
 
 def _but_bowing(report: GpsReport | ControlReport) -> list[str]:

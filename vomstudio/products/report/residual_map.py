@@ -51,7 +51,8 @@ def residual_map(found: Mapping[str, Any], scaled: bool) -> str:
             at[:, i], at[:, j], times * left[:, i], times * left[:, j], color="#222222",
             angles="xy", scale_units="xy", scale=1.0, width=0.004,
         )  # fmt: skip
-        if len(labels) <= _NAMED:
+        # From the side they would hide each other.
+        if len(labels) <= _NAMED and j == 1:
             for label, place in zip(labels, at, strict=True):
                 axes.annotate(
                     label, (place[i], place[j]), (3, 3), textcoords="offset points", fontsize=7
