@@ -137,7 +137,7 @@ class Workspace:
         """Whether closing now would discard work that the user may want to save."""
         session, is_open = self.projects.session, self.tools.open_tool is not None
         made = self.projects.unsaved_reconstructions
-        if not session.dirty and not is_open and not made:
+        if self.projects.kept and not session.dirty and not is_open and not made:
             return False
         return bool(session.features()) or is_open or not self.projects.project.untitled or made
 

@@ -144,8 +144,8 @@ def belief_of_attitude(
     if not (0.0 <= error95_deg < 45.0 and error95_m >= 0.0):
         raise GeometryError(tr("The error of a plane is an angle from 0 to 45 degrees."))
     normal = plane.normal()
-    u: Floats = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    u = np.asarray(u / np.linalg.norm(u))
+    side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    u = np.asarray(side / np.linalg.norm(side))
     tilt = np.tan(np.radians(error95_deg)) ** 2 / CHI2_TWO
     return PlaneBelief(
         np.asarray(through, np.float64),

@@ -174,7 +174,13 @@ class MainWindow(QMainWindow):
             *line_commands.commands(studio, self.view_panel, self),
             *surface_commands.commands(studio, self),
             *(command for some in self._of_tools for command in some),
-            *net_commands.commands(studio, lambda: getattr(self, "net", None), self),
+            *net_commands.commands(
+                studio,
+                lambda: getattr(self, "net", None),
+                self,
+                self._dialogs,
+                partial(self.workspaces.fill_middle, "stereonet"),
+            ),
             *feature_commands.commands(studio, self._open_types),
             *display_commands.commands(studio, view, self.cameras, self.docks),
             *compact_commands.commands(studio, self),
@@ -351,7 +357,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
         actions = self.actions_table.all
-        self.net = StereonetPanel(self.studio, actions["export_net"], actions["propose_sets"])
+        self.net = StereonetPanel(self.studio, actions)
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
         _warm_up(self.studio)
@@ -407,12 +413,14 @@ class MainWindow(QMainWindow):
 
     def _refresh(self, *_: object) -> None:
         self.actions_table.refresh()
+        words = {
+            "project": self.files.project_name(),
+            "unsaved": "*" if self.studio.session.dirty else "",
+        }
         self.setWindowTitle(
-            tr(
-                "{project}{unsaved} – VOM Studio",
-                project=self.files.project_name(),
-                unsaved="*" if self.studio.session.dirty else "",
-            )
+            tr("{project}{unsaved} – VOM Studio", **words)
+            if self.studio.workspace.projects.kept
+            else tr("{project}{unsaved} (in memory only) – VOM Studio", **words)
         )
         self._show_start_page()
 

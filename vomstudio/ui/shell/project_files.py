@@ -97,15 +97,18 @@ class Files(QObject):
             self.attempt(self._studio.new_project)
 
     def save(self) -> bool:
-        """Save the project, an untitled one under a name that is asked for; False where it is
-        not saved."""
-        if self._studio.project.untitled:
+        """Save the project, an untitled one under a name that is asked for, as one that is no
+        longer at its place; False where it is not saved."""
+        project = self._studio.project
+        if project.untitled or ((trouble := project.trouble) is not None and trouble.lost):
             return self.save_as()
         return self.attempt(self._studio.save)
 
     def save_as(self) -> bool:
         """Ask for a folder and save the project there; False where it is not saved."""
-        return self._save_where(tr("Save project as"), "outcrop")
+        project = self._studio.project
+        return self._save_where(tr("Save project as"),
+                                "outcrop" if project.untitled else project.name)  # fmt: skip
 
     def place_for(self, photos: str) -> bool:
         """Ask where the project is to be, before a model of photos is made in one without a name:
@@ -230,9 +233,13 @@ class Files(QObject):
             box = QMessageBox(self._parent)
             box.setIcon(QMessageBox.Icon.Question)
             box.setText(tr("Save the changes to {project}?", project=self.project_name()))
+            trouble = studio.project.trouble
             box.setInformativeText(
                 tr("Discarded changes stay in the project's history and can be restored with "
                    "Undo.")
+                if trouble is None
+                else tr("{trouble} What is in memory only is lost unless you save the project "
+                        "elsewhere.", trouble=trouble.sentence)
             )  # fmt: skip
             box.setStandardButtons(
                 QMessageBox.StandardButton.Save
