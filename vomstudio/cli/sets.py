@@ -8,6 +8,7 @@ from typing import Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
 from vomstudio.cli.common.output import Output
+from vomstudio.errors import UsageError
 from vomstudio.words import tr, tr_n
 
 
@@ -19,6 +20,9 @@ def add_parser(subparsers: Subparsers) -> None:
     add_output(parser, tr("the table with the set of each plane"), required=True)
     parser.add_argument(
         "--max-sets", type=int, metavar="N", help=tr("look for no more sets than this (default 8)")
+    )
+    parser.add_argument(
+        "--exactly", type=int, metavar="N", help=tr("this number of sets, however well they part")
     )
     parser.add_argument(
         "--seeds", metavar="DD/D,...", help=tr("a plane of each set, in place of a proposed number")
@@ -39,11 +43,20 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.text.set_columns import pieces_of, table_with_sets
 
     seeds = parse_seeds(args.seeds)
+    if args.exactly is not None and (args.seeds is not None or args.max_sets is not None):
+        raise UsageError(
+            tr("--exactly stands alone: leave out --seeds and --max-sets."), field="--exactly"
+        )
     line = parse_scanline(args.scanline)
     check_target(args.output, force=args.force, inputs=[args.table])
     table = read_orientations(args.table, args.azimuth)
     found = propose_sets(
-        table, most=args.max_sets, seeds=seeds, pieces=pieces_of(table), scanline=line
+        table,
+        most=args.max_sets,
+        exactly=args.exactly,
+        seeds=seeds,
+        pieces=pieces_of(table),
+        scanline=line,
     )
     text = table_with_sets(
         table,

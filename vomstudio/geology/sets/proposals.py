@@ -114,12 +114,14 @@ def propose_sets(
     table: OrientationRows,
     *,
     most: int | None = None,
+    exactly: int | None = None,
     seeds: Sequence[Plane] = (),
     pieces: Pieces | None = None,
     scanline: Floats | None = None,
 ) -> SetProposal:
-    """most : sets looked for at most, MOST_SETS without it; seeds : planes, one for each set, in
-    place of a proposed number; pieces : of all rows of the table; scanline : (2, 3) ends, m.
+    """most : sets looked for at most, MOST_SETS without it; exactly : this number; seeds : planes,
+    one for each set, in place of a proposed number; pieces : of all rows of the table; scanline :
+    (2, 3) ends, m.
 
     Sets are named S1, S2... by their size, or in the order of the seeds. Lines are left out. Raises
     GeometryError for tables without planes, UsageError for numbers that cannot be.
@@ -139,7 +141,7 @@ def propose_sets(
             field="--scanline",
         )
     poles = table.vectors()[rows]
-    found = sets_among(poles, most=most, seeds=seeds)
+    found = sets_among(poles, most=most, exactly=exactly, seeds=seeds)
     found = described(found, poles, None if pieces is None else pieces.rows(rows), scanline)
     warnings += found.warnings
     if not found.sets and not seeds:

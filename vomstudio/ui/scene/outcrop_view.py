@@ -82,6 +82,10 @@ class OutcropView(QObject):
             self.viewport.moves.set_orthographic(True)
             self.viewport.moves.look_along(trend_deg, plunge_deg)
 
+    def direction(self) -> tuple[float, float] | None:
+        """Trend and plunge of the way the viewer looks, degrees; None while there is no view."""
+        return None if self.viewport is None else self.viewport.moves.view_direction()
+
     def now(self) -> tuple[dict[str, Any], dict[str, Any] | None] | None:
         """Camera and clipping box as `restore` takes them; None before anything is shown."""
         if self.viewport is None or not self._studio.models:

@@ -263,7 +263,7 @@ class MainWindow(QMainWindow):
         add("in_photos", tr("In the photos"), self.in_photos)
         add("jobs", tr("Jobs"), JobsPanel(self.studio.jobs))
         add("messages", tr("Messages"), self.messages)
-        for name, title, make in work_panels():
+        for name, title, make in work_panels(self.view):
             add(name, tr(title), make(self.studio), scrolls=True)
         self.tool_panel.tell_title(self.docks["tool"].setWindowTitle)
 
