@@ -190,7 +190,7 @@ def bands(belief: PlaneBelief, repeats: Repeats, points: Floats) -> Bands:
     of the thickness."""
     away = belief.distances(points)
     bed = repeats.nearest(away)
-    offset = np.zeros(len(away))
+    offset: Floats = np.zeros(len(away))
     if repeats.thickness_m is not None:
         offset = bed * repeats.thickness_m
     variance = belief.sd(points) ** 2 + bed.astype(np.float64) ** 2 * repeats.of_thickness

@@ -319,6 +319,12 @@ def _roughness(
             "distances; what is smaller is the model's and not the rock's.",
             noise=noise,
         )
+    elif not whole.H + whole.error95 > 0.0 or not whole.H - whole.error95 < 1.0:
+        made["hurst_reason"] = tr(
+            "The deviations grow with the power {H:.2f} of the distance, which no rough surface "
+            "does (0 to 1): it is bent or smooth at this scale.",
+            H=whole.H,
+        )
     else:
         each = tuple(
             DirectionRoughness(*_line(one.angle_deg, plan, plane), one.H, one.error95)
