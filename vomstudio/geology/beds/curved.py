@@ -13,7 +13,7 @@ beyond them nothing is said.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -129,7 +129,8 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
 
 
 def _fits(u: Floats, v: Floats, w: Floats, cuts: Ints) -> list[_Fit]:
-    """Of degree 1, 2 and so on, as far as the points determine them."""
+    """Of degree 1, 2 and so on, as far as the points determine them. What neighbours have in common
+    is told by the highest: a bend that a lower degree leaves is no noise."""
     found: list[_Fit] = []
     for degree in range(1, HIGHEST + 1):
         columns = _columns(u, v, degree)
@@ -138,13 +139,16 @@ def _fits(u: Floats, v: Floats, w: Floats, cuts: Ints) -> list[_Fit]:
             break
         coefficients = right.T @ ((left.T @ w) / sizes)
         residuals = w - columns @ coefficients
-        likeness = _likeness(residuals, cuts)
-        if len(u) / likeness <= columns.shape[1] + _SPARE:
-            break
         shape = (right.T / sizes**2) @ right
         squares = float(residuals @ residuals)
-        found.append(_Fit(coefficients, shape, squares, residuals, likeness))
-    return found
+        found.append(_Fit(coefficients, shape, squares, residuals, 1.0))
+    if not found:
+        return []
+    likeness = _likeness(found[-1].residuals, cuts)
+    counted = len(u) / likeness
+    return [
+        replace(fit, likeness=likeness) for fit in found if counted > len(fit.coefficients) + _SPARE
+    ]
 
 
 def _degree(fits: list[_Fit], n: int) -> tuple[int, float | None]:

@@ -192,7 +192,7 @@ def bands(belief: PlaneBelief, repeats: Repeats, points: Floats) -> Bands:
     bed = repeats.nearest(away)
     offset: Floats = np.zeros(len(away))
     if repeats.thickness_m is not None:
-        offset = bed * repeats.thickness_m
+        offset = bed.astype(np.float64) * repeats.thickness_m
     variance = belief.sd(points) ** 2 + bed.astype(np.float64) ** 2 * repeats.of_thickness
     return Bands(bed, away - offset, belief.t95 * np.sqrt(variance))
 
