@@ -19,6 +19,7 @@ _PLACES = {
     "fit_plane": "planes",
     "fit_planes": "planes",
     "fit_parallel": "planes",
+    "fit_curved": "curved_beds",
     "plane_band": "plane_bands",
     "plane_of_crossing": "plane_bands",
     "PlaneFit": "planes",

@@ -1,6 +1,7 @@
 from vomstudio import errors as errors
 from vomstudio.api.agreements import agreement as agreement
 from vomstudio.api.comparisons import compare as compare
+from vomstudio.api.curved_beds import fit_curved as fit_curved
 from vomstudio.api.elevations import ElevationModel as ElevationModel
 from vomstudio.api.elevations import dem as dem
 from vomstudio.api.extensions import extend as extend

@@ -142,6 +142,7 @@ CASES = (
     ),
     Case("compare-refused", "compare {work}/above.xyz {resources}/sample/sample.obj", code=2),
     Case("fit-parallel", "fit {resources}/sample/picks.csv --by pick --parallel --same B01,B02"),
+    Case("fit-curved", "fit {resources}/sample/picks.csv --by pick --curved"),
     Case("fit-parallel-refused", "fit {work}/three.csv --same a,b", code=2),
     Case("fit-refused", "fit {work}/broken.csv", code=2),
     Case("stats-sets", "stats {work}/planes.csv --set kind", after=("fit-by",)),

@@ -17,8 +17,8 @@ from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.io.models.writing import write_model
 from vomstudio.tools.brush_stroke import record_figures
-from vomstudio.ui.analyse.extend_dialog import FIELD, ExtendDialog
-from vomstudio.ui.analyse.surface_dialog import SurfaceDialog
+from vomstudio.ui.analyse.surfaces.extend_dialog import FIELD, ExtendDialog
+from vomstudio.ui.analyse.surfaces.surface_dialog import SurfaceDialog
 
 N, STEP = 130, 0.05
 GROOVE = 40.0

@@ -194,6 +194,13 @@ def test_a_mesh_whose_roughness_is_below_its_edges_is_refused_unless_its_noise_i
     assert len(given.hurst.directions) == increments.DIRECTIONS
 
 
+def test_a_smooth_bend_has_no_exponent() -> None:
+    y, x = np.mgrid[0:130, 0:130] * 0.05
+    found = analyse(mesh_over(0.02 * (x - 3) ** 2 + 0.01 * (y - 3) ** 2, 0.05), noise_m=1e-5)
+    assert found.hurst is None
+    assert "bent or smooth" in found.hurst_reason
+
+
 def test_where_the_plane_ends_is_found_and_its_trim_turns_it_back() -> None:
     rng = np.random.default_rng(8)
     n, step = 120, 0.05

@@ -296,7 +296,7 @@ def fit_planes(
     >>> planes[["id", "dip_direction_deg", "dip_deg", "quality"]].round(1).head(1).values.tolist()
     [['B01', 315.2, 38.2, 'good']]
     """
-    given = _groups(groups, by)
+    given = groups_of(groups, by)
     done = _fitted(given, method, axis, resolution_m, profile)
     if not done.rows:
         first = done.skipped[0]
@@ -363,7 +363,7 @@ def fit_parallel(
     >>> len(found.beds), found.p_parallel > 0.05, found.max_confidence95_deg < 1
     (2, True, True)
     """
-    given = _groups(groups, by)
+    given = groups_of(groups, by)
     names = [str(name) for name in given.ids]
     pairs = [(str(a), str(b)) for a, b in same]
     for name in (name for pair in pairs for name in pair):
@@ -408,7 +408,7 @@ def _fitted(
     )  # fmt: skip
 
 
-def _groups(given: Any, by: Any) -> _Groups:
+def groups_of(given: Any, by: Any) -> _Groups:
     if isinstance(given, Mapping):
         if by is not None:
             raise UsageError(

@@ -6,7 +6,7 @@ import argparse
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.common import straight_traces, text_tables
+from vomstudio.cli.common import curved_beds, straight_traces, text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, UsageError
@@ -49,6 +49,11 @@ def add_parser(subparsers: Subparsers) -> None:
         default=[],
         help=tr("with --parallel: whether these two lie in one plane (may be given again)"),
     )
+    parser.add_argument(
+        "--curved",
+        action="store_true",
+        help=tr("fit one bed that bends to all of them together too, with its local dip"),
+    )
     straight_traces.add_sets(parser)
     parser.add_argument(
         "--crossing",
@@ -87,9 +92,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )  # fmt: skip
     rows, skipped = fitted.rows, fitted.skipped
     together = _together(args, groups) if args.parallel else None
+    curved = curved_beds.fitted(args.points, groups) if args.curved else None
     bands = straight_traces.bands_told(fitted.bands, priors)
     crossing = straight_traces.crossings(args.crossing, groups.ids, fitted.bands)
-    if not rows and together is None:
+    if not rows and together is None and curved is None:
         raise _nothing_fitted(args.points, args.by, skipped)
     result: dict[str, Any] = {
         "planes": rows,
@@ -102,6 +108,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if together is not None:
         result["parallel"] = asdict(together)
         result["warnings"] += together.warnings
+    if curved is not None:
+        result["curved"] = curved
     if args.output is not None:
         write_orientation_csv(args.output, rows, limits=limits, force=args.force)
         result["table"] = args.output
@@ -128,6 +136,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.text(straight_traces.crossing_in_words(each))
     if together is not None:
         out.text(f"\n{_together_in_words(together)}")
+    if curved is not None:
+        out.text(f"\n{curved_beds.in_words(curved)}")
 
 
 def _plot_of(args: argparse.Namespace) -> str:

@@ -144,8 +144,8 @@ def belief_of_attitude(
     if not (0.0 <= error95_deg < 45.0 and error95_m >= 0.0):
         raise GeometryError(tr("The error of a plane is an angle from 0 to 45 degrees."))
     normal = plane.normal()
-    u: Floats = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    u = np.asarray(u / np.linalg.norm(u))
+    side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    u = np.asarray(side / np.linalg.norm(side))
     tilt = np.tan(np.radians(error95_deg)) ** 2 / CHI2_TWO
     return PlaneBelief(
         np.asarray(through, np.float64),
@@ -190,9 +190,9 @@ def bands(belief: PlaneBelief, repeats: Repeats, points: Floats) -> Bands:
     of the thickness."""
     away = belief.distances(points)
     bed = repeats.nearest(away)
-    offset = np.zeros(len(away))
+    offset: Floats = np.zeros(len(away))
     if repeats.thickness_m is not None:
-        offset = bed * repeats.thickness_m
+        offset = bed.astype(np.float64) * repeats.thickness_m
     variance = belief.sd(points) ** 2 + bed.astype(np.float64) ** 2 * repeats.of_thickness
     return Bands(bed, away - offset, belief.t95 * np.sqrt(variance))
 

@@ -176,7 +176,7 @@ def smoothest(found: Variations, noise: float) -> Smoothest | None:
     )
 
 
-def mean_distance(found: Variations, noise: float) -> tuple[float, float] | None:
+def range_told(found: Variations, noise: float) -> tuple[float, float] | None:
     """From and to which distance the surface stands out of the noise, m."""
     over = np.flatnonzero(_over_noise(found, noise))
     return (float(found.lags[over[0]]), float(found.lags[over[-1]])) if len(over) else None

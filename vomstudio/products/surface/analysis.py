@@ -305,11 +305,25 @@ def _roughness(
         )
         return {**made, "hurst_reason": reason, "smoothest_reason": reason}
     whole = increments.exponent(found, noise)
-    if whole is None:
+    over = increments.range_told(found, noise)
+    if whole is None and over is not None and over[0] <= 1.01 * float(found.lags[0]):
+        made["hurst_reason"] = tr(
+            "Distances from {from_:.3g} to {to:.3g} m, which the patch and its model allow, are "
+            "too short a range for an exponent.",
+            from_=over[0],
+            to=over[1],
+        )
+    elif whole is None:
         made["hurst_reason"] = tr(
             "The surface does not stand out of the model's noise of {noise:.3g} m over a range of "
             "distances; what is smaller is the model's and not the rock's.",
             noise=noise,
+        )
+    elif not whole.H + whole.error95 > 0.0 or not whole.H - whole.error95 < 1.0:
+        made["hurst_reason"] = tr(
+            "The deviations grow with the power {H:.2f} of the distance, which no rough surface "
+            "does (0 to 1): it is bent or smooth at this scale.",
+            H=whole.H,
         )
     else:
         each = tuple(

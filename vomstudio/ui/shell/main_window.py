@@ -159,7 +159,7 @@ class MainWindow(QMainWindow):
         ]
 
     def _rest_commands(self) -> list[Command]:
-        from vomstudio.ui.analyse import ortho_commands, surface_commands
+        from vomstudio.ui.analyse import ortho_commands, surfaces
         from vomstudio.ui.analyse.net import commands as net_commands
         from vomstudio.ui.interpret import feature_commands, line_commands, tool_panels
         from vomstudio.ui.scene import display_commands
@@ -173,7 +173,7 @@ class MainWindow(QMainWindow):
             *ortho_commands.commands(studio, view, self.view_panel, self),
             *work_commands(studio, self._dialogs, self.workspaces, self.docks, self),
             *line_commands.commands(studio, self.view_panel, self),
-            *surface_commands.commands(studio, self),
+            *surfaces.commands(studio, self),
             *(command for some in self._of_tools for command in some),
             *net_commands.commands(
                 studio,

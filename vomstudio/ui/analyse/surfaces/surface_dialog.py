@@ -163,7 +163,7 @@ class SurfaceDialog(QDialog):
         if isinstance(opened.data, Mesh):
             corners = opened.data.faces[ids]
             place = np.searchsorted(np.unique(corners), corners)
-            holds = found.holds[place].all(axis=1)
+            holds = np.asarray(found.holds[place].all(axis=1))
         figures = record_figures(opened.surface, ids[holds])
         if self._studio.attempt(edits.change_feature, replace(patch, **figures), "Trim"):
             self.accept()

@@ -48,7 +48,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
         return None
 
     def show_surface() -> None:
-        from vomstudio.ui.analyse.surface_dialog import SurfaceDialog
+        from vomstudio.ui.analyse.surfaces.surface_dialog import SurfaceDialog
 
         patch = selected_patch(studio)
         if patch is not None:
@@ -57,7 +57,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             dialog.show()
 
     def show_extension() -> None:
-        from vomstudio.ui.analyse.extend_dialog import ExtendDialog
+        from vomstudio.ui.analyse.surfaces.extend_dialog import ExtendDialog
 
         plane = selected_plane(studio)
         if plane is not None:

@@ -1,0 +1,52 @@
+"""Beds that bend."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vomstudio.api.checking import warn
+from vomstudio.api.planes import groups_of
+from vomstudio.geology.beds.curved import CurvedBed, curved_bed
+
+
+def fit_curved(groups: Any, *, by: Any = None) -> CurvedBed:
+    """One surface through several traces of a bed that bends, with its local dip.
+
+    Parameters
+    ----------
+    groups, by : as in `fit_planes`, the points of each in the order of its trace, World, m
+
+    Returns
+    -------
+    CurvedBed: ``degree`` of the polynomial (1 for a plane), ``p`` of a plane that explains the
+    points as well, ``rms_m``, ``n``, ``n_effective``; ``dips`` (for each trace ``id``, the place
+    ``x``, ``y``, ``z`` on the surface, ``dip_direction_deg``, ``dip_deg``, ``error95_deg``, joint
+    95 %), ``along`` (n, 3): dip direction, dip and error of all points, degrees.
+
+    Raises
+    ------
+    vs.errors.InputError as `fit_planes`; vs.errors.GeometryError for points that determine no
+    surface.
+
+    A trend surface over a mean plane (Krumbein 1959; Davis 2002), its degree by F tests.
+
+    Examples
+    --------
+    Two traces on a fold of 50 m radius, one on each side of its crest:
+
+    >>> import numpy as np
+    >>> import vomstudio as vs
+    >>> chance = np.random.default_rng(1)
+    >>> def trace(start, y):
+    ...     a = np.radians(start + np.linspace(0, 15, 60))
+    ...     winding = y + 5 * np.sin(np.linspace(0, 3, 60))
+    ...     r = 50 + 0.01 * chance.standard_normal(60)
+    ...     return np.column_stack([r * np.sin(a), winding, r * np.cos(a)])
+    >>> bed = vs.fit_curved({"west": trace(-17, 0), "east": trace(2, 8)})
+    >>> [(one.id, round(one.dip_deg)) for one in bed.dips], bed.degree > 1
+    ([('west', 10), ('east', 9)], True)
+    """
+    given = groups_of(groups, by)
+    found = curved_bed([str(name) for name in given.ids], given.points, given.offsets)
+    warn(given.said)
+    return found

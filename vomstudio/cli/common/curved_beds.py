@@ -1,0 +1,55 @@
+"""The option `--curved` of `fit`: one bed that bends, through several traces of it."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.cli.common import text_tables
+from vomstudio.errors import GeometryError
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.io.text.tables import PointGroups
+
+
+def fitted(path: str, groups: PointGroups) -> dict[str, Any]:
+    """What `--curved` adds to the object. Raises GeometryError."""
+    from vomstudio.geology.beds.curved import curved_bed
+
+    try:
+        found = curved_bed([str(name) for name in groups.ids], groups.points, groups.offsets)
+    except GeometryError as error:
+        raise GeometryError(error.message, file=path, field="--curved") from error
+    return {
+        "degree": found.degree,
+        "p": found.p,
+        "rms_m": found.rms_m,
+        "n": found.n,
+        "n_effective": found.n_effective,
+        "dips": [asdict(one) for one in found.dips],
+    }
+
+
+def in_words(found: dict[str, Any]) -> str:
+    """Its local dips, one for each trace."""
+    if found["p"] is None:
+        said = tr("One plane explains all of the traces.")
+    else:
+        said = tr(
+            "The bed bends (p of a plane {p}): a surface of degree {degree}, rms {rms} m.",
+            p=text_tables.figures(found["p"]),
+            degree=found["degree"],
+            rms=text_tables.figures(found["rms_m"]),
+        )
+    rows = [
+        [
+            one["id"],
+            text_tables.azimuth(one["dip_direction_deg"], 1),
+            text_tables.inclination(one["dip_deg"], 1),
+            text_tables.number(one["error95_deg"], 2),
+        ]
+        for one in found["dips"]
+    ]
+    heads = [tr("id"), tr("dip dir"), tr("dip"), tr("95 %")]
+    return f"{said}\n" + text_tables.table(heads, ["", tr("deg"), tr("deg"), tr("deg")], rows)
