@@ -49,10 +49,12 @@ class HomologousPoint:
 @dataclass(frozen=True)
 class StablePart:
     """What of the reference has stayed where it was: within `near_m` of one of the `places`, inside
-    of a box (low, high), or inside of the polygons of a layer, seen from above."""
+    of a box (low, high), or inside of the polygons of a layer, seen from above; or near a cloud or
+    mesh, as the option --stable has it."""
 
     near_m: float | None = None
     places: tuple[Point, ...] = ()
+    model: StandingModel | None = None
     box: tuple[Point, Point] | None = None
     polygons: Path | None = None
 
@@ -97,7 +99,7 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
 
     points, spacing = points_and_spacing(_read(asked.model, progress).data, asked.model.path)
     there, its_spacing = points_and_spacing(
-        _in_world(asked.reference, progress), asked.reference.path
+        in_world(asked.reference, progress), asked.reference.path
     )
     stands = similarity_of(asked.model.to_world)
     evidence = Evidence(pairs=_pairs(asked.pairs) if asked.pairs else None)
@@ -112,7 +114,7 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
             start = with_scale(start, stands.scale, points.mean(axis=0))
     fitted = fit_to_reference(
         points, there, start, spacing=(spacing * start.scale, its_spacing), scale=asked.scale,
-        stable=None if asked.stable is None else _stable(there, asked.stable),
+        stable=None if asked.stable is None else _stable(there, asked.stable, progress),
         progress=progress,
     )  # fmt: skip
     evidence.reference = fitted.observation
@@ -144,7 +146,7 @@ def _pairs(points: tuple[HomologousPoint, ...]) -> Pairs:
     )
 
 
-def _stable(there: Array, part: StablePart) -> npt.NDArray[np.bool_]:
+def _stable(there: Array, part: StablePart, progress: Progress) -> npt.NDArray[np.bool_]:
     """(n,) which of the points (n, 3) of the reference count."""
     import numpy as np
 
@@ -158,6 +160,11 @@ def _stable(there: Array, part: StablePart) -> npt.NDArray[np.bool_]:
         flags &= ((there >= low) & (there <= high)).all(axis=1)
     if part.polygons is not None:
         flags &= stable.in_polygons(there, part.polygons)[0]
+    if part.model is not None:
+        from vomstudio.registration.by_model.starting import points_and_spacing
+
+        mask = in_world(part.model, progress)
+        flags &= stable.near_cloud(there, *points_and_spacing(mask, part.model.path))[0]
     return flags
 
 
@@ -167,7 +174,8 @@ def _read(one: StandingModel, progress: Progress) -> LoadedModel:
     return model_cache.load(one.path, model_cache.folder_of(one.path, one.cache), progress)
 
 
-def _in_world(one: StandingModel, progress: Progress) -> Mesh | PointCloud:
+def in_world(one: StandingModel, progress: Progress) -> Mesh | PointCloud:
+    """Its data as it stands in World, m."""
     from vomstudio.geometry.moving import moved
 
     return moved(_read(one, progress).data, one.to_world)
@@ -200,19 +208,21 @@ class ComparedModels:
 def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
     import numpy as np
 
+    from vomstudio.files.atomic import atomic_write
     from vomstudio.registration.comparison import compare
     from vomstudio.registration.overlap import crs_doubts
 
     names = (asked.model.name, asked.benchmark.name)
     said = crs_doubts(asked.model.crs, asked.benchmark.crs, names)
     found = compare(
-        _in_world(asked.model, progress), _in_world(asked.benchmark, progress),
+        in_world(asked.model, progress), in_world(asked.benchmark, progress),
         radius_m=asked.radius_m, registration_error_m=asked.registration_error_m,
         progress=progress,
     )  # fmt: skip
     asked.out.parent.mkdir(parents=True, exist_ok=True)
     arrays: dict[str, Any] = found.as_fields()
-    np.savez(asked.out, **arrays)
+    with atomic_write(asked.out, True) as temporary, temporary.open("wb") as file:
+        np.savez(file, **arrays)
     figures = found.as_dict()
     return ComparedModels(figures | {"warnings": [*said, *found.warnings]}, asked.out)
 
@@ -237,7 +247,7 @@ def _export(asked: ComparisonExport, progress: Progress) -> ExportedModel:
     from vomstudio.io.models.writing import choose_writer, write_model
 
     choose_writer(asked.out)
-    data = _in_world(asked.model, progress)
+    data = in_world(asked.model, progress)
     with np.load(asked.fields) as arrays:
         data = replace(data, fields={**data.fields, **arrays})
     inputs = [asked.model.path, asked.benchmark]
