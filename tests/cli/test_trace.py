@@ -161,3 +161,11 @@ def test_what_cannot_be_followed_in_a_photo_is_refused(
     assert ran.code == 2
     assert said in ran.said
     assert not (tmp_path / "t.csv").exists()
+
+
+def test_a_drawing_is_not_followed_in_a_photo(run, slope: Path, tmp_path: Path) -> None:
+    ran = run(
+        "trace", slope, "--from-ortho", "drawn.gpkg", "--photo", "p0.png", "-o", tmp_path / "t.csv"
+    )
+    assert ran.code == 2
+    assert "--photo is for a line that is followed" in ran.said

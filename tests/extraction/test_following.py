@@ -237,3 +237,20 @@ def test_the_stated_95_percent_of_followed_traces_holds(mesh: bool) -> None:
     assert found["joint"] >= 0.93
     assert found["total"] >= 0.93
     assert found["good_but_off"] <= 0.05
+
+
+def test_an_edge_is_followed_through_grain() -> None:
+    """Two greys that meet along a line that bends, with as much grain as step."""
+    count, step = 121, 0.025
+    y, x = np.mgrid[0:count, 0:count] * step
+    flat = grid_mesh(np.zeros((count, count)), step)
+    bent = 1.5 + 0.2 * np.sin(2.0 * flat.vertices[:, 0])
+    grain = 20.0 * np.random.default_rng(8).standard_normal(count * count)
+    grey = np.where(flat.vertices[:, 1] > bent, 140.0, 100.0) + grain
+    colours = np.repeat(np.clip(grey, 0, 255)[:, None], 3, axis=1).astype(np.uint8)
+    mesh = Mesh(flat.vertices, flat.faces, colors=colours)
+    ends = np.array([[0.0, 1.5, 0.0], [3.0, 1.5 + 0.2 * np.sin(6.0), 0.0]])
+    path = Follower(SurfaceGraph(mesh), "gradient").follow(ends)
+    off = np.abs(path.points[:, 1] - 1.5 - 0.2 * np.sin(2.0 * path.points[:, 0]))
+    assert np.percentile(off, 90) < 3.0 * step
+    assert x.shape == y.shape

@@ -305,3 +305,44 @@ def _alone(folder: Path, where: Path) -> Path:
     path = where / "cameras.json"
     write_cameras(path, replace(found, photos=where / "none"), force=True)
     return path
+
+
+def test_cameras_without_lens_and_damaged_photos_are_refused(
+    scene: tuple[Wall, Path], tmp_path: Path
+) -> None:
+    made, folder = scene
+    centres = tmp_path / "centres.csv"
+    centres.write_text("name,x,y,z\np0.png,2.0,1.2,4.2\np1.png,0.7,1.6,4.0\n")
+    with pytest.raises(InputError, match="not how they look"):
+        open_photos(made.mesh(), 0.05, folder / "p0.png", centres)
+    damaged = tmp_path / "p0.png"
+    damaged.write_bytes((folder / "p0.png").read_bytes()[:2000])
+    photos = open_photos(made.mesh(), 0.05, damaged, folder / "cameras.json")
+    with pytest.raises(InputError, match=r"p0\.png"):
+        PhotoFollower(photos)
+
+
+def test_a_voter_that_cannot_be_read_is_said_and_left_out(
+    scene: tuple[Wall, Path], tmp_path: Path
+) -> None:
+    made, folder = scene
+    for name in ("p0.png", "p1.png", "p2.png", "cameras.json"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    (tmp_path / "p1.png").write_bytes(b"no picture")
+    photos = open_photos(made.mesh(), 0.05, tmp_path / "p0.png", tmp_path / "cameras.json")
+    path = PhotoFollower(photos).follow(photos.views.pixels(0, clicks(made)))
+    assert path.voters == ("p2.png",)
+    assert any("p1.png" in said for said in path.warnings)
+
+
+def test_a_photo_that_was_made_smaller_is_followed_with_its_camera(
+    scene: tuple[Wall, Path], tmp_path: Path
+) -> None:
+    made, folder = scene
+    with Image.open(folder / "p0.png") as image:
+        image.resize((320, 240), Image.Resampling.BOX).save(tmp_path / "p0.png")
+    photos = open_photos(made.mesh(), 0.05, tmp_path / "p0.png", folder / "cameras.json")
+    path = PhotoFollower(photos, "dark").follow(photos.views.pixels(0, clicks(made)))
+    off = np.abs(path.points @ made.normal - made.level)
+    assert np.median(off) < 0.012
+    assert path.pixels.max() < 320

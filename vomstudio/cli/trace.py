@@ -70,6 +70,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
             field="--through",
         )
     if args.from_ortho is not None:
+        for option in ("photo", "cameras", "sets"):
+            if getattr(args, option) is not None:
+                raise UsageError(
+                    tr("{option} is for a line that is followed, --through POINTS.",
+                       option=f"--{option}"),
+                    field=f"--{option}",
+                )  # fmt: skip
         trace_drawing.run(args, out)
     else:
         _follow(args, out)

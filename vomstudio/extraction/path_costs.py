@@ -24,6 +24,8 @@ _LOW, _HIGH = 0.2, 98.0
 _VALLEY = (2, 4, 8)
 # Chroma shows contacts that lightness does not.
 _CHROMA = 1.5
+# An edge is looked for in lightness that is smoothed so often.
+_BLUR = 3
 _LIGHTNESS = np.array([0.299, 0.587, 0.114])
 
 
@@ -77,14 +79,14 @@ def _value(graph: Graph, cost: str) -> Array:
     if cost not in COSTS:
         return np.array(graph.fields[cost], np.float64)
     assert graph.colours is not None
-    light = smoothed(graph, graph.colours @ _LIGHTNESS)
+    light = smoothed(graph, graph.colours @ _LIGHTNESS, _BLUR if cost == "gradient" else 1)
     if cost == "dark":
         return light
     if cost == "light":
         return -light
-    steep = np.empty(len(light))
+    steep = np.empty((len(light), 3))
     slopes(graph.places, graph.starts, graph.near, light, steep)
-    return -steep
+    return np.asarray(-np.linalg.norm(steep, axis=1))
 
 
 def _valley(graph: Graph, value: Array) -> Array:

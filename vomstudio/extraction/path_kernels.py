@@ -93,16 +93,21 @@ def _distance(places, a, b):  # type: ignore[no-untyped-def]
     return math.sqrt(x * x + y * y + z * z)
 
 
-@kernel("void(f8[:,::1], i8[::1], i4[::1], f8[::1], f8[::1])")
+@kernel("void(f8[:,::1], i8[::1], i4[::1], f8[::1], f8[:,::1])")
 def slopes(places, starts, near, values, out):  # type: ignore[no-untyped-def]
-    """Root mean square change of a value per unit of length along the arcs of each node."""
+    """Change of a value per unit of length at each node, as a vector: the mean of that along its
+    arcs. On a speckle the sides cancel."""
     for node in range(len(values)):
-        total = 0.0
+        x, y, z = 0.0, 0.0, 0.0
         for at in range(starts[node], starts[node + 1]):
             to = near[at]
             far = max(_distance(places, node, to), 1e-12)
-            total += ((values[to] - values[node]) / far) ** 2
-        out[node] = math.sqrt(total / max(starts[node + 1] - starts[node], 1))
+            change = (values[to] - values[node]) / (far * far)
+            x += change * (places[to, 0] - places[node, 0])
+            y += change * (places[to, 1] - places[node, 1])
+            z += change * (places[to, 2] - places[node, 2])
+        count = max(starts[node + 1] - starts[node], 1)
+        out[node, 0], out[node, 1], out[node, 2] = x / count, y / count, z / count
 
 
 @part

@@ -106,7 +106,7 @@ def photo_trace(
             *photos.warnings,
             *path.warnings,
             *said,
-            *_doubts(path, steps, share, resolution),
+            *doubts,
         ),
         photo=photos.name,
         voters=path.voters,
