@@ -234,9 +234,7 @@ def test_points_of_a_cloud_are_chosen_too(context):
     seed = int(np.argmin(np.abs(cloud.points - cloud.points[wall].mean(axis=0)).sum(axis=1)))
     hit = Hit("m1", "point", seed, tuple(cloud.points[seed]))
     tool.set_tolerance(angle_deg=20.0, distance=0.02)
-    tool.pointer(
-        PointerEvent(Pointer.CLICK, 0, 0, Button.LEFT, hit=Hit("m1", "point", seed, place))
-    )
+    tool.pointer(PointerEvent(Pointer.CLICK, 0, 0, Button.LEFT, hit=hit))
     assert tool.count > 1000
     assert tool.finish()
     (patch,) = context.session.of(Patch)
