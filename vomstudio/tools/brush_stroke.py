@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,7 +15,7 @@ from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.moment_planes import fit_moments
-from vomstudio.geometry.patches import moments, outline, runs_of
+from vomstudio.geometry.patches import Moments, moments, outline, runs_of
 from vomstudio.tools.interaction_types import Area, Hit
 from vomstudio.tools.painted_area import DOTS, known_ids, local_corners
 
@@ -89,12 +90,11 @@ class Stroke:
         """The fields of a patch that follow from its ids, by name; `whole` with those that only a
         record needs."""
         if whole:
-            return figures_of(self.surface, ids)
-        figures = _fitted(self.surface, ids) | {"resolution": self.resolution}
-        if self.quick:
-            points, _ = self.surface.weighted(ids)
-            figures["resolution"] = self.surface.resolution_near(points)
-        return figures
+            return record_figures(self.surface, ids)
+        points, weights = self.surface.weighted(ids)
+        figures = _moments_and_area(self.surface, ids, moments(points, weights))
+        spacing = self.surface.resolution_near(points) if self.quick else self.resolution
+        return {**figures, "resolution": spacing}
 
     # --- live figures ------------------------------------------------------------------------
     def due(self, now: float) -> bool:
@@ -118,9 +118,24 @@ class Stroke:
         return Area(self.origin, self.touched[0], np.zeros((0, 2, 3), np.float32))
 
 
-def _fitted(surface: PaintSurface, ids: npt.NDArray[np.int64]) -> dict[str, Any]:
-    """What the plane of a patch follows from, by the names of its fields."""
-    known = moments(*surface.weighted(ids))
+def record_figures(surface: PaintSurface, ids: npt.NDArray[np.int64]) -> dict[str, Any]:
+    """The fields of a patch that follow from the ids (k,) of its faces or points, by name."""
+    points, weights = surface.weighted(ids)
+    known = moments(points, weights)
+    ring: tuple[Any, ...] = ()
+    with contextlib.suppress(VomError):
+        ring = outline(points, fit_moments(known.n, known.mean, known.scatter).normal)
+    return {
+        **_moments_and_area(surface, ids, known),
+        "runs": runs_of(ids),
+        "outline": ring,
+        "resolution": surface.resolution_near(points),
+    }
+
+
+def _moments_and_area(
+    surface: PaintSurface, ids: npt.NDArray[np.int64], known: Moments
+) -> dict[str, Any]:
     return {
         "n": known.n,
         "mean": known.mean,
@@ -129,17 +144,3 @@ def _fitted(surface: PaintSurface, ids: npt.NDArray[np.int64]) -> dict[str, Any]
         "area": surface.area_of(ids),
         "rule": SURROUNDINGS_RULE,
     }
-
-
-def figures_of(surface: PaintSurface, ids: npt.NDArray[np.int64]) -> dict[str, Any]:
-    """All fields of a patch that follow from its faces or points, sorted, by name."""
-    figures = _fitted(surface, ids)
-    points, _ = surface.weighted(ids)
-    ring: tuple[Any, ...] = ()
-    try:
-        fit = fit_moments(figures["n"], figures["mean"], figures["scatter"])
-        ring = outline(points, fit.normal)
-    except VomError:
-        pass
-    spacing = surface.resolution_near(points)
-    return {**figures, "runs": runs_of(ids), "outline": ring, "resolution": spacing}

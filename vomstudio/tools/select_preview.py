@@ -7,7 +7,7 @@ import numpy as np
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import FeatureType, Model, get
-from vomstudio.tools.brush_stroke import figures_of
+from vomstudio.tools.brush_stroke import record_figures
 from vomstudio.tools.chosen_elements import ChosenElements, Mask
 from vomstudio.tools.drawn_shape import DrawnShape
 from vomstudio.tools.interaction_types import Area, Preview
@@ -45,7 +45,7 @@ class SelectPreview:
         if surface is None or model is None or surface.count != len(chosen.mask):
             return None
         patch = new_patch(self._context, model, surface.element)
-        return patch.but(**figures_of(surface, chosen.ids()))
+        return patch.but(**record_figures(surface, chosen.ids()))
 
     def measurement(self, chosen: ChosenElements | None) -> Measurement | None:
         """Of the plane through what is chosen; None where that is too much to be measured live."""

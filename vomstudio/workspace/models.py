@@ -11,11 +11,12 @@ from vomstudio.document.photo_edits import reconstruction_in, registration_by
 from vomstudio.document.records import Frame, Model, Record, Registration
 from vomstudio.errors import VomError
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.io.gis.crs import metres_of
+from vomstudio.io.gis.crs import metres_of, world_crs
 from vomstudio.io.photos import cameras_file
 from vomstudio.io.project.folder import is_project
 from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
 from vomstudio.jobs.model_tasks import COPY_MODEL, CopiedModel, ModelCopy
+from vomstudio.jobs.registration_tasks import StandingModel
 from vomstudio.signals import Signal
 from vomstudio.words import tr
 from vomstudio.workspace.editing import Editing
@@ -209,6 +210,16 @@ def new_model(
 ) -> Model:
     """The record of a model that is not in the project yet; stored : its path as it is kept."""
     return Model(edits.new_id("model"), name, stored, kind, content_hash, placement)
+
+
+def standing_model(projects: Projects, model_id: str) -> StandingModel | None:
+    """A model of the project as jobs are told of it; None where it or its file is not there."""
+    record = projects.records.get(model_id)
+    path = projects.project.find_model(record) if isinstance(record, Model) else None
+    if path is None or not isinstance(record, Model):
+        return None
+    crs = world_crs(record.frame.crs, record.frame.unit_m) if record.frame.crs else None
+    return StandingModel(record.name, path, projects.project.cache, record.to_world, crs)
 
 
 def registration_of_file(records: Mapping[str, Record], stored: str) -> Registration | None:

@@ -15,6 +15,7 @@ from vomstudio.words import tr, tr_n
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
+from vomstudio.workspace.facet_proposals import FacetProposals
 from vomstudio.workspace.history import History
 from vomstudio.workspace.layer_export import GisLayers
 from vomstudio.workspace.model_cutting import ModelCutting
@@ -28,6 +29,7 @@ from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
+from vomstudio.workspace.surface_fields import SurfaceFields
 from vomstudio.workspace.surroundings import Surroundings
 from vomstudio.workspace.tool_host import ToolHost
 from vomstudio.workspace.visibility import Visibility
@@ -88,6 +90,18 @@ class Workspace:
         self.surroundings = Surroundings(
             self.projects, self.models, self.editing, self.notices, hand_over
         )
+        self.fields = SurfaceFields(
+            self.projects, self.models, self.derived, self.display, self.jobs, hand_over
+        )
+        self.facets = FacetProposals(
+            self.projects,
+            self.models,
+            self.editing,
+            self.display,
+            self.jobs,
+            lambda: settings.thresholds,
+            hand_over,
+        )
         self.history = History(self.projects, self.editing, self.tools, self.notices)
         self.photos = PhotoLinks(self.projects, self.models, hand_over)
         self.layers = GisLayers(self.projects, self.jobs, self.notices, later)
@@ -113,6 +127,8 @@ class Workspace:
         self.display.load(self.projects.view("display"))
         self.selection.set(())
         self.photos.forget_all()
+        self.fields.begin()
+        self.facets.drop()
         self.project_opened.emit()
         self.history_changed.emit()
         for problem in self.projects.project.problems:
@@ -130,6 +146,7 @@ class Workspace:
             self.tools.restore(session.draft.state)
 
     def _leave(self) -> None:
+        self.facets.drop()
         self.display.flush()
         self.loader.forget_all()
         self.layers.write_pending()
@@ -176,6 +193,8 @@ class Workspace:
         self.selection.keep(self.projects.records)
         self.edited.emit(edit)
         self.photos.edited(edit)
+        self.fields.edited(edit)
+        self.facets.edited(edit)
         self.tools.document_changed()
         self.layers.write_soon()
 

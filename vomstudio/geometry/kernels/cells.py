@@ -43,7 +43,7 @@ def first_not_below(keys, wanted, low, high):  # type: ignore[no-untyped-def]
 
 
 @part
-def _cell(value, size, count):  # type: ignore[no-untyped-def]
+def cell_of(value, size, count):  # type: ignore[no-untyped-def]
     return min(max(math.floor(value / size), 0), count - 1)
 
 
@@ -116,9 +116,9 @@ def planes_near(  # type: ignore[no-untyped-def]
     limit = radius * radius
     for row in range(len(places)):
         x, y, z = places[row, 0], places[row, 1], places[row, 2]
-        i0, i1 = _cell(x - radius, size, nx), _cell(x + radius, size, nx)
-        j0, j1 = _cell(y - radius, size, ny), _cell(y + radius, size, ny)
-        k0, k1 = _cell(z - radius, size, nz), _cell(z + radius, size, nz)
+        i0, i1 = cell_of(x - radius, size, nx), cell_of(x + radius, size, nx)
+        j0, j1 = cell_of(y - radius, size, ny), cell_of(y + radius, size, ny)
+        k0, k1 = cell_of(z - radius, size, nz), cell_of(z + radius, size, nz)
         n = 0
         sx, sy, sz = 0.0, 0.0, 0.0
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -183,9 +183,9 @@ def along_axes(  # type: ignore[no-untyped-def]
                 or cx - wx > nx * size or cy - wy > ny * size or cz - wz > nz * size
             ):  # fmt: skip
                 continue
-            i0, i1 = _cell(cx - wx, size, nx), _cell(cx + wx, size, nx)
-            j0, j1 = _cell(cy - wy, size, ny), _cell(cy + wy, size, ny)
-            k0, k1 = _cell(cz - wz, size, nz), _cell(cz + wz, size, nz)
+            i0, i1 = cell_of(cx - wx, size, nx), cell_of(cx + wx, size, nx)
+            j0, j1 = cell_of(cy - wy, size, ny), cell_of(cy + wy, size, ny)
+            k0, k1 = cell_of(cz - wz, size, nz), cell_of(cz + wz, size, nz)
             last = piece == pieces - 1
             for k in range(k0, k1 + 1):
                 for j in range(j0, j1 + 1):

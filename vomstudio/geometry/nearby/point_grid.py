@@ -114,6 +114,32 @@ class PointGrid:
         in_blocks(work, k, progress or Silent())
         return LocalPlanes(count, mean + self.corner, normal, spread)
 
+    def curvatures(
+        self, places: Array, normals: Array, radius: float, progress: Progress | None = None
+    ) -> Array:
+        """(k,) mean curvature at the places (k, 3) of the quadric through the points within
+        `radius`, one over the unit of the points; positive where the surface bends away from the
+        unit normals (k, 3). NaN where fewer than ten points tell none.
+
+        Raises Cancelled through `progress`, whose steps are places.
+        """
+        from vomstudio.geometry.kernels.quadrics import curvatures_near
+
+        found = np.full(len(places), np.nan)
+        order = self._order(places)
+
+        def work(block: slice) -> None:
+            rows = order[block]
+            near = for_kernels(places[rows] - self.corner, np.float64)
+            ways, own = for_kernels(normals[rows], np.float64), np.full(len(rows), np.nan)
+            curvatures_near(
+                *self._sorted(), self.cell, *self._size(), near, ways, radius, np.zeros((6, 7)), own
+            )
+            found[rows] = own
+
+        in_blocks(work, len(places), progress or Silent())
+        return found
+
     def along(
         self,
         places: Array,

@@ -10,8 +10,7 @@ from vomstudio.document.records import Picked
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.window_protocols import Docks
-from vomstudio.ui.registration.commands import Workspaces
+from vomstudio.ui.common.window_protocols import Docks, Workspaces
 from vomstudio.words import tr
 
 

@@ -38,11 +38,10 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import degrees, length, number
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
-from vomstudio.ui.common.window_protocols import Docks
+from vomstudio.ui.common.window_protocols import Docks, Workspaces
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import beside, copy_with_table, options
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
-from vomstudio.ui.registration.commands import Workspaces
 from vomstudio.words import tr
 
 _MOST = 8

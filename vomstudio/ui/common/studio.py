@@ -36,6 +36,8 @@ class Studio(QObject):
     """A proposal of sets is asked for."""
     sets_proposed = Signal(object)
     """Of a preview on the net: names with the ids of their planes, None where it ends."""
+    surface_clicked = Signal(object)
+    """Hit: a click on the outcrop where no feature is, while no tool is active."""
     notice = Signal(object)  # Notice
     settings_changed = Signal()
     """Not for the list of what was open lately."""
@@ -60,6 +62,7 @@ class Studio(QObject):
         w = self.workspace
         self.jobs, self.loader, self.selection = w.jobs, w.loader, w.selection
         self.display, self.photo_links = w.display, w.photos
+        self.fields, self.facets = w.fields, w.facets
         self.models, self.tools = w.models.open, w.tools.tools
         self.tool_of = w.tools.of
 

@@ -43,12 +43,14 @@ MENUS = (
         "open_cameras", "find_photos", "|", "copy_model", "export_model", "remove_model")),
     (to_translate("&Interpret"), (
         "navigate", "+tools", "|", "follow", "finish", "cancel", "continue_trace",
-        "delete_vertex", "|", "+of_tools", "feature_types", "update_surroundings")),
+        "delete_vertex", "|", "+of_tools", "surface_fields", "propose_facets", "|",
+        "feature_types", "update_surroundings")),
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
-         "intersection_of_sets", "|", "propose_sets", "count_fractures", "fault_displacement", "|",
-         "orthophoto", "elevation_model", "section", "|", "verdict_profile", "|", "type_on_net",
-         "copy_net", "figure_style", "fit_figure", "copy_fit", "show_stereonet")),
+         "intersection_of_sets", "extend_plane", "patch_surface", "|", "propose_sets",
+         "count_fractures", "fault_displacement", "|", "orthophoto", "elevation_model", "section",
+         "|", "verdict_profile", "|", "type_on_net", "copy_net", "figure_style", "fit_figure",
+         "copy_fit", "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip

@@ -27,6 +27,8 @@ HOMES: dict[str, Area] = {
     "view": "right",
     "display": "right",
     "properties": "right",
+    "fields": "right",
+    "facets": "right",
     "compare": "right",
     "table": "bottom",
     "photos": "bottom",
@@ -126,7 +128,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",), ("tool",)),
-        right=(("stereonet",), ("properties",)),
+        right=(("stereonet",), ("properties", "fields", "facets")),
         bottom=(("table", "in_photos"),),
     ),
     Workspace(
