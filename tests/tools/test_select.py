@@ -151,6 +151,13 @@ def test_far_too_many_are_no_patch(tool, context, monkeypatch):
     assert tool.open
 
 
+def test_no_shape_is_drawn_over_a_photo(tool, context):
+    tool.set_way("rectangle")
+    tool.pointer(PointerEvent(Pointer.DRAG_START, 10, 10, Button.LEFT, in_photo=True))
+    assert not tool.drawing
+    assert "over the outcrop" in context.said[-1]
+
+
 def test_rings_inversion_hiding_and_cutting(tool, context):
     tool.set_way("rectangle")
     drag(tool, 150, 100, 250, 200)

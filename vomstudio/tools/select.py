@@ -212,6 +212,11 @@ class SelectTool:
         self._changed()
 
     def _begin(self, event: PointerEvent) -> None:
+        if event.in_photo:
+            self._context.hint(
+                tr("Shapes are drawn over the outcrop. In a photo choose Grow from a click (G).")
+            )
+            return
         how = combination(event, self.combine)
         self._shape = DrawnShape(self.way, how, (event.x, event.y))
 
