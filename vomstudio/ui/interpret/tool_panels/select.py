@@ -105,6 +105,7 @@ class SelectPanel(QWidget):
         )
         self.distance.valueChanged.connect(lambda value: tool.set_tolerance(distance=value))
         for box in (self.angle, self.distance):
+            box.setMinimumWidth(76)
             box.setKeyboardTracking(False)
         page = QWidget()
         rows = QFormLayout(page)
@@ -162,7 +163,8 @@ def _buttons(actions: dict[str, QAction], names: tuple[str, ...]) -> QGridLayout
         keys = actions[name].shortcuts()
         if keys:
             shown = keys[0].toString(QKeySequence.SequenceFormat.NativeText)
-            actions[name].setIconText(f"{plain(actions[name].text())} ({shown})")
+            text = plain(actions[name].text()).partition(" ")[0]
+            actions[name].setIconText(f"{text} ({shown})")
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         grid.addWidget(button, i // 2, i % 2)
