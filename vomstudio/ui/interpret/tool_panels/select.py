@@ -39,6 +39,8 @@ _CHANGES = (
     "select_patch",
 )
 _OUT = ("hide_elements", "isolate_elements", "show_elements", "cut_out")
+_SHARED = ("finish", "cancel")
+"""Which stand in the panels of all tools."""
 _COMBINE = ("select_new", "select_add", "select_subtract", "select_intersect")
 
 
@@ -73,7 +75,7 @@ class SelectPanel(QWidget):
         layout.addLayout(_buttons(actions, _OUT))
         layout.addWidget(self.count)
         layout.addLayout(form)
-        layout.addLayout(_buttons(actions, ("finish", "cancel")))
+        layout.addLayout(_buttons(actions, _SHARED))
         layout.addWidget(self.fit_view)
         layout.addWidget(self._hint)
         layout.addStretch(1)
@@ -161,7 +163,7 @@ def _buttons(actions: dict[str, QAction], names: tuple[str, ...]) -> QGridLayout
         button = QToolButton()
         button.setDefaultAction(actions[name])
         keys = actions[name].shortcuts()
-        if keys:
+        if keys and name not in _SHARED:
             shown = keys[0].toString(QKeySequence.SequenceFormat.NativeText)
             text = plain(actions[name].text()).partition(" ")[0]
             actions[name].setIconText(f"{text} ({shown})")
