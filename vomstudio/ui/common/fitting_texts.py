@@ -51,7 +51,7 @@ class FittingTexts(QObject):
         self._show(fits[0] if fits else len(self._groups))
         layout = self._row.layout()
         if layout is not None:
-            # A button that lay behind the arrow at the end is hidden, and such ones ask for nothing.
+            # A button that lay behind the arrow at the end is hidden: such ones ask for nothing.
             layout.invalidate()
             QCoreApplication.postEvent(self._row, QEvent(QEvent.Type.LayoutRequest))
 
