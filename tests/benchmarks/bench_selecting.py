@@ -111,9 +111,7 @@ def run(data: Mesh | PointCloud, spacing: float, repeats: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--faces", type=int, default=5_000_000)
     parser.add_argument("--points", type=int, default=20_000_000)
     parser.add_argument("--repeats", type=int, default=5)

@@ -259,6 +259,25 @@ def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks
     assert window.studio.workspace.elements.hidden(tool.chosen.model_id) is None
 
 
+def test_what_is_hidden_stays_so_in_the_project(own_folders, qtbot, outcrop, picks, tmp_path):
+    window = driver.make_window()
+    at = ready(window, outcrop, picks)
+    key(window, Qt.Key.Key_A)
+    draw(window, circle(at, 60))
+    face, id_ = window.viewport.pick(at.x(), at.y()).index, driver.model(window).id
+    key(window, Qt.Key.Key_H)
+    window.studio.save_as(tmp_path / "cliff.vom")
+    driver.dismiss(window)
+    window = driver.make_window([tmp_path / "cliff.vom"])
+    driver.settled(window)
+    wait(lambda: window.viewport.still, "the picture")
+    assert window.studio.workspace.elements.hidden(id_)[face]
+    found = window.viewport.pick(at.x(), at.y())
+    assert found is None or found.index != face
+    assert window.viewport.scene.models[id_].hidden[face]
+    driver.dismiss(window)
+
+
 def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outcrop, picks):
     studio, tool = window.studio, window.studio.tool_of(SelectTool)
     at = ready(window, outcrop, picks)

@@ -89,18 +89,33 @@ class ChosenElements:
     # --- as a draft --------------------------------------------------------------------------
     def as_dict(self) -> dict[str, Any] | None:
         """What `from_dict` reads; None where it would be too long."""
-        bits = base64.b64encode(zlib.compress(np.packbits(self.mask).tobytes(), 1)).decode()
-        if len(bits) > _LONGEST:
-            return None
-        return {"model_id": self.model_id, "size": len(self.mask), "bits": bits}
+        words = mask_as_dict(self.mask)
+        return None if words is None else {"model_id": self.model_id, **words}
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> ChosenElements:
         """Raises KeyError, TypeError or ValueError where it is none."""
-        made = cls(str(values["model_id"]), int(values["size"]))
-        try:
-            raw = zlib.decompress(base64.b64decode(str(values["bits"])))
-        except zlib.error as error:
-            raise ValueError(str(error)) from error
-        made._take(made._unpacked(np.frombuffer(raw, np.uint8)))
+        mask = mask_from_dict(values)
+        made = cls(str(values["model_id"]), len(mask))
+        made._take(mask)
         return made
+
+
+def mask_as_dict(mask: Mask) -> dict[str, Any] | None:
+    """What `mask_from_dict` reads, as plain data; None where it would be too long."""
+    bits = base64.b64encode(zlib.compress(np.packbits(mask).tobytes(), 1)).decode()
+    return None if len(bits) > _LONGEST else {"size": len(mask), "bits": bits}
+
+
+def mask_from_dict(values: Mapping[str, Any]) -> Mask:
+    """Raises KeyError, TypeError or ValueError where it is none."""
+    size = int(values["size"])
+    unpack = zlib.decompressobj()
+    try:
+        # What a damaged file says of its length must not fill the memory.
+        raw = unpack.decompress(base64.b64decode(str(values["bits"])), max(size // 8 + 1, 1))
+    except zlib.error as error:
+        raise ValueError(str(error)) from error
+    if len(raw) != -(-size // 8):
+        raise ValueError(f"{len(raw)} bytes for {size} bits")
+    return np.unpackbits(np.frombuffer(raw, np.uint8), count=size).view(np.bool_)

@@ -58,7 +58,7 @@ class PointerEvent:
 
     `handle` is the index of the preview's vertex handle under the cursor, or None. `more`: another
     one of the same drag follows at once, so nothing needs to be shown yet. `turns`: notches of the
-    wheel, positive away from the user.
+    wheel, positive away from the user. `in_photo`: x, y are of a photo, not of the viewport.
     """
 
     kind: Pointer
@@ -71,6 +71,7 @@ class PointerEvent:
     handle: int | None = None
     more: bool = False
     turns: float = 0.0
+    in_photo: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -212,6 +212,11 @@ class SelectTool:
         self._changed()
 
     def _begin(self, event: PointerEvent) -> None:
+        if event.in_photo:
+            self._context.hint(
+                tr("Shapes are drawn over the outcrop. In a photo choose Grow from a click (G).")
+            )
+            return
         how = combination(event, self.combine)
         self._shape = DrawnShape(self.way, how, (event.x, event.y))
 
@@ -222,7 +227,8 @@ class SelectTool:
         if shape is None or looking is None:
             return
         before, how = self._chosen, shape.combine
-        found = self._inside(looking, shape)
+        ids = self._models(how)
+        found = inside(self._context, looking, shape, ids, through=self.through)
         best = max(found, key=lambda id_: int(np.count_nonzero(found[id_])), default=None)
         if best is None:
             self._context.hint(tr("No model is open and shown, so there is nothing to choose."))
@@ -231,23 +237,6 @@ class SelectTool:
         else:
             self.take(best, found[best], how, tr(STEPS[shape.way]))
         self._changed()
-
-    def _inside(self, looking: Looking, shape: DrawnShape) -> dict[str, Mask]:
-        """By model, what lies inside of the shape."""
-        filled = looking.filled(shape.ring())
-        elements, found = self._context.elements, {}
-        for model_id in self._models(shape.combine):
-            data = elements.data(model_id)
-            model = get(self._context.session.records, model_id, Model)
-            if data is not None and model is not None:
-                found[model_id] = looking.inside(
-                    data,
-                    transform.matrix(model.to_world),
-                    filled,
-                    through=self.through,
-                    spacing=elements.spacing(model_id) * transform.scale_of(model.to_world),
-                )
-        return found
 
     def _nothing_inside(self) -> str:
         if self.through:
@@ -435,6 +424,31 @@ class SelectTool:
 
     def _show(self) -> None:
         self._preview.show(self.chosen, self._shape)
+
+
+def inside(
+    context: ToolContext,
+    looking: Looking,
+    shape: DrawnShape,
+    model_ids: list[str],
+    *,
+    through: bool,
+) -> dict[str, Mask]:
+    """By model, what lies inside of a shape."""
+    filled = looking.filled(shape.ring())
+    elements, found = context.elements, {}
+    for model_id in model_ids:
+        data = elements.data(model_id)
+        model = get(context.session.records, model_id, Model)
+        if data is not None and model is not None:
+            found[model_id] = looking.inside(
+                data,
+                transform.matrix(model.to_world),
+                filled,
+                through=through,
+                spacing=elements.spacing(model_id) * transform.scale_of(model.to_world),
+            )
+    return found
 
 
 def combination(event: PointerEvent, usual: Combine) -> Combine:

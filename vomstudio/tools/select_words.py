@@ -16,18 +16,15 @@ STEPS: dict[Way, str] = {
 }
 HINTS: dict[Way, str] = {
     "grow": to_translate(
-        "Select: a click takes the surface around it as far as it is even; Ctrl+wheel changes the "
-        "angle, Shift+wheel the distance."
+        "Select: a click takes the even surface around it; Ctrl+wheel: angle, Shift+wheel: "
+        "distance."
     ),
     "rectangle": to_translate("Select: drag a rectangle over what you want."),
     "lasso": to_translate("Select: hold the left button and draw around what you want."),
     "polygon": to_translate("Select: click the corners of a polygon around what you want."),
 }
 _CHOSEN_NOTHING = to_translate("The right button orbits.")
-_CHOSEN = to_translate(
-    "{count:,} chosen: Shift adds, Ctrl takes away, both intersect; Enter makes a patch, Esc lets "
-    "them go."
-)
+_CHOSEN = to_translate("{count:,} chosen; Shift adds, Ctrl takes away; Enter: patch, Esc: let go.")
 
 
 def chosen_text(count: int) -> str:

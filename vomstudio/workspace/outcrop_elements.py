@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
-from vomstudio.extraction.selecting.looking import Looking
+from vomstudio.extraction.selecting.looking import Looking, count_of
 from vomstudio.extraction.selecting.neighbours import Neighbours, neighbours_of
 from vomstudio.failures import exception_hooks
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
+from vomstudio.tools.chosen_elements import mask_as_dict, mask_from_dict
 from vomstudio.words import tr
 from vomstudio.workspace.model_cutting import ModelCutting
 from vomstudio.workspace.model_loading import OpenModel
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.visibility import Visibility
+
+_KEPT = "hidden_elements"
 
 Mask = npt.NDArray[np.bool_]
 
@@ -112,7 +116,28 @@ class OutcropElements:
                 return
         else:
             self._hidden[model_id] = hidden
+        words = {id_: mask_as_dict(mask) for id_, mask in self._hidden.items()}
+        self._projects.keep_view(_KEPT, {id_: each for id_, each in words.items() if each})
         self.hidden_changed.emit(model_id)
+
+    def load(self) -> None:
+        """Read what of the open project's models is hidden, without a signal."""
+        self._hidden.clear()
+        kept = self._projects.view(_KEPT, {})
+        for id_, words in kept.items() if isinstance(kept, Mapping) else ():
+            with contextlib.suppress(KeyError, TypeError, ValueError):
+                self._hidden[str(id_)] = mask_from_dict(words)
+
+    def loaded(self, model_id: str) -> None:
+        """A model is there: it is shown without what is hidden of it."""
+        hidden, data = self._hidden.get(model_id), self.data(model_id)
+        if hidden is None or data is None:
+            return
+        if len(hidden) != count_of(data):
+            # The file that was chosen for it is another one.
+            del self._hidden[model_id]
+        else:
+            self.hidden_changed.emit(model_id)
 
     # --- cutting out --------------------------------------------------------------------------
     def cut_out(self, model_id: str, mask: Mask) -> None:

@@ -116,6 +116,7 @@ class Workspace:
         self.projects.saved.connect(self.layers.write)
         self.tools.undo_changed.connect(self.history_changed.emit)
         self.models.loaded.connect(self.photos.look)
+        self.models.loaded.connect(self.elements.loaded)
         self.models.loaded.connect(self.surroundings.offer)
 
     # --- coming and going of a project -------------------------------------------------------
@@ -123,6 +124,7 @@ class Workspace:
         session = self.projects.session
         self.derived.begin()
         self.visibility.load()
+        self.elements.load()
         self.tools.begin()
         self.display.load(self.projects.view("display"))
         self.selection.set(())

@@ -34,6 +34,7 @@ CELL = 2.0
 """Mean spacings on a side of the cells in which points stand: about 4 points each, and 30 in those
 that touch one, of which a normal is worked out."""
 _AT_ONCE = 1_000_000
+_FEW = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +169,9 @@ class CloudNeighbours:
         self._count, self._ny = len(points), int(grid.counts[1])
         self._begins, self._row, self._column, self._ends = _runs(columns, names, ends)
         self._names = names
+        # Where each point stands among the sorted ones; -1 for one that is nowhere.
+        self._place = np.full(len(points), -1, np.int32)
+        self._place[self._rows] = np.arange(len(self._rows), dtype=np.int32)
         self._normals = np.full((len(self._row), 3), np.nan, np.float32)
         self.estimated = cloud.normals is None
         self._given = np.zeros((0, 3), np.float32)
@@ -186,13 +190,13 @@ class CloudNeighbours:
         out = np.zeros(n, np.bool_) if left_out is None else left_out[self._rows]
         queue = np.empty(min(MOST, n), np.int32)
         mask = np.zeros(self._count, np.bool_)
-        at = np.flatnonzero(self._rows == seed)
-        if not len(at):
+        at = int(self._place[seed])
+        if at < 0:
             return Piece(mask, 0, False)
-        cell = int(np.searchsorted(self._begins, at[0], side="right")) - 1
+        cell = int(np.searchsorted(self._begins, at, side="right")) - 1
         count = grow_points(
             self._points, self._given, *self._grid(), self._normals, out,
-            np.zeros(cells, np.bool_), int(at[0]), cell, float(np.cos(np.radians(angle_deg))),
+            np.zeros(cells, np.bool_), at, cell, float(np.cos(np.radians(angle_deg))),
             distance, np.zeros(6), np.zeros(10), np.empty(27, np.int64), np.empty(cells, np.int32),
             queue,
         )  # fmt: skip
@@ -207,14 +211,28 @@ class CloudNeighbours:
     def narrower(self, chosen: Mask) -> Mask:
         return self._ring(chosen, gains=False)
 
+    def _sorted(self, chosen: Mask) -> tuple[Mask, npt.NDArray[np.int32]]:
+        """The chosen ones among the sorted points, and the cells that hold any."""
+        ids = np.flatnonzero(chosen)
+        if len(ids) * _FEW > len(chosen):
+            own = chosen[self._rows]
+            held = np.logical_or.reduceat(own, self._begins[:-1])
+            return own, for_kernels(np.flatnonzero(held), np.int32)
+        # Few of many millions are looked up one by one.
+        own = np.zeros(len(self._points), np.bool_)
+        at = np.sort(self._place[ids])
+        at = at[at >= 0]
+        own[at] = True
+        cells = np.searchsorted(self._begins, at, side="right") - 1
+        fresh = np.ones(len(cells), np.bool_)
+        np.not_equal(cells[1:], cells[:-1], out=fresh[1:])
+        return own, for_kernels(cells[fresh], np.int32)
+
     def _ring(self, chosen: Mask, *, gains: bool) -> Mask:
         from vomstudio.extraction.selecting.region_kernels import ring_of_points
 
-        own = chosen[self._rows]
-        some = for_kernels(np.flatnonzero(np.logical_or.reduceat(own, self._begins[:-1])), np.int32)
+        own, some = self._sorted(chosen)
         gained, lost = np.zeros(len(own), np.bool_), np.zeros(len(own), np.bool_)
-        if own.all():
-            return chosen
 
         def work(rows: slice) -> None:
             ring_of_points(

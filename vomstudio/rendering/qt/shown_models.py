@@ -85,7 +85,10 @@ class ModelsShown(QObject):
         """
         if self._life.closed:
             return
+        hidden = self._elements.get(model_id)
         self.remove(model_id)
+        if hidden is not None:
+            self._elements[model_id] = hidden
         stop = self.work.expect(model_id)
         self._stages[model_id] = set()
         self._transforms[model_id] = np.array(to_world, np.float64)

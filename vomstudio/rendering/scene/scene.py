@@ -271,7 +271,7 @@ class Scene:
         while self.picture.refining and not self.picture.refine():
             # What is not drawn yet would count as free air.
             pass
-        buffer = canvas.surface_depth()[::-1]
+        buffer = canvas.surface_depth()[::-1].astype(np.float64)
         depth = np.where(buffer < 1.0, eye.depth_from_buffer(buffer), np.inf).astype(np.float32)
         return Looking(
             eye.position,

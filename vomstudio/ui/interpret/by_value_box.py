@@ -24,6 +24,7 @@ from vomstudio.words import tr
 _COLOUR = ""
 _FIRST_TOLERANCE = 10.0
 _MOST = 1e9
+_NARROW = 76
 
 
 class ByValue(QWidget):
@@ -36,6 +37,7 @@ class ByValue(QWidget):
         self._of: object = None
         self.what = QComboBox()
         self.what.setObjectName("by_value_of")
+        self.what.setMinimumWidth(_NARROW)
         self.what.currentIndexChanged.connect(self._show_range)
         self.low, self.high = QDoubleSpinBox(), QDoubleSpinBox()
         self.low.setObjectName("by_value_low")
@@ -43,6 +45,8 @@ class ByValue(QWidget):
         for box in (self.low, self.high):
             box.setRange(-_MOST, _MOST)
             box.setDecimals(3)
+            # Or the dock would have room for a thousand million.
+            box.setMinimumWidth(_NARROW)
             box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         self._to = QLabel(tr("to"))
         self.take = QPushButton(tr("Choose"))

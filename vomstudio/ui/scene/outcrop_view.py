@@ -46,7 +46,11 @@ class OutcropView(QObject):
         self.viewport = viewport
         self._presenter = ScenePresenter(self._studio, viewport)
         self._presenter.rebuild()
-        self._studio.workspace.elements.look = viewport.looking
+        elements = self._studio.workspace.elements
+        elements.look = viewport.looking
+        self._studio.hidden_elements_changed.connect(
+            lambda id_: viewport.models.hide_elements(id_, elements.hidden(id_))
+        )
         self._cameras.watch(viewport)
         explain(viewport, lambda _: _READING if viewport.reading_place.box else None)
 

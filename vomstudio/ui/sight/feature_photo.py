@@ -179,7 +179,7 @@ class FeaturePhoto(QObject):
             lengths = np.linalg.norm(np.diff(preview.line, axis=0), axis=1)
             self._slack = 0.1 * float(lengths.max(initial=0.0))
             # The panels have the rest, and the photo is small.
-            preview = replace(preview, reading=preview.reading[:1])
+            preview = replace(preview, reading=preview.reading[:1], outline=None)
         self.canvas.set_preview(preview)
 
     def _follow_cursor(self, event: PointerEvent) -> None:
@@ -213,8 +213,9 @@ class FeaturePhoto(QObject):
             element = "point" if seen.weights is None else "face"
             hit = Hit(photos.model_id, element, seen.index, (x, y, z), seen.weights)
         event = PointerEvent(
-            at.kind, at.x, at.y, at.button, at.shift, at.ctrl, hit, at.handle, at.more
-        )
+            at.kind, at.x, at.y, at.button, at.shift, at.ctrl, hit, at.handle, at.more,
+            in_photo=True,
+        )  # fmt: skip
         self.pointer.emit(event)
         if self._studio.tool_name != "navigate":
             self._studio.pointer(event)

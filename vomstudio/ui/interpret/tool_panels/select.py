@@ -39,6 +39,8 @@ _CHANGES = (
     "select_patch",
 )
 _OUT = ("hide_elements", "isolate_elements", "show_elements", "cut_out")
+_SHARED = ("finish", "cancel")
+"""Which stand in the panels of all tools."""
 _COMBINE = ("select_new", "select_add", "select_subtract", "select_intersect")
 
 
@@ -73,7 +75,7 @@ class SelectPanel(QWidget):
         layout.addLayout(_buttons(actions, _OUT))
         layout.addWidget(self.count)
         layout.addLayout(form)
-        layout.addLayout(_buttons(actions, ("finish", "cancel")))
+        layout.addLayout(_buttons(actions, _SHARED))
         layout.addWidget(self.fit_view)
         layout.addWidget(self._hint)
         layout.addStretch(1)
@@ -105,6 +107,7 @@ class SelectPanel(QWidget):
         )
         self.distance.valueChanged.connect(lambda value: tool.set_tolerance(distance=value))
         for box in (self.angle, self.distance):
+            box.setMinimumWidth(76)
             box.setKeyboardTracking(False)
         page = QWidget()
         rows = QFormLayout(page)
@@ -160,9 +163,10 @@ def _buttons(actions: dict[str, QAction], names: tuple[str, ...]) -> QGridLayout
         button = QToolButton()
         button.setDefaultAction(actions[name])
         keys = actions[name].shortcuts()
-        if keys:
+        if keys and name not in _SHARED:
             shown = keys[0].toString(QKeySequence.SequenceFormat.NativeText)
-            actions[name].setIconText(f"{plain(actions[name].text())} ({shown})")
+            text = plain(actions[name].text()).partition(" ")[0]
+            actions[name].setIconText(f"{text} ({shown})")
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         grid.addWidget(button, i // 2, i % 2)
