@@ -369,7 +369,7 @@ class Project:
         if model.registration is None:
             return made
         error = model.registration.placing_error_m(made.bounds)
-        return replace(made, _source=replace(source, placing_error_m=error))
+        return replace(made, _source=replace(made._source, placing_error_m=error))
 
     def _figures(self) -> dict[str, Any]:
         if self._desk is None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
+
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moving import moved
@@ -20,6 +23,7 @@ from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 class WorldModel:
     """data : in World, metres; crs : of World, None for a local frame
     metric : its file states its unit; warnings : of its reader
+    to_world : (4, 4) from the frame of its file
     """
 
     data: Mesh | PointCloud
@@ -27,6 +31,7 @@ class WorldModel:
     metric: bool
     warnings: tuple[str, ...]
     loaded: LoadedModel
+    to_world: npt.NDArray[np.float64]
 
     @property
     def placed(self) -> bool:
@@ -46,4 +51,6 @@ def read_in_world(
     frame = declared_frame(loaded.path, loaded.crs, turned, declared).frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
     metric = loaded.unit_m is not None or frame.crs is not None or declared.unit is not None
-    return WorldModel(moved(loaded.data, frame.to_world()), crs, metric, loaded.warnings, loaded)
+    matrix = np.asarray(frame.to_world(), np.float64)
+    data = moved(loaded.data, matrix)
+    return WorldModel(data, crs, metric, loaded.warnings, loaded, matrix)

@@ -27,6 +27,7 @@ from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.io.project import compaction
 from vomstudio.io.project.assets import FOLDER as ASSETS
 from vomstudio.io.project.assets import HeldAssets
+from vomstudio.io.project.comparisons import FOLDER as COMPARISONS
 from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.io.project.journal import TAKING_IN, SqliteJournal, read_replay
 from vomstudio.io.project.journal_ground import Trouble
@@ -37,7 +38,7 @@ from vomstudio.words import tr
 SUFFIX = ".vom"
 _MODELS = "models"
 # Making the thumbnails of thousands of photos again would take minutes.
-_ALONG = (_MODELS, PHOTO_TABLES, ASSETS, "cache/thumbnails")
+_ALONG = (_MODELS, PHOTO_TABLES, ASSETS, COMPARISONS, "cache/thumbnails")
 # What a reconstruction adds lines to; all else is written once, under another name.
 _LARGEST_COPIED = 1 << 20
 

@@ -46,7 +46,7 @@ from vomstudio.io.project.journal_rows import (
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
-SCHEMA_VERSION = 6
+SCHEMA_VERSION = 7
 APPLICATION_ID = 0x564F4D31  # "VOM1"
 NAME = "journal.sqlite"
 TAKING_IN = "taking in the files of schema 1"
@@ -462,9 +462,9 @@ def _read_as_they_are(db: sqlite3.Connection) -> None:
     that have it."""
 
 
-# _STEPS[n] brings schema n to n + 1. Schema 3: lines may say how sure their sense of slip is. 4: a
-# profile of verdicts, and the rule by which a feature's surroundings were measured. 5: a
-# registration's points and covariance. 6: control points among the features.
+# _STEPS[n] brings schema n to n + 1. 3: lines say how sure their sense of slip is. 4: profiles of
+# verdicts, and the rule by which surroundings were measured. 5: a registration's points and
+# covariance. 6: control points among the features. 7: how far a model reaches, and its lenses.
 _STEPS = {1: _to_schema_2, **dict.fromkeys(range(2, SCHEMA_VERSION), _read_as_they_are)}
 
 

@@ -173,7 +173,13 @@ class MainWindow(QMainWindow):
             *work_commands(studio, self._dialogs, self.workspaces, self.docks, self),
             *line_commands.commands(studio, self.view_panel, self),
             *(command for some in self._of_tools for command in some),
-            *net_commands.commands(studio, lambda: getattr(self, "net", None), self),
+            *net_commands.commands(
+                studio,
+                lambda: getattr(self, "net", None),
+                self,
+                self._dialogs,
+                partial(self.workspaces.fill_middle, "stereonet"),
+            ),
             *feature_commands.commands(studio, self._open_types),
             *display_commands.commands(studio, view, self.cameras, self.docks),
             *compact_commands.commands(studio, self),
@@ -350,7 +356,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
         actions = self.actions_table.all
-        self.net = StereonetPanel(self.studio, actions["export_net"], actions["propose_sets"])
+        self.net = StereonetPanel(self.studio, actions)
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
         _warm_up(self.studio)

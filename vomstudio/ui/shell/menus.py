@@ -33,7 +33,7 @@ MENUS = (
         "*display", "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
         "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
         "previous_photo", "next_photo", "fit_photo", "|", "outcrop_or_photo", "*workspaces",
-        "*docks", "only_outcrop", "reset_panels", "*theme")),
+        "*docks", "only_outcrop", "net_in_middle", "reset_panels", "*theme")),
     (to_translate("&Photos"), (
         "plan_survey", "video_frames", "choose_photos", "open_photo", "close_photo",
         "take_in_photos", "|", "make_settings", "make_model", "pause_model", "|",
@@ -47,7 +47,7 @@ MENUS = (
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
         "intersection_of_sets", "|", "propose_sets", "|", "orthophoto", "|", "verdict_profile",
-        "|", "copy_net", "show_stereonet")),
+        "|", "type_on_net", "copy_net", "figure_style", "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip

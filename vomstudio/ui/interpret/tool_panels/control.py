@@ -118,6 +118,7 @@ class ControlPanel(QWidget):
     def _solve(self) -> None:
         """Place the model anew by what is ticked, and say what that is worth: at once where that is
         a matter of milliseconds, else beside the window."""
+        from vomstudio.registration.surface_points import some_points
         from vomstudio.workspace.registering import pairs_of, placed_by_points
 
         model = self.model
@@ -131,7 +132,8 @@ class ControlPanel(QWidget):
             try:
                 if model is None:
                     return GeometryError(tr("Open an outcrop model first."))
-                return placed_by_points(pairs, bounds, model, self.crs)
+                extent = None if opened is None else some_points(opened.data)
+                return placed_by_points(pairs, bounds, model, self.crs, extent)
             except VomError as error:
                 return error
 
