@@ -175,7 +175,7 @@ def _holds(dataset: Any, tiles: Mapping[tuple[int, int, int, int], int]) -> bool
     """Whether each tile is there as it was written: GDAL says nothing of a block that the disk
     refused once while the file was closed, and leaves an empty one."""
     return all(
-        zlib.crc32(np.ascontiguousarray(dataset.read(window=_window(*place)))) == total
+        zlib.crc32(dataset.read(window=_window(*place)).tobytes()) == total
         for place, total in tiles.items()
     )
 
@@ -201,7 +201,7 @@ def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]
     else:
         bands = np.ascontiguousarray(values[None])
     if (tiles := _sums.get(id(dataset))) is not None:
-        tiles[place] = zlib.crc32(bands.astype(dataset.dtypes[0], copy=False))
+        tiles[place] = zlib.crc32(bands.astype(dataset.dtypes[0], copy=False).tobytes())
     with libtiff_silent():
         dataset.write(bands, window=_window(*place))
 
