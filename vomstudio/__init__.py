@@ -40,6 +40,8 @@ _PLACES = {
     "dem": "elevations",
     "ElevationModel": "elevations",
     "section": "sections",
+    "extend": "extensions",
+    "surface": "surfaces",
     "Section": "sections",
     "register": "registrations",
     "compare": "comparisons",

@@ -3,6 +3,7 @@ from vomstudio.api.agreements import agreement as agreement
 from vomstudio.api.comparisons import compare as compare
 from vomstudio.api.elevations import ElevationModel as ElevationModel
 from vomstudio.api.elevations import dem as dem
+from vomstudio.api.extensions import extend as extend
 from vomstudio.api.extractions import facets as facets
 from vomstudio.api.extractions import follow as follow
 from vomstudio.api.fracture_maps import fractures as fractures
@@ -35,6 +36,7 @@ from vomstudio.api.sets import fold as fold
 from vomstudio.api.sets import slip as slip
 from vomstudio.api.sets import slope as slope
 from vomstudio.api.sets import stats as stats
+from vomstudio.api.surfaces import surface as surface
 from vomstudio.api.surveys import check as check
 from vomstudio.api.surveys import plan as plan
 from vomstudio.api.surveys import read_photos as read_photos

@@ -71,7 +71,7 @@ def test_the_workspaces_follow_the_day_and_every_dock_belongs_to_one(window):
         stacks = [s for stacks in workspace.places.values() for s in stacks]
         names = [name for stack in stacks for name in stack]
         assert len(names) == len(set(names)), "a dock can stand in one place only"
-        assert len(names) <= 6
+        assert len(names) <= 8
         assert workspace.purpose.endswith(".")
         assert "\n" not in workspace.purpose
 

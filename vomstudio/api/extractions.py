@@ -15,6 +15,7 @@ from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.tables import frame
 from vomstudio.errors import UsageError
+from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.followed_trace import FollowedTrace
 from vomstudio.progress import CancelToken
 from vomstudio.reprs import Shown
@@ -32,7 +33,7 @@ class Facets(Shown):
         World), a row for each, its id the facet's label
     coverage, near_planar_share : of the model's area, and of the exposed rock's; None where there
         is none
-    sets : name, n, dip_direction_deg, dip_deg of each, where they were asked for
+    sets, discontinuities : dicts as `vs.sets` tells them, where they were asked for
     labels : {"facet": (n,), "set": (n,)} int32 of the model's points, -1 for none
     """
 
@@ -41,6 +42,7 @@ class Facets(Shown):
     coverage: float | None
     near_planar_share: float | None
     sets: tuple[dict[str, Any], ...]
+    discontinuities: tuple[dict[str, Any], ...]
     labels: dict[str, npt.NDArray[np.int32]]
     area_m2: float
     vegetation_share: float
@@ -59,11 +61,12 @@ class Facets(Shown):
 def facets(
     model: Any,
     *,
-    angle: float = 20.0,
+    angle: float | None = None,
     max_distance: float | None = None,
     min_points: int | None = None,
     min_area: float | None = None,
     sets: bool = False,
+    preset: str | None = None,
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Facets:
@@ -73,12 +76,15 @@ def facets(
     ----------
     model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
         in World, metres
-    angle : degrees by which the surface may be off a facet's plane
+    angle : degrees by which the surface may be off a facet's plane; None takes 20
     max_distance : metres from that plane; None takes the local spacing of the points, or three
         times their local noise where that is more
     min_points : of a facet; None takes 50, or on a mesh 1 % of its area
     min_area : of a facet, square metres
     sets : propose sets among the facets' planes, as `vs.sets` does
+    preset : "dse": sets among the points first, then their planes, with the defaults of the
+        Discontinuity Set Extractor; `angle` is then the cone about a set's pole (30), `min_points`
+        100
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken that stops the work
 
@@ -94,7 +100,8 @@ def facets(
     surface; vs.errors.Cancelled.
 
     Source: region growing as in Wang et al. (2017), Computers & Geosciences 103, 100; the 30 %
-    rule after Tavani et al., section 4.1.3.
+    rule after Tavani et al., section 4.1.3; "dse" after Riquelme et al. (2014), Computers &
+    Geosciences 68, 38.
 
     Examples
     --------
@@ -108,30 +115,36 @@ def facets(
     >>> found.facets, sorted(found.table["dip_deg"].round(3))
     (2, [90.0, 90.0])
     """
-    from vomstudio.extraction.facet_sets import with_sets
-    from vomstudio.extraction.facet_table import WKT, facet_table
-    from vomstudio.extraction.facets import Limits, find_facets
-    from vomstudio.tables.orientation_table import COLUMNS
+    from vomstudio.extraction.facet_search import search, search_limits
 
     report = told(progress, cancel)
     data, crs, _ = placed(model, "model")
-    limits = Limits(
-        float(single_number(angle, "angle") or 0.0),
-        single_number(max_distance, "max_distance"),
-        None if min_points is None else int(single_number(min_points, "min_points") or 0),
-        single_number(min_area, "min_area"),
-    )
+    fewest = None if min_points is None else int(single_number(min_points, "min_points") or 0)
+    limits = search_limits(
+        single_number(angle, "angle"), single_number(max_distance, "max_distance"), fewest,
+        single_number(min_area, "min_area"), preset,
+    )  # fmt: skip
     name = getattr(getattr(model, "path", None), "name", None) or ""
-    found = facet_table(
-        find_facets(data, limits, progress=report), limits, model=name, frame=crs or "local"
+    found = search(
+        data, limits, preset=preset, sets=sets, model=name, frame=crs or "local", progress=report
     )
-    if sets:
-        found = with_sets(found)
     warn(found.warnings)
+    return _as_facets(found)
+
+
+def _as_facets(found: FacetTable) -> Facets:
+    from vomstudio.tables.orientation_table import COLUMNS
+
     table = frame(found.rows, COLUMNS)
-    table[WKT] = [row[WKT] for row in found.rows]
+    for column in found.more:
+        table[column] = [row[column] for row in found.rows]
     return Facets(
-        **{**found.as_dict(), "sets": tuple(found.sets), "warnings": found.warnings},
+        **{
+            **found.as_dict(),
+            "sets": tuple(found.sets),
+            "discontinuities": tuple(found.discontinuities),
+            "warnings": found.warnings,
+        },
         table=table,
         labels=found.as_fields(),
     )

@@ -19,6 +19,8 @@ Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 Labels = npt.NDArray[np.int32]
 
+COVERS = ("facet", "bare", "vegetation", "debris")
+"""What an element of the surface may be: in a facet, rock in none, or no rock."""
 NEAR_PLANAR_SHARE = 0.30
 """The book's."""
 # Ours. A plane has a surface variation near 0, a ball of points 1/3, an edge of 90 degrees 0.1.
@@ -38,6 +40,9 @@ class Exposure:
     near_planar_share : of the exposed rock, without vegetation and debris, the share in facets
         that are large beside the resolution
     vegetation_share, debris_share : of the whole model
+    exposed_m2 : of the exposed rock; by_facet_m2 : (facets,) what each of the facets that are large
+        beside the resolution has of it
+    covers : (elements,) int32 places in COVERS
     """
 
     area_m2: float
@@ -45,6 +50,9 @@ class Exposure:
     near_planar_share: float | None
     vegetation_share: float
     debris_share: float
+    exposed_m2: float
+    by_facet_m2: Array
+    covers: Labels
 
 
 def exposure_of(elements: Elements, labels: Labels, large: Bools, colors: Array | None) -> Exposure:
@@ -63,12 +71,17 @@ def exposure_of(elements: Elements, labels: Labels, large: Bools, colors: Array 
     rubble = ~inside & ~plants & _jumbled_ground(elements)
     rock = ~(plants | rubble)
     exposed = float(area[rock].sum())
+    own = rock & large & inside
+    count = max(int(labels.max(initial=-1)) + 1, 0)
     return Exposure(
         total,
         float(area[inside].sum()) / total if total > 0.0 else None,
         float(area[rock & large].sum()) / exposed if exposed > 0.0 else None,
         float(area[plants].sum()) / total if total > 0.0 else 0.0,
         float(area[rubble].sum()) / total if total > 0.0 else 0.0,
+        exposed,
+        np.bincount(labels[own], area[own], count).astype(np.float64),
+        np.where(plants, 2, np.where(rubble, 3, np.where(inside, 0, 1))).astype(np.int32),
     )
 
 

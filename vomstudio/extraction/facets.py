@@ -25,7 +25,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
-from vomstudio.geometry.patches import face_areas, face_points, moments
+from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
@@ -51,20 +51,24 @@ class Limits:
     max_distance : m, from that plane; None: the local spacing or three times the local noise
     min_points : distinct points; None: 50, or on a mesh 1 % of its area
     min_area : m2
+    min_coplanarity : of facets, one over their least normalised eigenvalue; None: the profile's
     """
 
     angle_deg: float = ANGLE_DEG
     max_distance: float | None = None
     min_points: int | None = None
     min_area: float | None = None
+    min_coplanarity: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Facet:
-    """One facet. fit, verdict : of its plane in World; area : m2; resolution : m, around it
-    border : polygon with holes in the plane, as WKT in World; rows : of the faces or points"""
+    """One facet. fit, verdict : of its plane in World; moments : of its points, World; area : m2;
+    resolution : m, around it; border : polygon with holes in the plane, as WKT in World; rows : of
+    the faces or points"""
 
     fit: PlaneFit
+    moments: Moments
     verdict: Verdict
     area: float
     resolution: float
@@ -76,7 +80,7 @@ class Facet:
 class Facets:
     """facets : the largest first; labels : (points,) int32 facet of each point or vertex of the
     model, -1 for none; of : what facets are made of; reach : m, the distance that was allowed
-    (median)"""
+    (median); covers : (points,) int32 of each point, a place in `exposure.COVERS`, -1 for none"""
 
     facets: list[Facet]
     labels: Labels
@@ -84,6 +88,7 @@ class Facets:
     reach: float
     min_points: int
     exposure: Exposure
+    covers: Labels
     warnings: tuple[str, ...]
 
 
@@ -100,6 +105,8 @@ def require_limits(limits: Limits) -> None:
         )
     if limits.min_area is not None and not 0.0 <= limits.min_area < np.inf:
         raise UsageError(tr("The area is in square metres, 0 or more."), field="--min-area")
+    if limits.min_coplanarity is not None and not 0.0 <= limits.min_coplanarity < np.inf:
+        raise UsageError(tr("The coplanarity is a number, 3 or more."), field="coplanarity")
 
 
 def find_facets(
@@ -141,16 +148,51 @@ def find_facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
     )
     wavy = share_going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
+    return _told(data, elements, found, labels, float(np.median(reach)), fewest, thresholds,
+                 wavy > _WAVY)  # fmt: skip
+
+
+def facets_of_labels(
+    cloud: PointCloud,
+    elements: Elements,
+    labels: Labels,
+    limits: Limits,
+    fewest: int,
+    thresholds: Thresholds,
+    progress: Progress,
+) -> tuple[Facets, Ints]:
+    """Facets of pieces that are known already, and of each the label that it had: labels (n,) of
+    the elements, -1 for none."""
+    found, fresh = _facets(cloud, elements, labels, limits, fewest, np.inf, thresholds, progress)
+    kept = np.flatnonzero(fresh >= 0)
+    was = np.zeros(len(found), np.int64)
+    was[fresh[kept]] = labels[kept]
+    # There is no distance by which they were grown: that of the points counts.
+    reach = float(np.median(elements.spacing))
+    return _told(cloud, elements, found, fresh, reach, fewest, thresholds, False), was
+
+
+def _told(
+    data: Mesh | PointCloud,
+    elements: Elements,
+    found: list[Facet],
+    labels: Labels,
+    reach: float,
+    fewest: int,
+    thresholds: Thresholds,
+    wavy: bool,
+) -> Facets:
     large = np.array([_is_believed(facet, thresholds) for facet in found] + [False])
     exposure = exposure_of(elements, labels, large[labels], _colors(data, elements))
     return Facets(
         found,
         _of_points(data, elements, labels),
         elements.of,
-        float(np.median(reach)),
+        reach,
         fewest,
         exposure,
-        (*elements.warnings, *_said(found, exposure, wavy > _WAVY)),
+        _of_points(data, elements, exposure.covers),
+        (*elements.warnings, *_said(found, exposure, wavy)),
     )
 
 
@@ -184,6 +226,8 @@ def _facets(
     order = np.argsort(labels, kind="stable")
     cuts = np.searchsorted(labels[order], np.arange(count + 1))
     made: list[tuple[Facet, Ints]] = []
+    flattest = limits.min_coplanarity
+    flattest = thresholds.least_coplanarity if flattest is None else flattest
     for i in range(count):
         progress.step(i)
         own = np.sort(order[cuts[i] : cuts[i + 1]])
@@ -192,9 +236,7 @@ def _facets(
             continue
         if facet.fit.n < fewest and facet.area < least_area:
             continue
-        if facet.fit.coplanarity is not None and (
-            facet.fit.coplanarity < thresholds.least_coplanarity
-        ):
+        if facet.fit.coplanarity is not None and facet.fit.coplanarity < flattest:
             continue
         made.append((facet, own))
     progress.step(count)
@@ -235,7 +277,7 @@ def _facet(
         fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds
     )
     border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
-    return Facet(fit, verdict, area, resolution, border, rows)
+    return Facet(fit, known, verdict, area, resolution, border, rows)
 
 
 def _is_believed(facet: Facet, thresholds: Thresholds) -> bool:

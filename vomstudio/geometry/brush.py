@@ -133,7 +133,9 @@ class MeshSurface(VertexSurface):
         corners = self.corners(ids)
         nodes = welded(corners.reshape(-1, 3)).reshape(-1, 3)
         ends = np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=2).reshape(-1, 2)
-        key = ends.min(axis=1) * (int(nodes.max()) + 1) + ends.max(axis=1)
+        one, other = ends.T
+        # Pair by pair: a reduction along rows of two is many times slower.
+        key = np.minimum(one, other) * (int(nodes.max()) + 1) + np.maximum(one, other)
         order = np.argsort(key)
         alone = np.diff(key[order]) != 0
         single = order[np.append(True, alone) & np.append(alone, True)]

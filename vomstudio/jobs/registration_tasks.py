@@ -99,7 +99,7 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
 
     points, spacing = points_and_spacing(_read(asked.model, progress).data, asked.model.path)
     there, its_spacing = points_and_spacing(
-        _in_world(asked.reference, progress), asked.reference.path
+        in_world(asked.reference, progress), asked.reference.path
     )
     stands = similarity_of(asked.model.to_world)
     evidence = Evidence(pairs=_pairs(asked.pairs) if asked.pairs else None)
@@ -163,7 +163,7 @@ def _stable(there: Array, part: StablePart, progress: Progress) -> npt.NDArray[n
     if part.model is not None:
         from vomstudio.registration.by_model.starting import points_and_spacing
 
-        mask = _in_world(part.model, progress)
+        mask = in_world(part.model, progress)
         flags &= stable.near_cloud(there, *points_and_spacing(mask, part.model.path))[0]
     return flags
 
@@ -174,7 +174,8 @@ def _read(one: StandingModel, progress: Progress) -> LoadedModel:
     return model_cache.load(one.path, model_cache.folder_of(one.path, one.cache), progress)
 
 
-def _in_world(one: StandingModel, progress: Progress) -> Mesh | PointCloud:
+def in_world(one: StandingModel, progress: Progress) -> Mesh | PointCloud:
+    """Its data as it stands in World, m."""
     from vomstudio.geometry.moving import moved
 
     return moved(_read(one, progress).data, one.to_world)
@@ -214,7 +215,7 @@ def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
     names = (asked.model.name, asked.benchmark.name)
     said = crs_doubts(asked.model.crs, asked.benchmark.crs, names)
     found = compare(
-        _in_world(asked.model, progress), _in_world(asked.benchmark, progress),
+        in_world(asked.model, progress), in_world(asked.benchmark, progress),
         radius_m=asked.radius_m, registration_error_m=asked.registration_error_m,
         progress=progress,
     )  # fmt: skip
@@ -246,7 +247,7 @@ def _export(asked: ComparisonExport, progress: Progress) -> ExportedModel:
     from vomstudio.io.models.writing import choose_writer, write_model
 
     choose_writer(asked.out)
-    data = _in_world(asked.model, progress)
+    data = in_world(asked.model, progress)
     with np.load(asked.fields) as arrays:
         data = replace(data, fields={**data.fields, **arrays})
     inputs = [asked.model.path, asked.benchmark]

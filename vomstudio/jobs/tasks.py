@@ -11,6 +11,7 @@ from vomstudio.jobs import (
     product_tasks,
     reconstruction_tasks,
     registration_tasks,
+    surface_tasks,
     survey_tasks,
 )
 from vomstudio.jobs.job import Job
@@ -23,6 +24,7 @@ TASKS: dict[str, Job[Any, Any]] = {
         photo_tasks,
         reconstruction_tasks,
         registration_tasks,
+        surface_tasks,
         survey_tasks,
         inspection_tasks,
     )

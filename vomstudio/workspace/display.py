@@ -34,7 +34,8 @@ class Display:
     """`changed` says which of mode, lit, point_size, eye_dome, cameras, fields, clip (on or off,
     handles) and box, which changes at every step of a drag.
 
-    It is kept with the project, by `keep`, a little after the last change.
+    It is kept with the project, by `keep`, a little after the last change. computed : by model, how
+    the field that was worked out for it is asked for again
     """
 
     def __init__(self, keep: Callable[[dict[str, Any]], None], later: Later) -> None:
@@ -50,6 +51,7 @@ class Display:
         self.eye_dome = False
         self.cameras = False
         self.styles: dict[str, FieldStyle] = {}
+        self.computed: dict[str, Any] = {}
         self.box: ClipBox | None = None
         self.clipping = False
         self.handles = True
@@ -92,6 +94,11 @@ class Display:
             self.changed.emit("mode")
         self._tell("fields")
 
+    def show_no_field(self, model_id: str) -> None:
+        """Forget which field a model shows, whose values are not those any more."""
+        if self.styles.pop(model_id, None) is not None:
+            self._tell("fields")
+
     def set_clip(self, box: ClipBox | None, on: bool | None = None) -> None:
         """Set the clipping box, and switch it on or off where `on` is given."""
         before, self.box = self.clipping, box
@@ -124,6 +131,7 @@ class Display:
             "eye_dome": self.eye_dome,
             "cameras": self.cameras,
             "fields": {key: style.as_dict() for key, style in self.styles.items()},
+            "computed": dict(self.computed),
             "box": None if self.box is None else self.box.as_dict(),
             "clipping": self.clipping,
             "handles": self.handles,
@@ -150,6 +158,9 @@ class Display:
         for model_id, values in fields.items() if isinstance(fields, Mapping) else ():
             with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
                 self.styles[str(model_id)] = FieldStyle.from_dict(values)
+        computed = kept.get("computed")
+        if isinstance(computed, Mapping):
+            self.computed = {str(key): value for key, value in computed.items()}
         with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
             self.box = ClipBox.from_dict(kept.get("box"))
         self.clipping = bool(kept.get("clipping")) and self.box is not None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -63,6 +63,13 @@ class OpenModel:
             return False
         own.update(fields)
         return True
+
+    def drop_fields(self, names: Iterable[str]) -> None:
+        """Forget values that were given by `give_fields`."""
+        own = self.data.fields
+        if isinstance(own, dict):
+            for name in names:
+                own.pop(name, None)
 
 
 Then = Callable[[OpenModel], None]

@@ -11,11 +11,12 @@ from vomstudio.document.photo_edits import reconstruction_in, registration_by
 from vomstudio.document.records import Frame, Model, Record, Registration
 from vomstudio.errors import VomError
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.io.gis.crs import metres_of
+from vomstudio.io.gis.crs import metres_of, world_crs
 from vomstudio.io.photos import cameras_file
 from vomstudio.io.project.folder import is_project
 from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
 from vomstudio.jobs.model_tasks import COPY_MODEL, CopiedModel, ModelCopy
+from vomstudio.jobs.registration_tasks import StandingModel
 from vomstudio.signals import Signal
 from vomstudio.words import tr
 from vomstudio.workspace.editing import Editing
@@ -71,15 +72,16 @@ class Models:
         name: str | None = None,
         like: str | None = None,
         then: Callable[[str], None] = lambda _: None,
+        label: str = "",
     ) -> None:
         """name: of its record; None for that of the file. like: a model whose frame it shares.
-        then: called with its id once it is there."""
+        then: called with its id once it is there. label: of the edit, "" for the usual one."""
         path = path.resolve()
         self._loader.load(
             str(path),
             path,
             self._projects.project.cache,
-            lambda opened: self._add(path, opened, name or name_of(path), like, then),
+            lambda opened: self._add(path, opened, name or name_of(path), like, then, label),
         )
 
     def load(self, model: Model) -> None:
@@ -163,6 +165,7 @@ class Models:
         name: str,
         like: str | None,
         then: Callable[[str], None],
+        label: str,
     ) -> None:
         models = self._projects.of(Model)
         same = [m for m in models if m.content_hash == opened.content_hash]
@@ -181,7 +184,7 @@ class Models:
         model = new_model(name, stored, opened.kind, opened.content_hash, placement)
         # The data first: an edit that brings a model without data would read the file again.
         self.open[model.id] = opened
-        if not self._editing.attempt(edits.add_model, model):
+        if not self._editing.attempt(edits.add_model, model, label):
             del self.open[model.id]
             return
         self._preferences.remember(path)
@@ -207,6 +210,16 @@ def new_model(
 ) -> Model:
     """The record of a model that is not in the project yet; stored : its path as it is kept."""
     return Model(edits.new_id("model"), name, stored, kind, content_hash, placement)
+
+
+def standing_model(projects: Projects, model_id: str) -> StandingModel | None:
+    """A model of the project as jobs are told of it; None where it or its file is not there."""
+    record = projects.records.get(model_id)
+    path = projects.project.find_model(record) if isinstance(record, Model) else None
+    if path is None or not isinstance(record, Model):
+        return None
+    crs = world_crs(record.frame.crs, record.frame.unit_m) if record.frame.crs else None
+    return StandingModel(record.name, path, projects.project.cache, record.to_world, crs)
 
 
 def registration_of_file(records: Mapping[str, Record], stored: str) -> Registration | None:

@@ -15,17 +15,21 @@ from vomstudio.words import tr, tr_n
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
+from vomstudio.workspace.facet_proposals import FacetProposals
 from vomstudio.workspace.history import History
 from vomstudio.workspace.layer_export import GisLayers
+from vomstudio.workspace.model_cutting import ModelCutting
 from vomstudio.workspace.model_loading import ModelLoader
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.outcrop_elements import OutcropElements
 from vomstudio.workspace.owner_thread import Aside, Call, Later, Post, in_the_way
 from vomstudio.workspace.path_finding import PathFinding
 from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
+from vomstudio.workspace.surface_fields import SurfaceFields
 from vomstudio.workspace.surroundings import Surroundings
 from vomstudio.workspace.tool_host import ToolHost
 from vomstudio.workspace.visibility import Visibility
@@ -66,6 +70,13 @@ class Workspace:
         self.models = Models(
             self.projects, self.editing, self.loader, self.jobs, self.preferences, self.notices
         )
+        self.elements = OutcropElements(
+            self.projects,
+            self.models,
+            self.visibility,
+            hand_over,
+            ModelCutting(self.projects, self.models, self.jobs, self.notices),
+        )
         self.tools = ToolHost(
             self.projects,
             self.models,
@@ -74,9 +85,22 @@ class Workspace:
             self.preferences,
             self.notices,
             PathFinding(self.models, hand_over),
+            self.elements,
         )
         self.surroundings = Surroundings(
             self.projects, self.models, self.editing, self.notices, hand_over
+        )
+        self.fields = SurfaceFields(
+            self.projects, self.models, self.derived, self.display, self.jobs, hand_over
+        )
+        self.facets = FacetProposals(
+            self.projects,
+            self.models,
+            self.editing,
+            self.display,
+            self.jobs,
+            lambda: settings.thresholds,
+            hand_over,
         )
         self.history = History(self.projects, self.editing, self.tools, self.notices)
         self.photos = PhotoLinks(self.projects, self.models, hand_over)
@@ -103,6 +127,8 @@ class Workspace:
         self.display.load(self.projects.view("display"))
         self.selection.set(())
         self.photos.forget_all()
+        self.fields.begin()
+        self.facets.drop()
         self.project_opened.emit()
         self.history_changed.emit()
         for problem in self.projects.project.problems:
@@ -120,10 +146,12 @@ class Workspace:
             self.tools.restore(session.draft.state)
 
     def _leave(self) -> None:
+        self.facets.drop()
         self.display.flush()
         self.loader.forget_all()
         self.layers.write_pending()
         self.tools.forget()
+        self.elements.forget()
         self.history.forget()
         self.models.open.clear()
 
@@ -165,6 +193,8 @@ class Workspace:
         self.selection.keep(self.projects.records)
         self.edited.emit(edit)
         self.photos.edited(edit)
+        self.fields.edited(edit)
+        self.facets.edited(edit)
         self.tools.document_changed()
         self.layers.write_soon()
 

@@ -11,7 +11,7 @@ _SPREAD = 0x9E3779B97F4A7C15 - (1 << 64)
 
 
 @part
-def _slot(names, name):  # type: ignore[no-untyped-def]
+def slot_of(names, name):  # type: ignore[no-untyped-def]
     """Where a row of cells stands in the table, or the empty place where it would."""
     last = len(names) - 1
     at = ((name * _SPREAD) >> 20) & last
@@ -25,13 +25,13 @@ def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
     """The table of rows of cells that hold points. rows : (r,) their numbers, begins : (r + 1,)
     where the points of each begin; names come full of -1, more than r, a power of two of them."""
     for at in range(len(rows)):
-        slot = _slot(names, rows[at])
+        slot = slot_of(names, rows[at])
         names[slot] = rows[at]
         ends[slot, 0], ends[slot, 1] = begins[at], begins[at + 1]
 
 
 @part
-def _first(keys, wanted, low, high):  # type: ignore[no-untyped-def]
+def first_not_below(keys, wanted, low, high):  # type: ignore[no-untyped-def]
     """The first of sorted keys in a range that is not below the wanted one."""
     while low < high:
         middle = (low + high) // 2
@@ -43,7 +43,7 @@ def _first(keys, wanted, low, high):  # type: ignore[no-untyped-def]
 
 
 @part
-def _cell(value, size, count):  # type: ignore[no-untyped-def]
+def cell_of(value, size, count):  # type: ignore[no-untyped-def]
     return min(max(math.floor(value / size), 0), count - 1)
 
 
@@ -116,19 +116,19 @@ def planes_near(  # type: ignore[no-untyped-def]
     limit = radius * radius
     for row in range(len(places)):
         x, y, z = places[row, 0], places[row, 1], places[row, 2]
-        i0, i1 = _cell(x - radius, size, nx), _cell(x + radius, size, nx)
-        j0, j1 = _cell(y - radius, size, ny), _cell(y + radius, size, ny)
-        k0, k1 = _cell(z - radius, size, nz), _cell(z + radius, size, nz)
+        i0, i1 = cell_of(x - radius, size, nx), cell_of(x + radius, size, nx)
+        j0, j1 = cell_of(y - radius, size, ny), cell_of(y + radius, size, ny)
+        k0, k1 = cell_of(z - radius, size, nz), cell_of(z + radius, size, nz)
         n = 0
         sx, sy, sz = 0.0, 0.0, 0.0
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for k in range(k0, k1 + 1):
             for j in range(j0, j1 + 1):
-                slot = _slot(names, j + ny * k)
+                slot = slot_of(names, j + ny * k)
                 if names[slot] == -1:
                     continue
                 stop = ends[slot, 1]
-                at = _first(cells, i0, ends[slot, 0], stop)
+                at = first_not_below(cells, i0, ends[slot, 0], stop)
                 while at < stop and cells[at] <= i1:
                     dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
                     at += 1
@@ -183,17 +183,17 @@ def along_axes(  # type: ignore[no-untyped-def]
                 or cx - wx > nx * size or cy - wy > ny * size or cz - wz > nz * size
             ):  # fmt: skip
                 continue
-            i0, i1 = _cell(cx - wx, size, nx), _cell(cx + wx, size, nx)
-            j0, j1 = _cell(cy - wy, size, ny), _cell(cy + wy, size, ny)
-            k0, k1 = _cell(cz - wz, size, nz), _cell(cz + wz, size, nz)
+            i0, i1 = cell_of(cx - wx, size, nx), cell_of(cx + wx, size, nx)
+            j0, j1 = cell_of(cy - wy, size, ny), cell_of(cy + wy, size, ny)
+            k0, k1 = cell_of(cz - wz, size, nz), cell_of(cz + wz, size, nz)
             last = piece == pieces - 1
             for k in range(k0, k1 + 1):
                 for j in range(j0, j1 + 1):
-                    slot = _slot(names, j + ny * k)
+                    slot = slot_of(names, j + ny * k)
                     if names[slot] == -1:
                         continue
                     stop = ends[slot, 1]
-                    at = _first(cells, i0, ends[slot, 0], stop)
+                    at = first_not_below(cells, i0, ends[slot, 0], stop)
                     while at < stop and cells[at] <= i1:
                         dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
                         at += 1

@@ -7,6 +7,7 @@ import contextlib
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -145,6 +146,8 @@ class ModelWork:
         """Have the colours of a field made; see `preparation.prepare_field`."""
         from vomstudio.rendering.prepare import preparation
 
+        # What was worked out may be forgotten while it is being coloured.
+        data = replace(data, fields=dict(data.fields))
         self.forget_field(model_id)
         stop = self._field_stops[model_id] = threading.Event()
         emit = self._emitter(model_id, self._stops[model_id], stop)

@@ -23,6 +23,8 @@ TOP = 42.0
 """Below the bar that messages are shown in."""
 PAD = 9.0
 WIDEST_TITLE = 190.0
+MOST_ROWS = 40
+"""Classes whose names are told."""
 MISSING_TEXT = to_translate("no value")
 
 BOX_COLOR = QColor("#f0e442")
@@ -56,7 +58,10 @@ class ColorBar:
             row = self._line + 3.0
             most = max(1, int((room - self._head - self._foot - 2.0 * PAD) / row))
             self._rows = list(scale.categories)
-            if len(self._rows) > most:
+            if len(self._rows) > MOST_ROWS:
+                # So many are told apart by their borders.
+                self._left_out, self._rows = len(self._rows), []
+            elif len(self._rows) > most:
                 self._left_out = len(self._rows) - (most - 1)
                 self._rows = self._rows[: most - 1]
             words = [c.name for c in self._rows] + self._more()
@@ -74,6 +79,8 @@ class ColorBar:
         self.box = QRectF(right - width, top, width, height)
 
     def _more(self) -> list[str]:
+        if self._left_out and not self._rows:
+            return [tr_n("{count} class", "{count} classes, by their colours", self._left_out)]
         return (
             [tr_n("and {count} more", "and {count} more", self._left_out)] if self._left_out else []
         )

@@ -205,8 +205,10 @@ class AreaLayer:
 
 def area_box(area: Area) -> Array:
     """(2, 3) lowest and highest corner in World."""
-    points = area.corners.reshape(-1, 3)
-    return np.asarray(np.stack([points.min(axis=0), points.max(axis=0)]) + area.origin)
+    # Column by column: a reduction along rows of three is many times slower.
+    columns = area.corners.reshape(-1, 3).T
+    box = [[column.min() for column in columns], [column.max() for column in columns]]
+    return np.asarray(np.array(box, np.float64) + area.origin)
 
 
 def _bin(key: str) -> int:

@@ -52,6 +52,7 @@ MISSING = (128, 128, 128)
 SAMPLE = 200_000
 PIECE = 1 << 19
 MOST_CATEGORIES = 12
+MOST_LABELS = 65_535
 
 Float = npt.NDArray[np.float64]
 Colors = npt.NDArray[np.uint8]
@@ -87,6 +88,17 @@ OTHER_COLORS = (
     "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c564b",
     "#bcbd22", "#9467bd", "#17becf", "#e377c2",
 )  # fmt: skip
+
+# As `extraction.exposure` counts them.
+_NAMED: dict[str, tuple[tuple[str, str], ...]] = {
+    "exposure": (
+        (to_translate("rock in a facet"), "#56b4e9"),
+        (to_translate("rock in none"), "#d55e00"),
+        (to_translate("vegetation"), "#009e73"),
+        (to_translate("debris"), "#b0a890"),
+    )
+}
+"""Names and colours of the codes 0, 1 ... of fields of this name."""
 
 _AZIMUTHS = ("azimuth", "dip_direction", "dipdir", "dip_dir", "strike", "trend", "aspect")
 _CODES = ("return", "class", "segment", "label", "source_id", "user_data", "flag", "channel")
@@ -314,7 +326,7 @@ def _codes(
     if name == ELEVATION or "intensity" in plain:
         return None
     values = data.fields[name]
-    named = any(word in plain for word in _CODES)
+    named = plain in _NAMED or any(word in plain for word in _CODES)
     if values.dtype.kind == "f" and not named:
         return None
     if not 0.0 <= lowest <= highest <= 65535.0:
@@ -330,12 +342,18 @@ def _codes(
         seen[some.astype(np.int64)] = True
     codes = np.flatnonzero(seen)
     most = len(LAS_CLASSES) if "class" in plain else MOST_CATEGORIES
+    most = MOST_LABELS if "label" in plain else most
     return codes if len(codes) <= most else None
 
 
 def _categories(name: str, codes: npt.NDArray[np.int64]) -> Iterator[Category]:
     las = "class" in _plain(name)
+    own = _NAMED.get(_plain(name), ())
     for place, code in enumerate(int(c) for c in codes):
+        if code < len(own):
+            title, color = own[code]
+            yield Category(code, tr(title), _rgb(color))
+            continue
         if las and code in LAS_CLASSES:
             title, color = LAS_CLASSES[code]
             yield Category(code, f"{code}  {tr(title)}", _rgb(color))

@@ -35,6 +35,7 @@ from vomstudio.ui.analyse.net_canvas import (
     NetThread,
     Wanted,
 )
+from vomstudio.ui.analyse.net_command import net_words
 from vomstudio.ui.analyse.net_menu import NetMenuButton
 from vomstudio.ui.analyse.net_sets import Groups
 from vomstudio.ui.analyse.net_source import NetSource, fold_of
@@ -44,6 +45,8 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
+from vomstudio.ui.forms.copied_command import CopyCommandButton
+from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.words import tr
 
 # A press that moves further than this draws a lasso.
@@ -104,6 +107,9 @@ class StereonetPanel(QWidget):
                 for name in ("propose_sets", "net_in_middle", "figure_style", "export_net")
             ],
         )
+        self.command = CopyCommandButton(
+            self._copy_command, tr("keep what is shown as a table, and copy the command")
+        )
         # In the corner of the picture that neither net nor legend ever reaches.
         self._under = ElidedLabel()
         self._under.setParent(self.canvas)
@@ -114,7 +120,7 @@ class StereonetPanel(QWidget):
         row.setSpacing(2)
         row.addWidget(self.view)
         self._of_net = (self._circles, self._poles, self._means, self._beta, self.contours)
-        for button in (*self._of_net, self.more, self.copy):
+        for button in (*self._of_net, self.more, self.copy, self.command):
             row.addWidget(button)
         row.addStretch(1)
         layout = QVBoxLayout(self)
@@ -239,6 +245,18 @@ class StereonetPanel(QWidget):
     def rose_contents(self) -> RoseContents:
         """What roses or histograms show now."""
         return self._source.roses(self._source.shown_sets()[0])
+
+    def _copy_command(self) -> None:
+        """Of the planes and lines that are shown, as the net shows them."""
+        contours, notation = self.contours, self._studio.settings.notation
+        sets, _ = self._source.shown_sets()
+        copy_with_table(
+            self, self._studio, "net.csv", [id_ for s in sets for id_ in s.ids],
+            lambda path: net_words(
+                path, self.wishes, self.view.projection, contours.method, contours.contouring,
+                notation,
+            ),
+        )  # fmt: skip
 
     def for_print(self) -> NetContents | RoseContents:
         """The contents for a printed figure: with a title, and without selection."""

@@ -36,11 +36,15 @@ class Studio(QObject):
     """A proposal of sets is asked for."""
     sets_proposed = Signal(object)
     """Of a preview on the net: names with the ids of their planes, None where it ends."""
+    surface_clicked = Signal(object)
+    """Hit: a click on the outcrop where no feature is, while no tool is active."""
     notice = Signal(object)  # Notice
     settings_changed = Signal()
     """Not for the list of what was open lately."""
     recent_changed = Signal()
     visibility_changed = Signal(object)  # tuple of ids
+    hidden_elements_changed = Signal(str)
+    """Id of a model of which other faces or points are hidden."""
     layers_written = Signal(str)
     recovery_found = Signal(object)  # list of folders
     jobs_changed = Signal()
@@ -58,6 +62,7 @@ class Studio(QObject):
         w = self.workspace
         self.jobs, self.loader, self.selection = w.jobs, w.loader, w.selection
         self.display, self.photo_links = w.display, w.photos
+        self.fields, self.facets = w.fields, w.facets
         self.models, self.tools = w.models.open, w.tools.tools
         self.tool_of = w.tools.of
 
@@ -113,6 +118,7 @@ class Studio(QObject):
         w.preferences.changed.connect(self.settings_changed.emit)
         w.preferences.recent_changed.connect(self.recent_changed.emit)
         w.visibility.changed.connect(self.visibility_changed.emit)
+        w.elements.hidden_changed.connect(self.hidden_elements_changed.emit)
         w.layers.written.connect(self.layers_written.emit)
         w.jobs.changed.connect(self.jobs_changed.emit)
 

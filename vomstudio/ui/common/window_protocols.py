@@ -13,3 +13,8 @@ class Docks(Protocol):
 
     def make_room(self, name: str, height: int) -> None:
         """Let a panel that is docked in the window be at least so high, in pixels."""
+
+
+class Workspaces(Protocol):
+    def switch(self, name: str) -> None:
+        """Go to a workspace."""

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
-from vomstudio.document import catalogue
-from vomstudio.document.records import Typed
 from vomstudio.geology.agreement import Agreement, OrientedPlane, agreement
-from vomstudio.ui.common.number_formatting import degrees, drawn_points
+from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.interpret.measured_planes import measured_planes
 from vomstudio.words import to_translate, tr
 
 _BY = {"name": to_translate("name"), "nearness": to_translate("nearness")}
@@ -84,25 +83,7 @@ class AgreementTable(QWidget):
         features = [
             f for f in self._studio.session.features() if getattr(f, "model_id", "") == model_id
         ]
-        measured = self._studio.measured(f.id for f in features)
-        found = []
-        for feature in features:
-            figures = measured.get(feature.id)
-            if figures is None or figures.plane is None:
-                continue
-            subject = self._studio.subject(feature, figures)
-            points = drawn_points(figures)
-            found.append(
-                OrientedPlane(
-                    feature.name,
-                    feature.type_id if isinstance(feature, Typed) else figures.kind,
-                    figures.plane.normal(),
-                    points.mean(axis=0) if len(points) else None,
-                    catalogue.EXTENT.value(subject),
-                    catalogue.TOTAL.value(subject),
-                )
-            )
-        return found
+        return measured_planes(self._studio, features)
 
 
 def _in_words(found: Agreement) -> str:

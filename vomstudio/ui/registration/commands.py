@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.window_protocols import Docks
+from vomstudio.ui.common.window_protocols import Docks, Workspaces
 from vomstudio.words import tr
-
-
-class Workspaces(Protocol):
-    def switch(self, name: str) -> None: ...
 
 
 def commands(

@@ -42,6 +42,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.registration.agreement_table import AgreementTable
 from vomstudio.ui.registration.histogram import Histogram, counts_of
@@ -100,6 +101,7 @@ class ComparePanel(QWidget):
         self.start.clicked.connect(self._start_or_stop)
         self.export = QPushButton(theme.icon("export"), tr("Export PLY…"))
         self.export.clicked.connect(self._ask_for_file)
+        self.copy = CopyCommandButton(self._copy_command, tr("the command that compares these two"))
         self.said = hint_label()
         self.figures = QLabel()
         self.figures.setObjectName("compare_figures")
@@ -127,6 +129,7 @@ class ComparePanel(QWidget):
         row = QHBoxLayout()
         row.addWidget(self.start)
         row.addWidget(self.export)
+        row.addWidget(self.copy)
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(form)
@@ -233,6 +236,7 @@ class ComparePanel(QWidget):
         self.start.setToolTip(why or "")
         self.export.setEnabled(self.held is not None and not busy)
         self.export.setToolTip("" if self.held is not None else tr("Compare two models first."))
+        self.copy.allow(self._why_not())
         other = self.other.current()
         self.agreement.show_models(
             "" if self._model is None else self._model.id, "" if other is None else other.id
@@ -255,6 +259,23 @@ class ComparePanel(QWidget):
         if self.other.current() is None:
             return tr("Choose the benchmark: another model of the project, or a file.")
         return None
+
+    # --- the command -------------------------------------------------------------------------
+    def _copy_command(self) -> None:
+        model, other = self._model, self.other.current()
+        path = None if model is None else self._studio.project.find_model(model)
+        if model is None or path is None or other is None:
+            return
+        words: list[Word | tuple[str, Word]] = [
+            "compare", path, other.path, ("--project", self._studio.project.folder)
+        ]  # fmt: skip
+        if self.method.currentIndex() == 1:
+            words.append(("--m3c2", self.radius.value()))
+            typed = parse_number(self.error.text()) if self.error.text().strip() else None
+            error = self._error_of(model) if typed is None else typed
+            if error is not None:
+                words.append(("--registration-error", float(error)))
+        copy_command(self._studio, words)
 
     # --- the job -----------------------------------------------------------------------------
     def _start_or_stop(self) -> None:

@@ -39,8 +39,8 @@ from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 
-_PORTION = 500
-"""Drawings that are prepared between one event and the next."""
+_PORTION, _LARGE = 500, 20_000
+"""Drawings, and points of painted pieces, that are prepared between one event and the next."""
 
 
 class ScenePresenter:
@@ -60,6 +60,7 @@ class ScenePresenter:
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(self._model_loaded)
         studio.visibility_changed.connect(self._visibility)
+        studio.hidden_elements_changed.connect(self._hide_elements)
         studio.selection_changed.connect(viewport.features.select)
         studio.preview.connect(self._preview)
         studio.settings_changed.connect(self._settings_changed)
@@ -126,6 +127,9 @@ class ScenePresenter:
         painted = [p.id for p in self._studio.session.of(Painted) if p.model_id == model_id]
         if painted:
             self._draw(painted)
+
+    def _hide_elements(self, model_id: str) -> None:
+        self._models.hide_elements(model_id, self._studio.workspace.elements.hidden(model_id))
 
     # --- display -----------------------------------------------------------------------------
     def _displayed(self, what: str) -> None:
@@ -264,7 +268,13 @@ class ScenePresenter:
                 else:
                     self._model_loaded(id_)
                     self._find_far(id_)
-        self._draw(self._studio.affected(edit))
+        ids, records = self._studio.affected(edit), self._studio.records
+        painted = [r for id_ in ids if (r := get(records, id_, Painted)) is not None]
+        if sum(patch.n for patch in painted) > _LARGE and len(painted) > 1:
+            self._portions.finish()
+            self._portions.begin(self._draw_portions(list(ids)))
+        else:
+            self._draw(ids)
 
     def _settings_changed(self) -> None:
         if self._seen_settings != self._settings():
@@ -286,12 +296,20 @@ class ScenePresenter:
         self._change(self._drawings(list(ids)))
 
     def _draw_portions(self, ids: list[str]) -> Iterator[None]:
-        """Thousands of features are prepared by and by, and drawn together."""
+        """Thousands of features, or large pieces of the surface, are prepared by and by, and drawn
+        together."""
         changes: dict[str, FeatureDrawing | None] = {}
-        for start in range(0, len(ids), _PORTION):
-            if start:
+        records, size = self._studio.records, 0
+        portion: list[str] = []
+        for id_ in ids:
+            patch = get(records, id_, Painted)
+            portion.append(id_)
+            size += 0 if patch is None else patch.n
+            if len(portion) >= _PORTION or size > _LARGE:
+                changes.update(self._drawings(portion))
+                portion, size = [], 0
                 yield
-            changes.update(self._drawings(ids[start : start + _PORTION]))
+        changes.update(self._drawings(portion))
         self._change(changes)
 
     def _drawings(self, ids: list[str]) -> dict[str, FeatureDrawing | None]:
@@ -423,6 +441,9 @@ class ScenePresenter:
                 self._studio.selection.toggle(found)
             elif not event.ctrl:
                 self._studio.selection.set([] if found is None else [found])
+                hit = self._viewport.pick(event.x, event.y) if found is None else None
+                if hit is not None:
+                    self._studio.surface_clicked.emit(hit)
 
 
 def _middle(area: Area) -> npt.NDArray[np.float64]:

@@ -159,7 +159,7 @@ class MainWindow(QMainWindow):
         ]
 
     def _rest_commands(self) -> list[Command]:
-        from vomstudio.ui.analyse import net_commands, ortho_commands
+        from vomstudio.ui.analyse import net_commands, ortho_commands, surface_commands
         from vomstudio.ui.interpret import feature_commands, line_commands, tool_panels
         from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell import compact_commands, help_commands, tour
@@ -172,6 +172,7 @@ class MainWindow(QMainWindow):
             *ortho_commands.commands(studio, view, self.view_panel, self),
             *work_commands(studio, self._dialogs, self.workspaces, self.docks, self),
             *line_commands.commands(studio, self.view_panel, self),
+            *surface_commands.commands(studio, self),
             *(command for some in self._of_tools for command in some),
             *net_commands.commands(
                 studio,
@@ -262,7 +263,7 @@ class MainWindow(QMainWindow):
         add("in_photos", tr("In the photos"), self.in_photos)
         add("jobs", tr("Jobs"), JobsPanel(self.studio.jobs))
         add("messages", tr("Messages"), self.messages)
-        for name, title, make in work_panels():
+        for name, title, make in work_panels(self.view):
             add(name, tr(title), make(self.studio), scrolls=True)
         self.tool_panel.tell_title(self.docks["tool"].setWindowTitle)
 

@@ -24,7 +24,7 @@ MENUS = (
         "new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|", "save",
         "save_as", "compact_project", "take_back_compaction", "|", "import_readings", "|",
         "export_csv", "export_gpkg", "export_shp", "export_dxf", "export_program",
-        "export_net", "|", "quit")),
+        "export_net", "copy_export", "|", "quit")),
     (to_translate("&Edit"), (
         "undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     (to_translate("&View"), (
@@ -43,11 +43,14 @@ MENUS = (
         "open_cameras", "find_photos", "|", "copy_model", "export_model", "remove_model")),
     (to_translate("&Interpret"), (
         "navigate", "+tools", "|", "follow", "finish", "cancel", "continue_trace",
-        "delete_vertex", "|", "+of_tools", "feature_types", "update_surroundings")),
+        "delete_vertex", "|", "+of_tools", "surface_fields", "propose_facets", "|",
+        "feature_types", "update_surroundings")),
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
-        "intersection_of_sets", "|", "propose_sets", "|", "orthophoto", "|", "verdict_profile",
-        "|", "type_on_net", "copy_net", "figure_style", "show_stereonet")),
+         "intersection_of_sets", "extend_plane", "patch_surface", "|", "propose_sets",
+         "count_fractures", "fault_displacement", "|", "orthophoto", "elevation_model", "section",
+         "|", "verdict_profile", "|", "type_on_net", "copy_net", "figure_style", "fit_figure",
+         "copy_fit", "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip

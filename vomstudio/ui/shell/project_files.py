@@ -22,6 +22,7 @@ from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.forms.copied_command import copy_command
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog
 from vomstudio.words import to_translate, tr, tr_n
@@ -59,6 +60,7 @@ class Files(QObject):
         self._parent, self._studio, self._survey = parent, studio, survey
         self._frame_dialog: FrameDialog | None = None
         self._to_ask: list[str] = []
+        self._exported: tuple[str, Path] | None = None
 
     def project_name(self) -> str:
         """Name of the open project for titles; "untitled" where it has none."""
@@ -181,9 +183,25 @@ class Files(QObject):
             made = export_records(self._studio.records, format_, path, force=True,
                                   thresholds=self._studio.settings.thresholds)  # fmt: skip
             files = ", ".join(str(file) for file in made.files)
+            self._exported = format_, path
             self._studio.info(tr("Exported to {files}.", files=files))
 
         self.attempt(write)
+
+    def why_no_export(self) -> str | None:
+        """None where something was exported."""
+        if self._exported is None:
+            return tr("Nothing has been exported yet.")
+        return None
+
+    def copy_export(self) -> None:
+        """Put the command that exports the same on the clipboard."""
+        if self._exported is not None:
+            format_, path = self._exported
+            folder = self._studio.project.folder
+            copy_command(
+                self._studio, ["export", folder, ("--to", format_), ("-o", path), "--force"]
+            )
 
     def export_model(self) -> None:
         """The current model in World coordinates, in any format that can be written, as a job."""

@@ -20,9 +20,15 @@ HOMES: dict[str, Area] = {
     "statistics": "right",
     "sets": "right",
     "slopes": "right",
+    "displacement": "right",
+    "fractures": "bottom",
+    "section": "bottom",
+    "elevation": "bottom",
     "view": "right",
     "display": "right",
     "properties": "right",
+    "fields": "right",
+    "facets": "right",
     "compare": "right",
     "table": "bottom",
     "photos": "bottom",
@@ -122,7 +128,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",), ("tool",)),
-        right=(("stereonet",), ("properties",)),
+        right=(("stereonet",), ("properties", "fields", "facets")),
         bottom=(("table", "in_photos"),),
     ),
     Workspace(
@@ -134,8 +140,11 @@ WORKSPACES: tuple[Workspace, ...] = (
             "features first, or import field measurements."
         ),
         "features",
-        right=(("stereonet",), ("statistics", "sets", "slopes", "properties")),
-        bottom=(("table",),),
+        right=(
+            ("stereonet",),
+            ("statistics", "sets", "slopes", "displacement", "properties"),
+        ),
+        bottom=(("table", "fractures"),),
         shares=(0.205, 0.36, 0.26),
         first_share=0.6,
     ),
@@ -150,6 +159,8 @@ WORKSPACES: tuple[Workspace, ...] = (
         "model",
         left=(("project",),),
         right=(("view",), ("display",)),
+        bottom=(("section", "elevation"),),
+        shares=(0.205, 0.233, 0.36),
     ),
 )
 FIRST = "interpret"

@@ -1,0 +1,176 @@
+"""Facets proposed on the sample, tried on a part, looked at, accepted, rejected, taken back."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from tests import driver
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.geology.orientation import planes_to_normals
+from vomstudio.geometry.patches import has_id
+from vomstudio.paths import resource
+from vomstudio.ui.interpret.facets_panel import FacetsPanel
+
+
+@pytest.fixture
+def panel(window) -> FacetsPanel:
+    window.open_path(resource("sample", "sample.obj"))
+    driver.settled(window)
+    window.actions_table.run("propose_facets")
+    made = window.findChild(FacetsPanel)
+    driver.wait(made.isVisible, "the panel")
+    driver.settled(window)
+    return made
+
+
+def scale(window):
+    return window.viewport.display.scale_of(next(iter(window.studio.models)))
+
+
+def find(window, panel) -> None:
+    driver.click(panel.start, panel.start.rect().center())
+    assert panel.start.text() == "Stop"
+    driver.wait(lambda: panel._facets.found is not None, "the facets", 120.0)
+    driver.wait(lambda: scale(window) is not None, "the colours", 60.0)
+    driver.settled(window)
+
+
+def patches(window) -> list[Patch]:
+    return window.studio.session.of(Patch)
+
+
+def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> None:
+    studio = window.studio
+    before = dict(studio.records)
+    mode = studio.display.mode
+    find(window, panel)
+    assert dict(studio.records) == before
+    said = panel.said.text()
+    assert "facets to decide upon" in panel.summary.text()
+    assert "0 % in accepted ones (30 % recommended)" in said
+    # The most doubtful stand first.
+    rows = [values for (values, _) in panel.table.numbers.rows]
+    assert [row[0] for row in rows] == sorted((row[0] for row in rows), reverse=True)
+    assert len(rows) > 100
+    driver.keep_picture(window, "facets-label")
+    for key in ("dip direction", "error", "exposure"):
+        panel.colours.setCurrentIndex(panel.colours.findData(key))
+        panel.colours.activated.emit(panel.colours.currentIndex())
+        title = "exposure" if key == "exposure" else key.replace("error", "95 % error")
+        driver.wait(lambda t=title: (s := scale(window)) and t in s.title, f"colours of {key}")
+        driver.settled(window)
+        driver.keep_picture(window, f"facets-{key}")
+
+    # The least doubtful one, by its row and the keyboard.
+    panel.table.setFocus()
+    last = panel.table.numbers.rowCount() - 1
+    panel.table.selectRow(last)
+    driver.settled(window)
+    driver.keep_picture(window, "facets-chosen")
+    number = int(panel.table.numbers.rows[last][0][4])
+    plane = panel.table.numbers.rows[last][0][2]
+    QTest.keyClick(panel.table, Qt.Key.Key_Return)
+    (patch,) = patches(window)
+    found = panel._facets.found
+    assert patch.runs == found.patches[number - 1].runs
+    assert "angle 20°" in patch.notes
+    assert "proposed" in patch.notes
+    measured = studio.measured([patch.id])[patch.id]
+    assert measured.verdict.quality == "good"
+    assert plane == f"{measured.plane.dip_direction_deg:03.0f}/{measured.plane.dip_deg:02.0f}"
+    assert number - 1 not in panel._facets.open
+    left = len(panel._facets.open)
+    QTest.keyClick(panel.table, Qt.Key.Key_Delete)
+    assert len(panel._facets.open) == left - 1
+    assert len(patches(window)) == 1
+
+    # All others, as one step that undo takes back.
+    left -= 1
+    driver.click(panel.accept_all, panel.accept_all.rect().center())
+    assert len(patches(window)) == left + 1
+    assert not panel._facets.open
+    assert not panel.accept_all.isEnabled()
+    assert "There is no facet" in panel.accept_all.toolTip()
+    studio.undo()
+    assert len(patches(window)) == 1
+    studio.redo()
+    assert len(patches(window)) == left + 1
+    driver.click(panel.reject_all, panel.reject_all.rect().center())
+    assert panel._facets.found is None
+    assert studio.display.mode == mode
+    driver.wait(lambda: scale(window) is None, "the photo texture")
+
+
+def test_a_click_on_the_outcrop_chooses_its_facet(window, panel) -> None:
+    find(window, panel)
+    found = panel._facets.found
+    # The largest, where its middle lies on it.
+    model = driver.model(window)
+    for row, patch in enumerate(found.patches):
+        opened = window.studio.models[model.id]
+        vertices = np.flatnonzero(found.label == row)
+        place = opened.data.vertices[vertices].mean(axis=0)
+        at = driver.pixel(window, place)
+        hit = window.viewport.pick(at.x(), at.y())
+        if hit is not None and has_id(patch.runs, hit.index):
+            driver.click(window.viewport, at)
+            break
+    driver.wait(lambda: panel._rows() == [row], "the row")
+    assert panel.accept.isEnabled()
+
+
+def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
+    driver.click(panel.live, panel.live.rect().center())
+    driver.wait(lambda: panel._facets.found is not None, "facets of the part", 60.0)
+    first = panel._facets.found
+    assert not first.whole
+    assert "part of the model" in panel.said.text()
+    panel.angle.setFocus()
+    panel.angle.selectAll()
+    QTest.keyClicks(panel.angle, "8")
+    QTest.keyClick(panel.angle, Qt.Key.Key_Return)
+    driver.wait(
+        lambda: panel._facets.found is not first and not panel._facets.waiting, "other facets", 60.0
+    )
+    assert panel._facets.found.limits.angle_deg == 8.0
+    driver.settled(window)
+    driver.keep_picture(window, "facets-part")
+    # A threshold that nothing meets is no fault.
+    panel.area.setValue(5000.0)
+    driver.wait(lambda: panel._facets.found.told.count == 0, "no facets", 60.0)
+    assert "No facet was found" in panel.said.text()
+    assert not panel.accept_all.isEnabled()
+
+
+def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
+    before = dict(window.studio.records)
+    driver.click(panel.start, panel.start.rect().center())
+    driver.click(panel.start, panel.start.rect().center())
+    assert panel.start.text() == "Find on all"
+    assert "Nothing was changed" in panel.said.text()
+    assert dict(window.studio.records) == before
+    # And it can be asked again.
+    find(window, panel)
+
+
+def test_the_planes_of_the_sample_are_among_its_facets(window, panel) -> None:
+    """Whose attitudes are known, since it was made of them."""
+    with resource("sample", "truth.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(line for line in stream if not line.startswith("#")))
+    find(window, panel)
+    found = panel._facets.found
+    normals = np.array([m.plane.normal() for m in found.measured])
+    area = np.array([m.area_m2 for m in found.measured])
+    joints = [row for row in rows if row["kind"] == "joint"]
+    assert joints
+    for row in joints:
+        wanted = planes_to_normals(
+            np.array([float(row["dip_direction_deg"])]), np.array([float(row["dip_deg"])])
+        )[0]
+        angle = np.degrees(np.arccos(np.minimum(np.abs(normals @ wanted), 1.0)))
+        assert area[angle < 2.0].sum() > 1.0, row

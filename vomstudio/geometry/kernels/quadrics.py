@@ -1,0 +1,130 @@
+"""Compiled fits of curved surfaces to the points near a place, which stand sorted by the cells of a
+grid."""
+
+from __future__ import annotations
+
+import math
+
+from vomstudio.geometry.kernels.cells import cell_of, first_not_below, slot_of
+from vomstudio.geometry.kernels.jit import kernel, part
+
+_FEWEST = 10
+"""Points for the six coefficients of a quadric, so that noise is averaged at all."""
+
+
+@part
+def _solved(rows):  # type: ignore[no-untyped-def]
+    """Gaussian elimination with pivots of rows (6, 7), in place; whether there is a solution, which
+    then stands in the last column."""
+    for k in range(6):
+        best = k
+        for i in range(k + 1, 6):
+            if abs(rows[i, k]) > abs(rows[best, k]):
+                best = i
+        if abs(rows[best, k]) < 1e-9:
+            return False
+        if best != k:
+            for j in range(k, 7):
+                rows[k, j], rows[best, j] = rows[best, j], rows[k, j]
+        for i in range(k + 1, 6):
+            share = rows[i, k] / rows[k, k]
+            for j in range(k, 7):
+                rows[i, j] -= share * rows[k, j]
+    for k in range(5, -1, -1):
+        left = rows[k, 6]
+        for j in range(k + 1, 6):
+            left -= rows[k, j] * rows[j, 6]
+        rows[k, 6] = left / rows[k, k]
+    return True
+
+
+@part
+def _across(x, y, z):  # type: ignore[no-untyped-def]
+    """Two directions across a unit normal (Duff et al. 2017, JCGT 6(1), 1)."""
+    side = math.copysign(1.0, z)
+    a = -1.0 / (side + z)
+    b = x * y * a
+    return 1.0 + side * x * x * a, side * b, -side * x, b, side + y * y * a, -y
+
+
+@kernel(
+    "void(f8[:,::1], i4[::1], i8[::1], i8[:,::1], f8, i8, i8, i8, f8[:,::1], f8[:,::1], f8,"
+    "f8[:,::1], f8[::1])"
+)
+def curvatures_near(  # type: ignore[no-untyped-def]
+    points, cells, names, ends, size, nx, ny, nz, places, normals, radius, rows, found
+):
+    """Mean curvature at each place of the quadric that is fitted, as a height along the unit normal
+    there, to the points in a ball around it (Goldman 2005, Computer Aided Geometric Design 22,
+    632); positive where the surface bends away from the normal, as on a ball whose normals point
+    out. Points and places are relative to the grid's corner; rows : (6, 7) to work in; found : NaN
+    where it stays unknown."""
+    limit = radius * radius
+    for row in range(len(places)):
+        x, y, z = places[row, 0], places[row, 1], places[row, 2]
+        ax, ay, az = normals[row, 0], normals[row, 1], normals[row, 2]
+        if not math.isfinite(x + y + z + ax + ay + az):
+            continue
+        ux, uy, uz, vx, vy, vz = _across(ax, ay, az)
+        i0, i1 = cell_of(x - radius, size, nx), cell_of(x + radius, size, nx)
+        j0, j1 = cell_of(y - radius, size, ny), cell_of(y + radius, size, ny)
+        k0, k1 = cell_of(z - radius, size, nz), cell_of(z + radius, size, nz)
+        for i in range(6):
+            for j in range(7):
+                rows[i, j] = 0.0
+        n = 0
+        for k in range(k0, k1 + 1):
+            for j in range(j0, j1 + 1):
+                slot = slot_of(names, j + ny * k)
+                if names[slot] == -1:
+                    continue
+                stop = ends[slot, 1]
+                at = first_not_below(cells, i0, ends[slot, 0], stop)
+                while at < stop and cells[at] <= i1:
+                    dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
+                    at += 1
+                    if dx * dx + dy * dy + dz * dz > limit:
+                        continue
+                    n += 1
+                    u = (dx * ux + dy * uy + dz * uz) / radius
+                    v = (dx * vx + dy * vy + dz * vz) / radius
+                    h = (dx * ax + dy * ay + dz * az) / radius
+                    uu, uv, vv = u * u, u * v, v * v
+                    rows[0, 0] += 1.0
+                    rows[0, 1] += u
+                    rows[0, 2] += v
+                    rows[0, 3] += uu
+                    rows[0, 4] += uv
+                    rows[0, 5] += vv
+                    rows[0, 6] += h
+                    rows[1, 3] += u * uu
+                    rows[1, 4] += u * uv
+                    rows[1, 5] += u * vv
+                    rows[1, 6] += u * h
+                    rows[2, 5] += v * vv
+                    rows[2, 6] += v * h
+                    rows[3, 3] += uu * uu
+                    rows[3, 4] += uu * uv
+                    rows[3, 5] += uu * vv
+                    rows[3, 6] += uu * h
+                    rows[4, 5] += uv * vv
+                    rows[4, 6] += uv * h
+                    rows[5, 5] += vv * vv
+                    rows[5, 6] += vv * h
+        if n < _FEWEST:
+            continue
+        # The other products are the same sums.
+        rows[1, 1], rows[1, 2], rows[2, 2] = rows[0, 3], rows[0, 4], rows[0, 5]
+        rows[2, 3], rows[2, 4], rows[4, 4] = rows[1, 4], rows[1, 5], rows[3, 5]
+        for i in range(6):
+            for j in range(i, 7):
+                rows[i, j] /= n
+            for j in range(i):
+                rows[i, j] = rows[j, i]
+        if not _solved(rows):
+            continue
+        fu, fv = rows[1, 6], rows[2, 6]
+        fuu, fuv, fvv = 2.0 * rows[3, 6], rows[4, 6], 2.0 * rows[5, 6]
+        g = 1.0 + fu * fu + fv * fv
+        bend = (1.0 + fv * fv) * fuu - 2.0 * fu * fv * fuv + (1.0 + fu * fu) * fvv
+        found[row] = -bend / (2.0 * g * math.sqrt(g) * radius)

@@ -1,0 +1,216 @@
+"""Jobs on the surface of one model: its fields and its facets."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.jobs.job import Job, Lane
+from vomstudio.jobs.registration_tasks import StandingModel, in_world
+from vomstudio.progress import Progress
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from vomstudio.extraction.facets import Facets
+    from vomstudio.extraction.parts import Part
+
+    Arrays = dict[str, npt.NDArray[np.generic]]
+
+
+@dataclass(frozen=True)
+class FieldsOrder:
+    """key : names the model as it stands, so that what `out` holds already need not be made again;
+    out : the file for the fields"""
+
+    model: StandingModel
+    radius_m: float
+    key: str
+    out: Path
+
+
+@dataclass(frozen=True)
+class ComputedFields:
+    """out : float32 arrays of all points of the model, by the keys of
+    `extraction.surface_fields.KINDS`; typical_count : points within the radius"""
+
+    out: Path
+    typical_count: int
+    warnings: tuple[str, ...]
+
+
+def _compute(asked: FieldsOrder, progress: Progress) -> ComputedFields:
+    import numpy as np
+
+    from vomstudio.extraction.surface_fields import KINDS, surface_fields
+
+    mark = f"{asked.key} {asked.radius_m!r}"
+    kept = _kept(asked.out, mark)
+    if kept is not None:
+        return kept
+    found = surface_fields(in_world(asked.model, progress), asked.radius_m, progress)
+    arrays: dict[str, Any] = {key: found.values[key] for key in KINDS}
+    arrays |= {
+        "mark": np.array(mark),
+        "count": np.array(found.typical_count),
+        "said": np.array(found.warnings, np.str_),
+    }
+    asked.out.parent.mkdir(parents=True, exist_ok=True)
+    part = asked.out.with_name(f"{asked.out.stem}.part.npz")
+    np.savez(part, **arrays)
+    os.replace(part, asked.out)
+    return ComputedFields(asked.out, found.typical_count, found.warnings)
+
+
+def _kept(out: Path, mark: str) -> ComputedFields | None:
+    """What was made of this model with this radius before."""
+    import zipfile
+
+    import numpy as np
+
+    from vomstudio.extraction.surface_fields import KINDS
+
+    try:
+        with np.load(out) as arrays:
+            if str(arrays["mark"]) != mark or not set(KINDS) <= set(arrays.files):
+                return None
+            said = tuple(str(each) for each in arrays["said"])
+            return ComputedFields(out, int(arrays["count"]), said)
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+
+
+COMPUTE_FIELDS = Job("compute_fields", Lane.PRODUCTS, FieldsOrder, ComputedFields, _compute)
+
+
+@dataclass(frozen=True)
+class Sight:
+    """From where to where somebody looks, World; `points` of the surface there are looked at."""
+
+    eye: tuple[float, float, float]
+    toward: tuple[float, float, float]
+    points: int
+
+
+@dataclass(frozen=True)
+class FacetsOrder:
+    """The limits are those of `extraction.facets.Limits`; part : None for all of the model; out :
+    the file for the facets"""
+
+    model: StandingModel
+    angle_deg: float
+    max_distance_m: float | None
+    min_points: int | None
+    min_area_m2: float | None
+    min_coplanarity: float | None
+    part: Sight | None
+    out: Path
+
+
+@dataclass(frozen=True)
+class FoundFacets:
+    """out : the arrays of `_facet_arrays`; element : of what facets are made; reach_m : the
+    distance that was allowed (median); the shares are those of `extraction.exposure.Exposure`"""
+
+    count: int
+    element: str
+    reach_m: float
+    min_points: int
+    near_planar_share: float | None
+    coverage: float | None
+    exposed_m2: float
+    vegetation_share: float
+    debris_share: float
+    warnings: tuple[str, ...]
+    out: Path
+
+
+def _find(asked: FacetsOrder, progress: Progress) -> FoundFacets:
+    import numpy as np
+
+    from vomstudio.extraction.facets import Limits, find_facets
+    from vomstudio.extraction.parts import Part, part_in_view
+    from vomstudio.geometry.mesh import Mesh
+
+    limits = Limits(
+        asked.angle_deg, asked.max_distance_m, asked.min_points, asked.min_area_m2,
+        asked.min_coplanarity,
+    )  # fmt: skip
+    data = in_world(asked.model, progress)
+    mesh = isinstance(data, Mesh)
+    count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
+    part = Part(data, np.arange(count), np.arange(len(data.faces) if mesh else 0))  # type: ignore[union-attr]
+    if asked.part is not None:
+        part = part_in_view(data, asked.part.eye, asked.part.toward, asked.part.points)
+    found = find_facets(part.data, limits, progress=progress)
+    asked.out.parent.mkdir(parents=True, exist_ok=True)
+    arrays: dict[str, Any] = _facet_arrays(found, part, count, asked.model.to_world)
+    np.savez(asked.out, **arrays)
+    seen = found.exposure
+    return FoundFacets(
+        len(found.facets), found.of, found.reach, found.min_points, seen.near_planar_share,
+        seen.coverage, seen.exposed_m2, seen.vegetation_share, seen.debris_share,
+        found.warnings, asked.out,
+    )  # fmt: skip
+
+
+def _facet_arrays(found: Facets, part: Part, count: int, to_world: Any) -> Arrays:
+    """label, covers : (points,) int32 of all of the model, -1 for none. Of each of f facets, in the
+    frame of the file: n, n_effective, mean (f, 3), scatter (f, 3, 3), area, resolution; its faces
+    or points rows[row_cuts[i]:row_cuts[i + 1]], its outline in the same way; exposed_m2 : in World.
+    """
+    import numpy as np
+
+    from vomstudio.geometry import transform
+    from vomstudio.geometry.patches import outline
+
+    back = transform.invert(transform.matrix(to_world))
+    turn, scale = back[:3, :3], transform.scale_of(to_world)
+    of_elements = part.points if found.of == "point" else part.faces
+    label, covers = np.full((2, count), -1, np.int32)
+    label[part.points], covers[part.points] = found.labels, found.covers
+    facets, rings = found.facets, []
+    for facet in facets:
+        ring = outline(_corners(part, found.of, facet.rows), facet.fit.normal)
+        rings.append(transform.apply(back, np.array(ring).reshape(-1, 3)))
+    rows = [np.sort(of_elements[facet.rows]) for facet in facets]
+    known = [facet.moments for facet in facets]
+    mean = np.array([m.mean for m in known]).reshape(-1, 3)
+    scatter = np.array([m.scatter for m in known]).reshape(-1, 3, 3)
+    return {
+        "label": label,
+        "covers": covers,
+        "n": np.array([m.n for m in known], np.int64),
+        "n_effective": np.array([m.n_effective for m in known]),
+        "mean": transform.apply(back, mean),
+        "scatter": turn @ scatter @ turn.T,
+        "area": np.array([facet.area for facet in facets]) / scale**2,
+        "resolution": np.array([facet.resolution for facet in facets]) / scale,
+        "exposed_m2": found.exposure.by_facet_m2,
+        "rows": np.concatenate([*rows, np.zeros(0, np.int64)]),
+        "row_cuts": np.cumsum([0, *map(len, rows)]),
+        "outline": np.concatenate([*rings, np.zeros((0, 3))]),
+        "outline_cuts": np.cumsum([0, *map(len, rings)]),
+    }
+
+
+def _corners(part: Part, element: str, rows: Any) -> npt.NDArray[np.float64]:
+    """(k, 3) points of some faces or points, each once."""
+    import numpy as np
+
+    from vomstudio.geometry.mesh import Mesh
+
+    data = part.data
+    if isinstance(data, Mesh):
+        if element == "face":
+            rows = np.unique(data.faces[rows])
+        return np.asarray(data.vertices[rows], np.float64)
+    return np.asarray(data.points[rows], np.float64)
+
+
+FIND_FACETS = Job("find_facets", Lane.PRODUCTS, FacetsOrder, FoundFacets, _find)
+
+JOBS = (COMPUTE_FIELDS, FIND_FACETS)

@@ -1,0 +1,69 @@
+"""A wheel of the colours of dip directions, North up as on the net."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QConicalGradient, QPainter, QPaintEvent, QPalette, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from vomstudio.words import to_translate, tr
+
+_LETTERS = (to_translate("N"), to_translate("E"), to_translate("S"), to_translate("W"))
+_SIDE = 104
+_STOPS = 36
+
+
+class DirectionWheel(QWidget):
+    """palette : the name of the colours, one of matplotlib's maps that close in a circle"""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.map_name = ""
+        self.letters = True
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.setAccessibleName(tr("Colours of dip directions"))
+
+    def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
+        return QSize(_SIDE, _SIDE)
+
+    def show_map(self, name: str, *, north_known: bool) -> None:
+        """The letters of the compass stand beside it where the model's north is known."""
+        self.map_name, self.letters = name, north_known
+        self.update()
+
+    def color_at(self, azimuth_deg: float) -> QColor:
+        """Of a dip direction."""
+        table = _table(self.map_name)
+        return QColor(*table[int(azimuth_deg % 360.0 / 360.0 * len(table)) % len(table)])
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
+        if not self.map_name:
+            return
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        text = self.palette().color(QPalette.ColorRole.WindowText)
+        middle, radius = QPointF(_SIDE / 2.0, _SIDE / 2.0), _SIDE / 2.0 - 16.0
+        # Qt counts angles against the clock from the right.
+        ring = QConicalGradient(middle, 90.0)
+        for k in range(_STOPS + 1):
+            ring.setColorAt(k / _STOPS, self.color_at(-360.0 * k / _STOPS))
+        painter.setPen(QPen(text, 1.0))
+        painter.setBrush(ring)
+        painter.drawEllipse(middle, radius, radius)
+        painter.setBrush(self.palette().brush(QPalette.ColorRole.Window))
+        painter.drawEllipse(middle, 0.5 * radius, 0.5 * radius)
+        for k, letter in enumerate(_LETTERS):
+            x, y = ((0, -1), (1, 0), (0, 1), (-1, 0))[k]
+            centre = middle + QPointF(x, y) * (radius + 9.0)
+            box = QRectF(centre.x() - 14.0, centre.y() - 8.0, 28.0, 16.0)
+            said = tr(letter) if self.letters else f"{90 * k}"
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, said)
+
+
+@lru_cache(maxsize=4)
+def _table(name: str) -> list[tuple[int, int, int]]:
+    from vomstudio.rendering.view.scalars import map_table
+
+    return [(int(r), int(g), int(b)) for r, g, b in map_table(name)]

@@ -1,0 +1,491 @@
+"""The dock of facets: near-planar pieces of the outcrop, proposed, accepted or rejected."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer
+from PySide6.QtGui import QHideEvent, QKeyEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QCheckBox,
+    QDoubleSpinBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QSpinBox,
+    QWidget,
+)
+
+from vomstudio.document import catalogue
+from vomstudio.document.records import Model
+from vomstudio.geology.agreement_both_ways import agreement_both_ways
+from vomstudio.geometry.patches import has_id
+from vomstudio.jobs.surface_tasks import Sight
+from vomstudio.tools.interaction_types import Hit, Preview
+from vomstudio.tools.painted_area import area_of
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.command_targets import current_model
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.number_formatting import degrees
+from vomstudio.ui.common.number_table import Column, NumberTable
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.type_box import TypeBox
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.window_protocols import Docks, Workspaces
+from vomstudio.ui.interpret.facet_words import (
+    agreement_in_words,
+    share_in_words,
+    summary_in_words,
+)
+from vomstudio.ui.interpret.measured_planes import measured_planes, planes_of
+from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.words import to_translate, tr
+from vomstudio.workspace.facet_proposals import PART_POINTS, FacetLimits, Proposals
+
+_LIVE_MS = 350
+_LEAST_HEIGHT = 130
+_LEAST_WIDTH = 64
+_DOUBT = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
+_VERDICTS = {
+    "good": to_translate("good"),
+    "doubtful": to_translate("doubtful"),
+    "poor": to_translate("poor"),
+}
+_COLOURS = {
+    "label": to_translate("Colours by facet"),
+    "dip direction": to_translate("Colours by dip direction"),
+    "error": to_translate("Colours by 95 % error"),
+    "exposure": to_translate("Colours by exposure"),
+}
+
+
+def command(studio: Studio, workspaces: Workspaces, docks: Docks) -> Command:
+    def show() -> None:
+        workspaces.switch("interpret")
+        docks.bring_forward("facets")
+
+    def no_model() -> str | None:
+        return None if studio.models else tr("Open a model first.")
+
+    return Command(
+        "propose_facets", tr("Propose fa&cets…"), show, "vector-polygon", (),
+        tr("Find near-planar pieces of the outcrop, look at them, and accept or reject each."),
+        no_model,
+    )  # fmt: skip
+
+
+class FacetsPanel(QWidget):
+    """Asks `workspace.facet_proposals`; nothing is changed before something is accepted."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        explain(self, "conventions.md#facets-proposed")
+        self._studio, self._facets = studio, studio.facets
+        self._model: Model | None = None
+        self._filled: tuple[Proposals | None, int] = (None, 0)
+        self._live = QTimer(self)
+        self._live.setSingleShot(True)
+        self._live.setInterval(_LIVE_MS)
+        self._live.timeout.connect(self._try_part)
+        self._make_limits()
+        self._make_list()
+        self._arrange()
+        for signal in (studio.project_opened, studio.model_loaded, studio.selection_changed):
+            signal.connect(self._refresh)
+        studio.edited.connect(self._refresh)
+        studio.jobs_changed.connect(self._show_progress)
+        studio.surface_clicked.connect(self._clicked)
+        self._facets.changed.connect(self._changed)
+        self._refresh()
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_limits(self) -> None:
+        self.title = hint_label()
+        self.angle = _spin("facet_angle", 1.0, 89.0, 20.0, "°", 0)
+        self.angle.setToolTip(tr("By which the surface may be off a facet's plane."))
+        self.distance = _spin("facet_distance", 0.0, 1000.0, 0.0, " m", 3)
+        self.distance.setSpecialValueText(tr("auto"))
+        self.distance.setToolTip(
+            tr(
+                "From a facet's plane; where it is left to the program, the local spacing or three "
+                "times the local noise."
+            )
+        )
+        self.points = QSpinBox()
+        self.points.setObjectName("facet_points")
+        self.points.setRange(0, 10_000_000)
+        self.points.setSingleStep(10)
+        self.points.setKeyboardTracking(False)
+        self.points.setSpecialValueText(tr("auto"))
+        self.points.setToolTip(tr("Of a facet: 50, or on a mesh one hundredth of its area."))
+        self.area = _spin("facet_area", 0.0, 1e6, 0.0, " m²", 3)
+        self.area.setSpecialValueText(tr("any"))
+        self.area.setToolTip(tr("The smallest facet."))
+        self.coplanarity = _spin("facet_coplanarity", 0.0, 1e6, 0.0, "", 0)
+        self.coplanarity.setSpecialValueText(tr("auto"))
+        self.coplanarity.setToolTip(
+            tr(
+                "The least of one over the smallest normalised eigenvalue; that of the profile of "
+                "verdicts where it is left to the program."
+            )
+        )
+        for box in (self.angle, self.distance, self.points, self.area, self.coplanarity):
+            box.valueChanged.connect(self._limits_changed)
+        self.live = QCheckBox(tr("Try on the part in view"))
+        self.live.setObjectName("facet_live")
+        self.live.setToolTip(
+            tr("Every change of a threshold is shown on a part in the middle of the view.")
+        )
+        self.live.clicked.connect(lambda on: self._live.start() if on else None)
+        self.start = QPushButton(theme.icon("vector-polygon"), tr("Find on all"))
+        self.start.setObjectName("facet_start")
+        self.start.clicked.connect(lambda _: self._start_or_stop())
+        self.progress = QProgressBar()
+        self.summary, self.said = hint_label(), hint_label()
+        self.said.setObjectName("facet_said")
+
+    def _make_list(self) -> None:
+        self.colours = ComboBox()
+        self.colours.setObjectName("facet_colours")
+        for key, text in _COLOURS.items():
+            self.colours.addItem(tr(text), key)
+        self.colours.keep_narrow()
+        self.colours.activated.connect(lambda _: self._paint())
+        self.type = TypeBox(self._studio)
+        self.type.setObjectName("facet_type")
+        self.type.setToolTip(tr("Of what is accepted."))
+        self.table = NumberTable(
+            (
+                Column(tr("Doubt"), _verdict_text, tr("The most doubtful facets come first."),
+                       number=False),
+                Column(tr("95 %"), degrees, tr("How far the plane may be off, with 95 %.")),
+                Column(tr("Plane"), str, tr("Dip direction and dip."), number=False),
+                Column(tr("m²"), lambda v: f"{v:.2g}", tr("Area.")),
+                Column("#", lambda v: f"{v}", tr("1 is the largest.")),
+            ),
+            0,
+            descending=True,
+        )  # fmt: skip
+        self.table.setObjectName("facet_table")
+        self.table.setAccessibleName(tr("Proposed facets"))
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.table.setMinimumHeight(_LEAST_HEIGHT)
+        self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
+        self.table.selectionModel().selectionChanged.connect(lambda *_: self._chosen())
+        self.table.installEventFilter(self)
+        self.accept = QPushButton(theme.icon("check"), tr("Accept"))
+        self.accept.clicked.connect(lambda _: self._accept(self._rows()))
+        self.reject = QPushButton(theme.icon("close"), tr("Reject"))
+        self.reject.clicked.connect(lambda _: self._reject(self._rows()))
+        self.accept_all = QPushButton(tr("All"))
+        self.accept_all.setIcon(theme.icon("check-all"))
+        self.accept_all.setAccessibleName(tr("Accept all"))
+        self.accept_all.clicked.connect(lambda _: self._accept(sorted(self._facets.open)))
+        self.reject_all = QPushButton(tr("All"))
+        self.reject_all.setIcon(theme.icon("close-box-multiple-outline"))
+        self.reject_all.setAccessibleName(tr("Reject all"))
+        self.reject_all.clicked.connect(lambda _: self._facets.drop())
+
+    def _arrange(self) -> None:
+        limits = QGridLayout()
+        limits.setContentsMargins(0, 0, 0, 0)
+        limits.setSpacing(3)
+        for k, (text, box) in enumerate(
+            (
+                (tr("Angle"), self.angle),
+                (tr("Distance"), self.distance),
+                (tr("Points"), self.points),
+                (tr("Area"), self.area),
+                (tr("Coplanarity"), self.coplanarity),
+            )
+        ):
+            box.setMinimumWidth(_LEAST_WIDTH)
+            box.setAccessibleName(text)
+            limits.addWidget(QLabel(text), k // 2, 2 * (k % 2))
+            limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
+        limits.setColumnStretch(1, 1)
+        limits.setColumnStretch(3, 1)
+        limits.addWidget(self.start, 2, 2, 1, 2)
+        self._choose = _row(self.colours, QLabel(tr("as")), self.type)
+        self._decide = _row(self.accept, self.reject, self.accept_all, self.reject_all)
+        column = narrow_column(self)
+        column.addWidget(self.title)
+        column.addLayout(limits)
+        column.addWidget(self.live)
+        column.addWidget(self.progress)
+        column.addWidget(self.summary)
+        column.addWidget(self._decide)
+        column.addWidget(self.table, 1)
+        column.addWidget(self._choose)
+        column.addWidget(self.said)
+        column.addStretch()
+
+    # --- what is there -----------------------------------------------------------------------
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        super().showEvent(event)
+        self._refresh()
+        self._show_found()
+
+    def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802
+        super().hideEvent(event)
+        self._studio.preview.emit(None)
+
+    def _refresh(self, *_: object) -> None:
+        if not self.isVisible():
+            return
+        studio = self._studio
+        self._model = current_model(studio) if studio.has_project else None
+        self.title.setText(
+            tr("Open an outcrop model first.")
+            if self._model is None
+            else tr("On {model}", model=self._model.name)
+        )
+        self._show_progress()
+        self._refresh_buttons()
+
+    def _changed(self) -> None:
+        """Something was found, decided, or given up."""
+        self._refresh()
+        self._show_found()
+
+    def _why_not(self) -> str | None:
+        if self._model is None:
+            return tr("Open an outcrop model first.")
+        return self._studio.fields.why_not(self._model.id)
+
+    def _refresh_buttons(self) -> None:
+        busy = self._facets.waiting
+        why = None if busy else self._why_not()
+        self.start.setText(tr("Stop") if busy else tr("Find on all"))
+        self.start.setEnabled(why is None)
+        self.start.setToolTip(why or "")
+        found, chosen = self._facets.found, self._rows()
+        none_chosen = tr("Choose facets in the list first.")
+        for button, on, tip, reason in (
+            (self.accept, bool(chosen),
+             tr("Make what is chosen in the list patches (Enter); undo takes it back."),
+             none_chosen),
+            (self.reject, bool(chosen), tr("Leave out what is chosen in the list (Delete)."),
+             none_chosen),
+            (self.accept_all, bool(self._facets.open),
+             tr("Make all facets patches, as one step; undo takes it back."),
+             tr("There is no facet to accept.")),
+            (self.reject_all, found is not None, tr("Forget all facets; nothing is changed."),
+             tr("There is nothing to reject.")),
+        ):  # fmt: skip
+            button.setEnabled(on)
+            button.setToolTip(tip if on else reason)
+        if found is not None and not found.whole:
+            self.accept_all.setToolTip(tr("Make all facets of the part in view patches."))
+
+    def _show_progress(self) -> None:
+        job = self._facets.running
+        self.progress.setVisible(job is not None)
+        if job is None or not self.isVisible():
+            return
+        self.progress.setRange(0, job.total or 0)
+        self.progress.setValue(job.done)
+        self.progress.setFormat(job.stage)
+
+    # --- looking -----------------------------------------------------------------------------
+    def _limits(self) -> FacetLimits:
+        return FacetLimits(
+            self.angle.value(),
+            self.distance.value() or None,
+            self.points.value() or None,
+            self.area.value() or None,
+            self.coplanarity.value() or None,
+        )
+
+    def _limits_changed(self, *_: object) -> None:
+        if self.live.isChecked():
+            self._live.start()
+
+    def _try_part(self) -> None:
+        model, sight = self._model, _sight(self._studio)
+        if model is not None and self._why_not() is None and sight is not None:
+            self._facets.find(model.id, self._limits(), sight)
+
+    def _start_or_stop(self) -> None:
+        if self._facets.waiting:
+            self._facets.stop()
+        elif self._model is not None:
+            self._facets.find(self._model.id, self._limits(), None)
+
+    # --- what was found ----------------------------------------------------------------------
+    def _show_found(self) -> None:
+        found, facets = self._facets.found, self._facets
+        for part in (self.table, self._decide, self._choose, self.summary):
+            part.setVisible(found is not None)
+        if not self.isVisible():
+            return
+        state = (found, len(facets.open))
+        if state != self._filled:
+            self._filled = state
+            self._fill(found)
+            if found is not None:
+                self._paint()
+        if found is not None:
+            self.summary.setText(summary_in_words(found, facets.open, facets.accepted))
+        self.said.setText(self._in_words(found))
+        self._refresh_buttons()
+
+    def _fill(self, found: Proposals | None) -> None:
+        from vomstudio.geology.notation import format_plane
+
+        notation = self._studio.settings.notation
+        rows = []
+        for row in sorted(self._facets.open) if found is not None else ():
+            assert found is not None
+            measured = found.measured[row]
+            if measured.plane is None or measured.verdict is None:
+                continue
+            verdict = measured.verdict.quality
+            error = catalogue.TOTAL.value(self._studio.subject(found.patches[row], measured))
+            doubt = (_DOUBT[verdict], 90.0 if error is None else error)
+            plane = format_plane(measured.plane, notation, 0, bare=True)
+            area = measured.area_m2
+            if area is None:
+                area = found.exposed_area_of(row)
+            why = " ".join(measured.verdict.reasons) if verdict != "good" else ""
+            rows.append(((doubt, error, plane, area, row + 1), why))
+        self.table.fill(rows)
+
+    def _paint(self) -> None:
+        by = str(self.colours.currentData())
+        self._facets.paint(by, "hsv" if by == "dip direction" else None)
+
+    def _in_words(self, found: Proposals | None) -> str:
+        if found is None or self._facets.said:
+            return self._facets.said
+        studio = self._studio
+        lines = [share_in_words(found, self._facets.open, self._facets.accepted)]
+        lines += found.told.warnings
+        same = {patch.runs for patch in found.patches}
+        picks = [
+            f
+            for f in studio.session.features()
+            if getattr(f, "model_id", "") == found.model_id and getattr(f, "runs", None) not in same
+        ]
+        chosen = [(found.patches[i], found.measured[i]) for i in sorted(self._facets.open)]
+        held = agreement_both_ways(measured_planes(studio, picks), planes_of(studio, chosen))
+        if held.picked:
+            lines.append(agreement_in_words(held))
+        return "\n".join(line for line in lines if line)
+
+    # --- deciding ----------------------------------------------------------------------------
+    def _rows(self) -> list[int]:
+        """Places among what was found, of the rows that are chosen in the list."""
+        numbers = self.table.numbers.rows
+        chosen = self.table.selectionModel().selectedRows()
+        return [int(numbers[index.row()][0][4]) - 1 for index in chosen]
+
+    def _chosen(self) -> None:
+        """The facet that was chosen last stands out on the outcrop."""
+        self._refresh_buttons()
+        found, index = self._facets.found, self.table.currentIndex()
+        opened = None if found is None else self._studio.models.get(found.model_id)
+        model = None if found is None else self._studio.records.get(found.model_id)
+        area = None
+        if index.isValid() and found is not None and opened and isinstance(model, Model):
+            row = int(self.table.numbers.rows[index.row()][0][4]) - 1
+            area = area_of(found.patches[row], model, opened.surface)
+        self._studio.preview.emit(
+            None if area is None else Preview(np.zeros((0, 3)), color=(1.0, 1.0, 1.0), area=area)
+        )
+
+    def _clicked(self, hit: Hit) -> None:
+        """On the outcrop: the facet there is chosen in the list."""
+        found = self._facets.found
+        if found is None or not self.isVisible() or hit.model_id != found.model_id:
+            return
+        there = [r for r in self._facets.open if has_id(found.patches[r].runs, hit.index)]
+        if there:
+            self.table.choose(lambda values: bool(values[4] == there[0] + 1))
+        else:
+            self.table.clearSelection()
+
+    def _accept(self, rows: list[int]) -> None:
+        at = self.table.currentIndex().row()
+        if self._facets.accept(rows, str(self.type.currentData())):
+            self._go_on(at)
+
+    def _reject(self, rows: list[int]) -> None:
+        at = self.table.currentIndex().row()
+        self._facets.reject(rows)
+        self._go_on(at)
+
+    def _go_on(self, row: int) -> None:
+        """To the one that has come to stand in that row."""
+        count = self.table.numbers.rowCount()
+        if count and row >= 0:
+            self.table.selectRow(min(row, count - 1))
+        else:
+            self._studio.preview.emit(None)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        """Enter accepts what is chosen in the list, Delete rejects it."""
+        if watched is self.table and isinstance(event, QKeyEvent):
+            if event.type() == QEvent.Type.ShortcutOverride and event.key() in _KEYS:
+                event.accept()
+                return True
+            if event.type() == QEvent.Type.KeyPress and event.key() in _KEYS:
+                decide = self._reject if event.key() == Qt.Key.Key_Delete else self._accept
+                decide(self._rows())
+                return True
+        return super().eventFilter(watched, event)
+
+
+_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Delete)
+
+
+def _row(*widgets: QWidget) -> QWidget:
+    row = QWidget()
+    line = QHBoxLayout(row)
+    line.setContentsMargins(0, 0, 0, 0)
+    line.setSpacing(4)
+    for widget in widgets:
+        line.addWidget(widget)
+    return row
+
+
+def _verdict_text(doubt: tuple[int, float]) -> str:
+    name = next((k for k, v in _DOUBT.items() if v == doubt[0]), None)
+    return "–" if name is None else tr(_VERDICTS[name])
+
+
+def _spin(
+    name: str, low: float, high: float, value: float, suffix: str, decimals: int
+) -> QDoubleSpinBox:
+    box = QDoubleSpinBox()
+    box.setObjectName(name)
+    box.setDecimals(decimals)
+    box.setRange(low, high)
+    box.setValue(value)
+    box.setSuffix(suffix)
+    box.setKeyboardTracking(False)
+    if decimals:
+        box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
+    return box
+
+
+def _sight(studio: Studio) -> Sight | None:
+    """What is in the middle of the view, as it was when it came to rest; None before that."""
+    camera = studio.project.journal.view("camera")
+    try:
+        eye = np.array(camera["position"], np.float64)
+        ahead = np.cross(np.array(camera["up"], np.float64), np.array(camera["right"], np.float64))
+        toward = eye + ahead * float(camera["distance"])
+    except (KeyError, TypeError, ValueError):
+        return None
+    if not np.isfinite([*eye, *toward]).all():
+        return None
+    return Sight(_triple(eye), _triple(toward), PART_POINTS)
+
+
+def _triple(x: np.ndarray) -> tuple[float, float, float]:
+    return float(x[0]), float(x[1]), float(x[2])

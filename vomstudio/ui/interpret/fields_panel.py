@@ -1,0 +1,346 @@
+"""The dock of fields: how the outcrop dips, bends, and how planar it is, worked out in the
+background and painted on it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtCore import QSignalBlocker
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDoubleSpinBox,
+    QHBoxLayout,
+    QProgressBar,
+    QPushButton,
+    QWidget,
+)
+
+from vomstudio.document.kinds import kind_of
+from vomstudio.document.records import Model, get_feature
+from vomstudio.extraction.surface_fields import KINDS
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.command_targets import current_model
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.window_protocols import Docks, Workspaces
+from vomstudio.ui.interpret.direction_wheel import DirectionWheel
+from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.words import to_translate, tr
+from vomstudio.workspace.surface_fields import (
+    TO_MODEL,
+    TO_PLANE,
+    WantedField,
+    statistics,
+    values_of,
+)
+
+_WHEEL, _FOR_THE_COLOUR_BLIND = "hsv", "twilight"
+_DISTANCES = {
+    TO_PLANE: (
+        to_translate("Distance to a plane"),
+        to_translate(
+            "Distance to the plane of the selected feature, extended through the model: positive "
+            "above it. Where it is zero the plane comes out."
+        ),
+    ),
+    TO_MODEL: (
+        to_translate("Distance to another model"),
+        to_translate("Signed distance to the nearest place of another model of the project."),
+    ),
+}
+
+
+def command(studio: Studio, workspaces: Workspaces, docks: Docks) -> Command:
+    def show() -> None:
+        workspaces.switch("interpret")
+        docks.bring_forward("fields")
+
+    def no_model() -> str | None:
+        return None if studio.models else tr("Open a model first.")
+
+    return Command(
+        "surface_fields", tr("Surface f&ields…"), show, "palette-outline", (),
+        tr("Paint dip, dip direction, curvature, roughness or planarity on the outcrop."),
+        no_model,
+    )  # fmt: skip
+
+
+class FieldsPanel(QWidget):
+    """Asks `workspace.surface_fields` for what is chosen here, and tells what came."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        explain(self, "conventions.md#fields-of-the-surface")
+        self._studio, self._fields = studio, studio.fields
+        self._model: Model | None = None
+        self._radius_of = ""
+        self._plane_id = ""
+        self._make_parts()
+        self._arrange()
+        for signal in (studio.project_opened, studio.model_loaded, studio.selection_changed):
+            signal.connect(self.refresh)
+        studio.edited.connect(self.refresh)
+        studio.jobs_changed.connect(self._show_progress)
+        self._fields.changed.connect(self.refresh)
+        self.refresh()
+
+    def _make_parts(self) -> None:
+        self.title = hint_label()
+        self.kind = ComboBox()
+        self.kind.setObjectName("field_kind")
+        for key, kind in KINDS.items():
+            self.kind.addItem(tr(kind.title), key)
+        for key, (title, _) in _DISTANCES.items():
+            self.kind.addItem(tr(title), key)
+        self.kind.keep_narrow()
+        self.kind.activated.connect(self._kind_chosen)
+        self.radius = QDoubleSpinBox()
+        self.radius.setObjectName("field_radius")
+        self.radius.setDecimals(3)
+        self.radius.setRange(0.001, 10_000.0)
+        self.radius.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
+        self.radius.setKeyboardTracking(False)
+        self.radius.setToolTip(
+            tr("Of the ball of points that each value is of: the scale of the rock that is meant.")
+        )
+        self.radius.valueChanged.connect(lambda _: self._refresh_buttons())
+        self.plane = hint_label()
+        self.plane.setObjectName("field_plane")
+        self.other = ComboBox()
+        self.other.setObjectName("field_other")
+        self.other.keep_narrow()
+        self.other.activated.connect(lambda _: self._refresh_buttons())
+        self.safe = QCheckBox(tr("Colours for the colour-blind"))
+        self.safe.setToolTip(
+            tr("Light, blue, dark and red for North, East, South and West, in place of hues.")
+        )
+        self.safe.clicked.connect(self._recolour)
+        self.wheel = DirectionWheel()
+        self.start = QPushButton(theme.icon("palette-outline"), tr("Show"))
+        self.start.setObjectName("field_start")
+        self.start.clicked.connect(lambda _: self._start_or_stop())
+        self.off = QPushButton(tr("Photo texture"))
+        self.off.setToolTip(tr("Show the model as before; the field stays at hand."))
+        self.off.clicked.connect(lambda _: self._studio.display.set_mode("textured"))
+        self.progress = QProgressBar()
+        self.progress.setTextVisible(True)
+        self.says = hint_label()
+        self.says.setObjectName("field_says")
+        self.figures = hint_label()
+        self.figures.setObjectName("field_figures")
+
+    def _arrange(self) -> None:
+        self._form = narrow_form()
+        self._form.addRow(tr("Field"), self.kind)
+        self._form.addRow(tr("Radius"), self.radius)
+        self._form.addRow(tr("Plane"), self.plane)
+        self._form.addRow(tr("Model"), self.other)
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.start)
+        buttons.addWidget(self.off)
+        turned = QHBoxLayout()
+        turned.addStretch()
+        turned.addWidget(self.wheel)
+        turned.addStretch()
+        column = narrow_column(self)
+        column.addWidget(self.title)
+        column.addLayout(self._form)
+        column.addLayout(buttons)
+        column.addWidget(self.progress)
+        column.addWidget(self.figures)
+        column.addWidget(self.safe)
+        column.addLayout(turned)
+        column.addWidget(self.says)
+        column.addStretch()
+
+    # --- what is there -----------------------------------------------------------------------
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        super().showEvent(event)
+        self.refresh()
+
+    def refresh(self, *_: object) -> None:
+        """Follow model, selection and work, where somebody sees it."""
+        if not self.isVisible():
+            return
+        studio = self._studio
+        self._model = current_model(studio) if studio.has_project else None
+        model = self._model
+        self.title.setText(
+            tr("Open an outcrop model first.")
+            if model is None
+            else tr("On {model}", model=model.name)
+        )
+        if model is not None and model.id in studio.models and self._radius_of != model.id:
+            self._take_up(model)
+        metric = model is None or model.frame.has_metres
+        self.radius.setSuffix(" m" if metric else tr(" units"))
+        self._list_others()
+        self._name_plane()
+        self._show_rows()
+        self._show_progress()
+        self._refresh_buttons()
+        self._show_figures()
+
+    def _take_up(self, model: Model) -> None:
+        """Another model: its likely radius, or what it shows already."""
+        self._radius_of = model.id
+        shown = self._fields.shown.get(model.id)
+        radius = 0.0 if shown is None else shown.wanted.radius_m
+        with QSignalBlocker(self.radius):
+            self.radius.setValue(radius or self._fields.likely_radius(model.id))
+        if shown is not None:
+            self.kind.setCurrentIndex(self.kind.findData(shown.wanted.kind))
+
+    def _list_others(self) -> None:
+        own = "" if self._model is None else self._model.id
+        others = [
+            (m.name, m.id)
+            for m in (self._studio.session.of(Model) if self._studio.has_project else [])
+            if m.id != own and m.id in self._studio.models
+        ]
+        listed = [
+            (self.other.itemText(i), self.other.itemData(i)) for i in range(self.other.count())
+        ]
+        if listed == others:
+            return
+        before = self.other.currentData()
+        self.other.clear()
+        for name, id_ in others:
+            self.other.addItem(name, id_)
+        self.other.setCurrentIndex(max(self.other.findData(before), 0))
+
+    def _name_plane(self) -> None:
+        """The plane of the feature that was selected last stays the one that is meant."""
+        studio = self._studio
+        if not studio.has_project:
+            return
+        for id_ in reversed(studio.selection.ids):
+            feature = get_feature(studio.records, id_)
+            if feature is not None and kind_of(feature).plane is not None:
+                self._plane_id = id_
+                break
+        feature = get_feature(studio.records, self._plane_id)
+        if feature is None:
+            self._plane_id = ""
+        self.plane.setText(
+            tr("Select a trace or patch.")
+            if feature is None
+            else tr("of {name}", name=feature.name)
+        )
+
+    def _wanted(self) -> WantedField | None:
+        kind = str(self.kind.currentData())
+        if kind == TO_PLANE:
+            return WantedField(kind, of=self._plane_id) if self._plane_id else None
+        if kind == TO_MODEL:
+            other = self.other.currentData()
+            return WantedField(kind, of=str(other)) if other else None
+        return WantedField(kind, self.radius.value())
+
+    def _show_rows(self) -> None:
+        kind = str(self.kind.currentData())
+        self._form.setRowVisible(self.radius, kind in KINDS)
+        self._form.setRowVisible(self.plane, kind == TO_PLANE)
+        self._form.setRowVisible(self.other, kind == TO_MODEL)
+        turns = kind == "dip_direction"
+        self.safe.setVisible(turns)
+        self.wheel.setVisible(turns)
+        if turns:
+            model = self._model
+            north = model is not None and model.frame.has_north
+            name = _FOR_THE_COLOUR_BLIND if self.safe.isChecked() else _WHEEL
+            self.wheel.show_map(name, north_known=north)
+        said = KINDS[kind].says if kind in KINDS else _DISTANCES[kind][1]
+        lines = [tr(said)]
+        if turns and self._model is not None and not self._model.frame.has_north:
+            lines.append(tr("This model has no north: directions are those of its own frame."))
+        self.says.setText(" ".join(lines))
+
+    def _refresh_buttons(self) -> None:
+        busy = self._fields.running is not None
+        why = None if busy else self._why_not()
+        self.start.setText(tr("Stop") if busy else tr("Show"))
+        self.start.setEnabled(why is None)
+        self.start.setToolTip(why or "")
+        shown = self._studio.display.mode == "field"
+        self.off.setEnabled(shown)
+        if not shown:
+            self.off.setToolTip(tr("No field is shown."))
+
+    def _why_not(self) -> str | None:
+        model = self._model
+        if model is None:
+            return tr("Open an outcrop model first.")
+        why = self._fields.why_not(model.id)
+        if why is None and self._wanted() is None:
+            if self.kind.currentData() == TO_PLANE:
+                return tr("Select a trace or patch whose plane is meant.")
+            return tr("There is no other model in the project.")
+        return why
+
+    def _show_progress(self) -> None:
+        job = self._fields.running
+        self.progress.setVisible(job is not None)
+        if job is None or not self.isVisible():
+            return
+        self.progress.setRange(0, job.total or 0)
+        self.progress.setValue(job.done)
+        self.progress.setFormat(job.stage)
+
+    def _show_figures(self) -> None:
+        lines = [self._fields.said] if self._fields.said else []
+        model = self._model
+        shown = None if model is None else self._fields.shown.get(model.id)
+        opened = None if model is None else self._studio.models.get(model.id)
+        values = None if shown is None or opened is None else values_of(opened, shown.name)
+        if values is not None and shown is not None and shown.wanted.kind != "dip_direction":
+            told = statistics(values)
+            if told is not None:
+                unit = shown.name.rpartition("[")[2].rstrip("]") if "[" in shown.name else ""
+                lines.append(
+                    tr(
+                        "{field}: median {median:.3g} {unit}, nine tenths between {low:.3g} and "
+                        "{high:.3g}.",
+                        field=shown.name.partition(" [")[0], unit=unit, **told,
+                    ).replace(" ,", ",")
+                )  # fmt: skip
+        self.figures.setText("\n".join(lines))
+        self.figures.setVisible(bool(lines))
+
+    # --- what is done ------------------------------------------------------------------------
+    def _kind_chosen(self, *_: object) -> None:
+        """A field that needs no work is shown at once."""
+        self._show_rows()
+        self._refresh_buttons()
+        model, wanted = self._model, self._wanted()
+        if model is None or wanted is None or self._fields.running is not None:
+            return
+        opened, name = self._studio.models.get(model.id), self._fields.name_of(model.id, wanted)
+        if opened is not None and name in opened.data.fields and model.id in self._fields.shown:
+            self._show(model, wanted)
+
+    def _start_or_stop(self) -> None:
+        if self._fields.running is not None:
+            self._fields.stop()
+            return
+        model, wanted = self._model, self._wanted()
+        if model is not None and wanted is not None:
+            self._show(model, wanted)
+
+    def _show(self, model: Model, wanted: WantedField) -> None:
+        palette = _FOR_THE_COLOUR_BLIND if self.safe.isChecked() else _WHEEL
+        self._fields.ask(model.id, wanted, palette if wanted.kind == "dip_direction" else None)
+
+    def _recolour(self) -> None:
+        """The same field in other colours."""
+        self._show_rows()
+        model = self._model
+        shown = None if model is None else self._fields.shown.get(model.id)
+        if model is None or shown is None or shown.wanted.kind != "dip_direction":
+            return
+        style = self._studio.display.styles.get(model.id)
+        if style is not None and style.name == shown.name:
+            self._studio.display.show_field(model.id, replace(style, palette=self.wheel.map_name))

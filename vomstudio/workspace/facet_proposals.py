@@ -1,0 +1,344 @@
+"""Facets of an open model as proposals: found in the background, judged like patches that were
+painted, and part of the project only where somebody accepts them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document import edits
+from vomstudio.document.edit import Edit
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.measurement_cache import measure_all
+from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model
+from vomstudio.failures import exception_hooks
+from vomstudio.geology.profiles import Thresholds
+from vomstudio.geometry.field_style import FieldStyle
+from vomstudio.geometry.patches import runs_of
+from vomstudio.jobs.events import Failed
+from vomstudio.jobs.surface_tasks import FIND_FACETS, FacetsOrder, FoundFacets, Sight
+from vomstudio.signals import Signal
+from vomstudio.words import tr
+from vomstudio.workspace.display import Display
+from vomstudio.workspace.editing import Editing
+from vomstudio.workspace.models import Models, standing_model
+from vomstudio.workspace.projects import Projects
+from vomstudio.workspace.running_jobs import Jobs, RunningJob
+
+PART_POINTS = 60_000
+"""Points of the part that is looked at while thresholds are tried: a second's work."""
+
+PAINTED = {
+    "label": "facet label",
+    "dip direction": "facet dip direction [°]",
+    "error": "facet 95 % error [°]",
+    "exposure": "exposure",
+}
+"""Names of the fields by which proposals are painted."""
+
+
+@dataclass(frozen=True)
+class FacetLimits:
+    """As `extraction.facets.Limits`; None where the program chooses"""
+
+    angle_deg: float = 20.0
+    max_distance_m: float | None = None
+    min_points: int | None = None
+    min_area_m2: float | None = None
+    min_coplanarity: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Proposals:
+    """What was found on a model. patches : without names or type, the largest facet first;
+    measured : their figures; label, covers : (points,) int32 of the model; exposed_m2 : of each
+    patch; whole : all of the model was looked at"""
+
+    model_id: str
+    to_world: object
+    limits: FacetLimits
+    told: FoundFacets
+    patches: tuple[Patch, ...]
+    measured: tuple[Measurement, ...]
+    label: npt.NDArray[np.int32]
+    covers: npt.NDArray[np.int32]
+    exposed_m2: npt.NDArray[np.float64]
+    whole: bool
+
+    def share(self, rows: Collection[int]) -> float | None:
+        """Of the exposed rock, what lies in these facets."""
+        if not self.told.exposed_m2 > 0.0:
+            return None
+        return float(self.exposed_m2[sorted(rows)].sum()) / self.told.exposed_m2
+
+    def exposed_area_of(self, row: int) -> float:
+        """m2, of a facet of points, which have no area of their own."""
+        return float(self.exposed_m2[row])
+
+    @property
+    def provenance(self) -> str:
+        """By which they were found, for the notes of what is accepted."""
+        of = self.limits
+        said = [tr("angle {angle:g}°", angle=of.angle_deg)]
+        said.append(tr("distance {distance:.3g} m", distance=self.told.reach_m))
+        said.append(tr("at least {count} points", count=self.told.min_points))
+        if of.min_area_m2:
+            said.append(tr("at least {area:g} m²", area=of.min_area_m2))
+        if of.min_coplanarity is not None:
+            said.append(tr("coplanarity at least {value:g}", value=of.min_coplanarity))
+        return tr("Facet that the program proposed ({limits}) and that was accepted.",
+                  limits=", ".join(said))  # fmt: skip
+
+
+class FacetProposals:
+    """running : the job; found : what is shown and not yet decided upon, and `open` the places of
+    those in it; said : why there is nothing. `changed` says when one of them is new."""
+
+    def __init__(
+        self,
+        projects: Projects,
+        models: Models,
+        editing: Editing,
+        display: Display,
+        jobs: Jobs,
+        thresholds: Callable[[], Thresholds],
+        hand_over: Callable[[Callable[[], object]], object],
+    ) -> None:
+        self.changed: Signal[()] = Signal()
+        self._projects, self._models, self._editing = projects, models, editing
+        self._display, self._mode_before = display, ""
+        self._jobs, self._thresholds, self._hand_over = jobs, thresholds, hand_over
+        self.running: RunningJob | None = None
+        self.found: Proposals | None = None
+        self.open: set[int] = set()
+        self.accepted: set[int] = set()
+        self.said = ""
+        self._asked = 0
+
+    @property
+    def waiting(self) -> bool:
+        """Something is being found or judged."""
+        return self.running is not None
+
+    # --- finding -----------------------------------------------------------------------------
+    def find(self, model_id: str, limits: FacetLimits, sight: Sight | None) -> None:
+        """Look for facets; what is being looked for is given up. sight : for a part alone"""
+        self._stop()
+        standing = standing_model(self._projects, model_id)
+        record = self._projects.records.get(model_id)
+        if standing is None or not isinstance(record, Model):
+            self._say(tr("The model's file was not found."))
+            return
+        self._asked += 1
+        turn = self._asked
+        name = "part" if sight is not None else "whole"
+        order = FacetsOrder(
+            standing, limits.angle_deg, limits.max_distance_m, limits.min_points,
+            limits.min_area_m2, limits.min_coplanarity, sight,
+            standing.cache / "facets" / f"{model_id}-{name}.npz",
+        )  # fmt: skip
+
+        def failed(event: Failed) -> None:
+            if turn == self._asked:
+                self.running = None
+                stopped = tr("Stopped. Nothing was changed.")
+                self._say(stopped if event.cancelled else event.message)
+
+        self.running = self._jobs.submit(
+            FIND_FACETS,
+            order,
+            title=tr("Facets of {model}", model=record.name),
+            on_done=lambda told: self._came(turn, record, limits, told, sight is None),
+            on_failed=failed,
+            quiet=sight is not None,
+        )
+        self.said = ""
+        self.changed.emit()
+
+    def stop(self) -> None:
+        """Give up what is being looked for."""
+        if self._stop():
+            self._say(tr("Stopped. Nothing was changed."))
+
+    def _stop(self) -> bool:
+        self._asked += 1
+        job, self.running = self.running, None
+        if job is not None:
+            self._jobs.cancel(job)
+        return job is not None
+
+    def _came(
+        self, turn: int, model: Model, limits: FacetLimits, told: FoundFacets, whole: bool
+    ) -> None:
+        """Thousands of facets are read and judged in a thread."""
+        if turn != self._asked:
+            return
+        records, thresholds = dict(self._projects.records), self._thresholds()
+
+        def run() -> None:
+            made: Proposals | None = None
+            try:
+                made = _proposals(model, limits, told, whole, records, thresholds)
+            except (OSError, ValueError, KeyError):
+                pass
+            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
+                exception_hooks.report_as_uncaught(error)
+            self._hand_over(lambda: self._arrived(turn, made))
+
+        threading.Thread(target=run, name="facets", daemon=True).start()
+
+    def _arrived(self, turn: int, made: Proposals | None) -> None:
+        if turn != self._asked:
+            return
+        self.running = None
+        if made is None:
+            self._say(tr("The facets could not be read from the cache; look for them again."))
+            return
+        self.found, self.open, self.accepted = made, set(range(len(made.patches))), set()
+        self._say("")
+
+    # --- on the outcrop ----------------------------------------------------------------------
+    def paint(self, by: str, palette: str | None = None) -> None:
+        """Colour the outcrop by a key of PAINTED; what is decided upon or in no facet is grey."""
+        found = self.found
+        opened = None if found is None else self._models.open.get(found.model_id)
+        if found is None or opened is None:
+            return
+        values = np.full(len(found.patches) + 1, np.nan, np.float32)
+        for row in self.open:
+            values[row] = _value(by, row, found.measured[row])
+        # The last value is that of the label -1.
+        painted = values[found.label]
+        if by == "exposure":
+            painted = np.where(found.covers < 0, np.nan, found.covers).astype(np.float32)
+        self._unpaint(found.model_id)
+        name = PAINTED[by]
+        if opened.give_fields({name: painted}):
+            if not self._mode_before:
+                self._mode_before = self._display.mode
+            self._display.show_field(found.model_id, FieldStyle(name, palette=palette))
+
+    def _unpaint(self, model_id: str) -> None:
+        style, opened = self._display.styles.get(model_id), self._models.open.get(model_id)
+        if style is not None and style.name in PAINTED.values():
+            self._display.show_no_field(model_id)
+        if opened is not None:
+            opened.drop_fields(PAINTED.values())
+
+    def _as_before(self, model_id: str) -> None:
+        """The outcrop as it was before facets were painted on it."""
+        style, mode = self._display.styles.get(model_id), self._mode_before
+        painted = style is not None and style.name in PAINTED.values()
+        self._unpaint(model_id)
+        self._mode_before = ""
+        if painted and mode and self._display.mode == "field":
+            self._display.set_mode(mode)
+
+    # --- deciding ----------------------------------------------------------------------------
+    def accept(self, rows: Sequence[int], type_id: str, set_name: str = "") -> list[str]:
+        """Make these proposals patches of the project, as one edit; their ids, none where that was
+        refused."""
+        found = self.found
+        chosen = [row for row in rows if row in self.open]
+        if found is None or not chosen:
+            return []
+        note = found.provenance
+        patches = [
+            replace(
+                found.patches[row], id=edits.new_id("patch"), type_id=type_id, set_name=set_name,
+                notes=note,
+            )
+            for row in chosen
+        ]  # fmt: skip
+        # Its own edit is no reason to forget the others.
+        self.open -= set(chosen)
+        if not self._editing.attempt(edits.add_features, patches):
+            self.open |= set(chosen)
+            return []
+        self.accepted |= set(chosen)
+        self.changed.emit()
+        return [patch.id for patch in patches]
+
+    def reject(self, rows: Collection[int]) -> None:
+        """Leave these out; nothing is changed in the project."""
+        self.open -= set(rows)
+        self.changed.emit()
+
+    def drop(self, why: str = "") -> None:
+        """Forget everything that was proposed. why : a sentence to show"""
+        self._stop()
+        found, self.found = self.found, None
+        if found is not None:
+            self._as_before(found.model_id)
+        self.open, self.accepted = set(), set()
+        self._say(why)
+
+    def edited(self, edit: Edit) -> None:
+        """The model may have been placed anew or be gone."""
+        found = self.found
+        if found is None or found.model_id not in edit.after:
+            return
+        now = self._projects.records.get(found.model_id)
+        if not isinstance(now, Model):
+            self.drop()
+        elif now.to_world != found.to_world:
+            self.drop(tr("The model has been placed anew since: look for facets again."))
+
+    def _say(self, said: str) -> None:
+        self.said = said
+        self.changed.emit()
+
+
+def _proposals(
+    model: Model,
+    limits: FacetLimits,
+    told: FoundFacets,
+    whole: bool,
+    records: dict[str, Any],
+    thresholds: Thresholds,
+) -> Proposals:
+    """In a thread. Raises OSError, ValueError or KeyError where the file is not what it was."""
+    with np.load(told.out) as arrays:
+        of = {name: arrays[name] for name in arrays.files}
+    kinds = [r for r in records.values() if isinstance(r, FeatureType)]
+    type_id = kinds[0].id if kinds else ""
+    patches = []
+    for i in range(told.count):
+        rows = of["rows"][of["row_cuts"][i] : of["row_cuts"][i + 1]]
+        ring = of["outline"][of["outline_cuts"][i] : of["outline_cuts"][i + 1]]
+        patches.append(
+            Patch(
+                f"facet-{i}", "", type_id, model.id, model.content_hash,
+                "face" if told.element == "face" else "point",
+                runs_of(rows), int(of["n"][i]), _triple(of["mean"][i]),
+                (_triple(of["scatter"][i][0]), _triple(of["scatter"][i][1]),
+                 _triple(of["scatter"][i][2])),
+                float(of["n_effective"][i]), tuple(_triple(p) for p in ring),
+                float(of["area"][i]) if told.element == "face" else None,
+                float(of["resolution"][i]), rule=SURROUNDINGS_RULE,
+            )
+        )  # fmt: skip
+    measured = measure_all(records, patches, thresholds)
+    return Proposals(
+        model.id, model.to_world, limits, told, tuple(patches), tuple(measured), of["label"],
+        of["covers"], of["exposed_m2"], whole,
+    )  # fmt: skip
+
+
+def _value(by: str, row: int, measured: Measurement) -> float:
+    if by == "label":
+        return row + 1.0
+    if by == "dip direction":
+        return np.nan if measured.plane is None else measured.plane.dip_direction_deg
+    error = measured.max_confidence95_deg
+    return 90.0 if error is None else error
+
+
+def _triple(x: npt.NDArray[np.float64]) -> tuple[float, float, float]:
+    return float(x[0]), float(x[1]), float(x[2])

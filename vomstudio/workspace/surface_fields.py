@@ -1,0 +1,376 @@
+"""Fields that are worked out for the open models, shown as colours, and kept up to date."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.records import Feature, Model, get_feature
+from vomstudio.extraction.surface_fields import KINDS, field_name
+from vomstudio.failures import exception_hooks
+from vomstudio.geometry import transform
+from vomstudio.geometry.field_style import FieldStyle
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.jobs.events import Failed
+from vomstudio.jobs.registration_tasks import COMPARE_MODELS, CompareOrder
+from vomstudio.jobs.surface_tasks import COMPUTE_FIELDS, FieldsOrder
+from vomstudio.signals import Signal
+from vomstudio.words import tr
+from vomstudio.workspace.derived_quantities import DerivedQuantities
+from vomstudio.workspace.display import Display
+from vomstudio.workspace.model_loading import OpenModel
+from vomstudio.workspace.models import Models, standing_model
+from vomstudio.workspace.projects import Projects
+from vomstudio.workspace.running_jobs import Jobs, RunningJob
+
+TO_PLANE, TO_MODEL = "plane", "model"
+_RESOLUTIONS = 5.0
+"""The radius that is proposed, in resolutions of the model."""
+_STYLES: dict[str, dict[str, Any]] = {
+    "dip": {"low": 0.0, "high": 90.0},
+    # White is vertical.
+    "steepness": {"low": 30.0, "high": 150.0, "palette": "RdBu_r"},
+    "roughness": {"low": 0.0},
+    "collinearity": {"low": 0.0},
+}
+
+Arrays = dict[str, npt.NDArray[np.generic]]
+
+
+@dataclass(frozen=True)
+class WantedField:
+    """kind : a key of `extraction.surface_fields.KINDS`, TO_PLANE or TO_MODEL; radius_m : of the
+    former; of : the id of the feature or of the other model"""
+
+    kind: str
+    radius_m: float = 0.0
+    of: str = ""
+
+    @classmethod
+    def from_dict(cls, values: Any) -> WantedField | None:
+        """What a project has kept; None where it is none."""
+        try:
+            made = cls(str(values["kind"]), float(values["radius_m"]), str(values["of"]))
+        except (KeyError, TypeError, ValueError):
+            return None
+        known = made.kind in KINDS or made.kind in (TO_PLANE, TO_MODEL)
+        return made if known and 0.0 <= made.radius_m < np.inf else None
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What is shown of a model: the wish, the name among its fields, what it rests on, the colours
+    where they were chosen, and what is to be said of it."""
+
+    wanted: WantedField
+    name: str
+    rests_on: object
+    palette: str | None = None
+    said: tuple[str, ...] = ()
+
+
+class SurfaceFields:
+    """One field of one model at a time is being worked out; `changed` says when something about it
+    is new. running : the job; said : why there is none, or what is to be known of it"""
+
+    def __init__(
+        self,
+        projects: Projects,
+        models: Models,
+        derived: DerivedQuantities,
+        display: Display,
+        jobs: Jobs,
+        hand_over: Callable[[Callable[[], object]], object],
+    ) -> None:
+        self.changed: Signal[()] = Signal()
+        self._projects, self._models, self._derived = projects, models, derived
+        self._display, self._jobs, self._hand_over = display, jobs, hand_over
+        self.running: RunningJob | None = None
+        self.said = ""
+        self.shown: dict[str, Shown] = {}
+        self._asked = 0
+        self._made: dict[str, set[str]] = {}
+        models.loaded.connect(self._loaded)
+
+    # --- what can be asked -------------------------------------------------------------------
+    def why_not(self, model_id: str) -> str | None:
+        """Why nothing can be worked out for this model; None where it can."""
+        opened = self._models.open.get(model_id)
+        if opened is None:
+            return tr("The model's file is not open.")
+        count = len(opened.data.vertices) if isinstance(opened.data, Mesh) else opened.data.count
+        held = len(opened.data.vertices if isinstance(opened.data, Mesh) else opened.data.points)
+        if held != count:
+            return tr("This cloud is too large to be held in memory; cut a part of it first.")
+        return None
+
+    def likely_radius(self, model_id: str) -> float:
+        """Five resolutions of a model, m, with two digits."""
+        opened, record = self._models.open.get(model_id), self._projects.records.get(model_id)
+        if opened is None or not isinstance(record, Model) or not opened.resolution:
+            return 0.5
+        radius = _RESOLUTIONS * opened.resolution * transform.scale_of(record.to_world)
+        return float(f"{max(radius, 1e-6):.2g}")
+
+    def name_of(self, model_id: str, wanted: WantedField) -> str | None:
+        """The name of a field among those of the model; None where what it is of is gone."""
+        records = self._projects.records
+        model = records.get(model_id)
+        if not isinstance(model, Model):
+            return None
+        if wanted.kind in KINDS:
+            return field_name(wanted.kind, wanted.radius_m, metric=model.frame.has_metres)
+        other: Feature | Model | None = get_feature(records, wanted.of)
+        if wanted.kind == TO_MODEL:
+            found = records.get(wanted.of)
+            other = found if isinstance(found, Model) else None
+        if other is None:
+            return None
+        unit = "m" if model.frame.has_metres else "units"
+        what = "plane of " if wanted.kind == TO_PLANE else ""
+        return f"distance to {what}{other.name} [{unit}]"
+
+    # --- asking ------------------------------------------------------------------------------
+    def ask(self, model_id: str, wanted: WantedField, palette: str | None = None) -> None:
+        """Work a field out and show it; what is being worked out is given up."""
+        self.stop()
+        self.said = ""
+        self._asked += 1
+        why = self.why_not(model_id)
+        name = self.name_of(model_id, wanted)
+        if why is None and name is None:
+            why = tr("What this field is of is no longer in the project.")
+        if why is not None or name is None:
+            self._say(why or "")
+            return
+        shown = Shown(wanted, name, self._rests_on(model_id, wanted), palette)
+        if wanted.kind == TO_PLANE:
+            self._ask_plane(model_id, shown)
+        elif wanted.kind == TO_MODEL:
+            self._ask_distances(model_id, shown)
+        else:
+            self._ask_surface(model_id, shown)
+        self.changed.emit()
+
+    def stop(self) -> None:
+        """Give up what is being worked out."""
+        self._asked += 1
+        if self.running is not None:
+            job, self.running = self.running, None
+            self._jobs.cancel(job)
+            self._say(tr("Stopped. Nothing was changed."))
+
+    def _ask_surface(self, model_id: str, shown: Shown) -> None:
+        # Every field of this radius is there at once, where one of them is.
+        standing, radius = standing_model(self._projects, model_id), shown.wanted.radius_m
+        if standing is None:
+            self._say(tr("The model's file was not found."))
+            return
+        data = self._models.open[model_id].data
+        if shown.name in data.fields and shown.name in self._made.get(model_id, ()):
+            self._show(model_id, shown, {}, self.shown[model_id].said)
+            return
+        record = self._projects.records[model_id]
+        assert isinstance(record, Model)
+        metric, turn = record.frame.has_metres, self._asked
+        key = sha256(repr((record.content_hash, record.to_world)).encode()).hexdigest()
+        out = standing.cache / "fields" / f"{record.content_hash[:16]}.npz"
+
+        def read() -> tuple[Arrays, tuple[str, ...]]:
+            with np.load(out) as found:
+                named = {field_name(k, radius, metric=metric): found[k] for k in KINDS}
+                return named, tuple(str(each) for each in found["said"])
+
+        self._submit(
+            COMPUTE_FIELDS, FieldsOrder(standing, radius, key, out),
+            tr("Fields of {model} within {radius:g} m", model=record.name, radius=radius),
+            lambda _: self._aside(turn, model_id, shown, read),
+        )  # fmt: skip
+
+    def _ask_distances(self, model_id: str, shown: Shown) -> None:
+        standing, other = (
+            standing_model(self._projects, model_id),
+            standing_model(self._projects, shown.wanted.of),
+        )
+        if standing is None or other is None:
+            self._say(tr("The file of the other model was not found."))
+            return
+        turn = self._asked
+        out = standing.cache / "fields" / f"{model_id}-distance.npz"
+
+        def read() -> tuple[Arrays, tuple[str, ...]]:
+            with np.load(out) as found:
+                return {shown.name: found["distance_m"].astype(np.float32)}, ()
+
+        self._submit(
+            COMPARE_MODELS, CompareOrder(standing, other, None, None, out),
+            tr("Distances from {model} to {other}", model=standing.name, other=other.name),
+            lambda _: self._aside(turn, model_id, shown, read),
+        )  # fmt: skip
+
+    def _ask_plane(self, model_id: str, shown: Shown) -> None:
+        plane, record = shown.rests_on, self._projects.records[model_id]
+        assert isinstance(record, Model)
+        if not isinstance(plane, tuple) or plane[1] is None:
+            self._say(tr("The selected feature has no plane with a place."))
+            return
+        centre, normal = np.array(plane[1]), np.array(plane[2])
+        data, rows = self._models.open[model_id].data, record.to_world
+
+        def work() -> tuple[Arrays, tuple[str, ...]]:
+            places = data.vertices if isinstance(data, Mesh) else data.points
+            off = (transform.apply(rows, places) - centre) @ normal
+            return {shown.name: off.astype(np.float32)}, ()
+
+        self._aside(self._asked, model_id, shown, work)
+
+    def _submit(self, job: Any, order: Any, title: str, then: Callable[[Any], None]) -> None:
+        def failed(event: Failed) -> None:
+            if self.running is begun:
+                self.running = None
+                self._say(tr("Stopped. Nothing was changed.") if event.cancelled else event.message)
+
+        begun = self._jobs.submit(job, order, title=title, on_done=then, on_failed=failed)
+        self.running = begun
+
+    def _aside(
+        self,
+        turn: int,
+        model_id: str,
+        shown: Shown,
+        work: Callable[[], tuple[Arrays, tuple[str, ...]]],
+    ) -> None:
+        """Many megabytes are read or worked out in a thread."""
+
+        def run() -> None:
+            try:
+                arrays, said = work()
+            except (OSError, ValueError, KeyError):
+                problem = tr("The values could not be read from the cache; ask for them again.")
+                self._hand_over(lambda: self._arrived(turn, model_id, shown, {}, (problem,)))
+            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
+                exception_hooks.report_as_uncaught(error)
+                self._hand_over(lambda: self._arrived(turn, model_id, shown, {}, ()))
+            else:
+                self._hand_over(lambda: self._arrived(turn, model_id, shown, arrays, said))
+
+        if turn == self._asked:
+            threading.Thread(target=run, name="surface-fields", daemon=True).start()
+
+    def _arrived(
+        self, turn: int, model_id: str, shown: Shown, arrays: Arrays, said: tuple[str, ...]
+    ) -> None:
+        if turn != self._asked:
+            return
+        self.running = None
+        if not arrays:
+            self._say(" ".join(said))
+        else:
+            self._show(model_id, shown, arrays, said)
+
+    # --- showing -----------------------------------------------------------------------------
+    def _show(self, model_id: str, shown: Shown, arrays: Arrays, said: tuple[str, ...]) -> None:
+        opened = self._models.open.get(model_id)
+        if opened is None:
+            return
+        before = self._display.styles.get(model_id)
+        kept = before if before is not None and before.name == shown.name else None
+        if arrays:
+            # Those of another radius or place would stand beside them in every list. The name may
+            # be the same, but the values are others.
+            if before is not None and before.name in self._made.get(model_id, ()):
+                self._display.show_no_field(model_id)
+            opened.drop_fields(self._made.pop(model_id, ()))
+            if not opened.give_fields(arrays):
+                self._say(tr("The model is too large to show them."))
+                return
+            self._made[model_id] = set(arrays)
+        self.shown[model_id] = replace(shown, said=said)
+        self._display.computed[model_id] = asdict(shown.wanted)
+        style = kept or FieldStyle(shown.name, **_STYLES.get(shown.wanted.kind, {}))
+        if shown.palette is not None:
+            style = replace(style, palette=shown.palette)
+        self._display.show_field(model_id, style)
+        self._say(" ".join(said))
+
+    def _say(self, said: str) -> None:
+        self.said = said
+        self.changed.emit()
+
+    # --- what has happened meanwhile -----------------------------------------------------------
+    def begin(self) -> None:
+        """Another project has been opened."""
+        self.running, self.said = None, ""
+        self._asked += 1
+        self.shown.clear()
+        self._made.clear()
+        self.changed.emit()
+
+    def edited(self, edit: Edit) -> None:
+        """A model was placed anew, or the feature changed whose plane counts."""
+        for model_id, shown in list(self.shown.items()):
+            now = self._rests_on(model_id, shown.wanted)
+            if now == shown.rests_on:
+                continue
+            opened = self._models.open.get(model_id)
+            style = self._display.styles.get(model_id)
+            seen = style is not None and style.name in self._made.get(model_id, ())
+            del self.shown[model_id]
+            if opened is not None:
+                if seen:
+                    self._display.show_no_field(model_id)
+                opened.drop_fields(self._made.pop(model_id, ()))
+            if opened is not None and seen and self.name_of(model_id, shown.wanted):
+                self.ask(model_id, shown.wanted)
+
+    def _loaded(self, model_id: str) -> None:
+        """What was shown when the project was closed is shown again."""
+        wanted = WantedField.from_dict(self._display.computed.get(model_id))
+        style = self._display.styles.get(model_id)
+        if wanted is None or style is None or style.name != self.name_of(model_id, wanted):
+            return
+        if self.running is None:
+            self.ask(model_id, wanted)
+
+    def _rests_on(self, model_id: str, wanted: WantedField) -> object:
+        """What makes the values others: how models stand, and where a plane lies."""
+        records = self._projects.records
+        model = records.get(model_id)
+        stands = model.to_world if isinstance(model, Model) else None
+        if wanted.kind == TO_MODEL:
+            other = records.get(wanted.of)
+            return stands, other.to_world if isinstance(other, Model) else None
+        if wanted.kind != TO_PLANE or get_feature(records, wanted.of) is None:
+            return stands, None
+        measured = self._derived.measured([wanted.of])[wanted.of]
+        if measured.plane is None or not len(measured.points):
+            return stands, None
+        centre = measured.points.mean(axis=0) if measured.fit is None else measured.fit.centroid
+        normal = measured.plane.normal()
+        return (
+            stands,
+            tuple(float(v) for v in centre),
+            tuple(float(v) for v in (normal if normal[2] >= 0.0 else -normal)),
+        )
+
+
+def statistics(values: npt.NDArray[np.generic]) -> Mapping[str, float] | None:
+    """Median, and the ends between which nine tenths of the values lie; None without any."""
+    known = np.asarray(values[:: max(1, len(values) // 200_000)], np.float64)
+    known = known[np.isfinite(known)]
+    if not len(known):
+        return None
+    low, median, high = np.percentile(known, [5.0, 50.0, 95.0])
+    return {"low": float(low), "median": float(median), "high": float(high)}
+
+
+def values_of(opened: OpenModel, name: str) -> npt.NDArray[np.generic] | None:
+    """Of a field of an open model."""
+    return opened.data.fields.get(name)
