@@ -19,8 +19,9 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.beds.lithologies import in_strabospot
-from vomstudio.geology.faults.displacement import CONE95, Z95, Measured
+from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
 

@@ -48,8 +48,9 @@ from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.faults.cutoffs import CutOffs
-    from vomstudio.geology.faults.displacement import Displacement, Errors, Measured
+    from vomstudio.geology.faults.displacement import Displacement, Errors
     from vomstudio.geology.faults.displacement_pairs import Displacements, Pair
+    from vomstudio.geology.measured import Measured
 
 _COLUMNS = ("net_m", "throw_m", "heave_m", "strike_slip_m")
 _LEAST_HEIGHT = 96
