@@ -229,3 +229,22 @@ def test_a_project_shows_itself(folder: Path) -> None:
         project.add_model(MODEL)
         assert "sample" in repr(project)
         assert "unsaved changes" in project._repr_html_()
+
+
+def test_a_project_whose_folder_is_gone_refuses_the_step_and_is_saved_elsewhere(tmp_path):
+    import shutil
+
+    import vomstudio as vs
+
+    with vs.Project.create(tmp_path / "a.vom") as project:
+        project.add_model(vs.sample("sample.obj"))
+        shutil.rmtree(tmp_path / "a.vom")
+        with pytest.raises(vs.errors.DocumentError, match="no longer there.*Nothing was changed"):
+            project.judge_by("textbook")
+        project.save_as(tmp_path / "b.vom")
+        project.judge_by("textbook")
+        assert [model.name for model in project.models] == ["sample"]
+        project.save()
+    with vs.Project.open(tmp_path / "b.vom") as project:
+        assert project.verify().sound
+    assert not (tmp_path / "a.vom").exists()

@@ -114,10 +114,22 @@ def run_command(words: list[str]) -> tuple[int, dict[str, Any], str]:
 class Command:
     """A command, tried on a disk that fails; into an empty folder, or over what is there."""
 
-    def __init__(self, template: str, places: dict[str, str], out: Path) -> None:
+    def __init__(
+        self, template: str, places: dict[str, str], out: Path, *, quick: bool = False
+    ) -> None:
+        """quick : for failures only, without knowing what a sound disk gets"""
         self.out = out
         self.words = template.format(**places, out=out).split()
         self.label = template
+        self._fresh: Files = {}
+        self._replacing: Files = {}
+        self.steady: set[str] = set()
+        if not quick:
+            self._learn()
+
+    def _learn(self) -> None:
+        """What it writes, and by how many calls."""
+        out = self.out
         self._clear()
         with faulty_disk.fail(out, 0, 0, goes_on=False):
             code, _, shown = run_command(self.words)
@@ -353,6 +365,20 @@ class Work:
         return "said"
 
 
+def each_fails(folder: Path) -> dict[str, list[str]]:
+    """Each command on a disk that is full, and on one that is read-only: what came of it."""
+    from tests.cli.golden_cases import prepare
+
+    places, found = prepare(folder / "in"), {}
+    for template in (template for kind in COMMANDS.values() for template in kind):
+        command = Command(template, places, folder / "out", quick=True)
+        found[template] = [
+            command.trial(at, number, goes_on=True, over=False)
+            for at, number in ((3, errno.ENOSPC), (1, errno.EROFS))
+        ]
+    return found
+
+
 KINDS = ("save", "save-as", "compact", *COMMANDS)
 
 
@@ -400,6 +426,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--faults", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--each", type=Path, help="a folder: each command once, as JSON")
     parser.add_argument("kinds", nargs="*", metavar="KIND", choices=[*KINDS, []])
     asked = parser.parse_args()
     if (reason := faulty_disk.why_not()) is not None:
@@ -407,6 +434,9 @@ def main() -> int:
     if not faulty_disk.is_loaded():
         words = [sys.executable, "-m", "tests.fuzz.disk_faults", *sys.argv[1:]]
         return subprocess.run(words, env=faulty_disk.environment(), check=False).returncode
+    if asked.each:
+        print(json.dumps(each_fails(asked.each.resolve())))
+        return 0
     bad = 0
     # "apart": the disk failed for good between the renames of files that belong together.
     for kind in asked.kinds or KINDS:

@@ -114,7 +114,7 @@ def test_the_disk_can_only_be_read(window, outcrop, tmp_path, monkeypatch):
     with failing_disk(tmp_path / "disk") as (disk, fail):
         begun(window, outcrop, disk / "cliff.vom")
         fail()
-        said_and_saved(window, "only be read", tmp_path / "rescued.vom", monkeypatch, "read-only")
+        said_and_saved(window, "is read-only", tmp_path / "rescued.vom", monkeypatch, "read-only")
 
 
 def test_the_drive_is_taken_away(window, outcrop, tmp_path, monkeypatch):

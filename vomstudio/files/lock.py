@@ -43,8 +43,9 @@ class FolderLock:
                 if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
                     raise InputError(tr(busy, holder=holder), file=path.parent) from error
                 # A damaged lock protects nobody: whoever holds a sound one has it locked.
-                reason = reason_of(path.parent, error)
-                reason = (_remove(path) and reason) if attempt == 1 else reason
+                reason: str | None = reason_of(path.parent, error)
+                if attempt == 1 and _remove(path) is None:
+                    reason = None
                 if reason is not None:
                     raise TargetError(tr(unwritable, reason=reason), file=path.parent) from error
 

@@ -133,7 +133,7 @@ def test_what_can_be_neither_moved_nor_copied_stays_where_it_is(untitled, tmp_pa
         Path, "rename", lambda s, t: refuse() if s.name == RECONSTRUCTIONS else rename(s, t)
     )
     monkeypatch.setattr(projects, "_copy_reconstructions", refuse)
-    with pytest.raises(TargetError, match="No space left"):
+    with pytest.raises(TargetError, match="disk is full"):
         untitled.save_as(tmp_path / "a.vom")
     assert (left / "model.obj").exists()
     assert untitled.folder == tmp_path / "a.vom"

@@ -9,6 +9,7 @@ import contextlib
 import math
 import os
 import warnings
+import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -93,14 +94,16 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
     try:
         with rasterio.Env():
             dataset = rasterio.open(path, "w", **profile)
+            tiles = _sums[id(dataset)] = {}
             try:
                 dataset.update_tags(**raster.tags)
                 yield dataset
             finally:
+                del _sums[id(dataset)]
                 with libtiff_silent():
                     dataset.close()
         with rasterio.Env(), rasterio.open(path) as written:
-            whole = _is_whole(written, path.stat().st_size)
+            whole = _is_whole(written, path.stat().st_size) and _holds(written, tiles)
     except RasterioError as error:
         raise _not_whole(shown or path) from error
     if not whole:
@@ -164,6 +167,25 @@ def _is_whole(dataset: Any, size: int) -> bool:
     return True
 
 
+_sums: dict[int, dict[tuple[int, int, int, int], int]] = {}
+"""Of the tiles of each dataset that is being written, by column, row, width and height."""
+
+
+def _holds(dataset: Any, tiles: Mapping[tuple[int, int, int, int], int]) -> bool:
+    """Whether each tile is there as it was written: GDAL says nothing of a block that the disk
+    refused once while the file was closed, and leaves an empty one."""
+    return all(
+        zlib.crc32(dataset.read(window=_window(*place)).tobytes()) == total
+        for place, total in tiles.items()
+    )
+
+
+def _window(column: int, row: int, width: int, height: int) -> Any:
+    from rasterio.windows import Window
+
+    return Window(column, row, width, height)  # type: ignore[call-arg, unused-ignore]
+
+
 def _not_whole(path: str | Path) -> TargetError:
     return TargetError(
         tr("The file cannot be written completely. Check whether the disk is full."), file=path
@@ -172,15 +194,16 @@ def _not_whole(path: str | Path) -> TargetError:
 
 def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]) -> None:
     """Put (h, w, 4) or (h, w) values with their top left pixel at (column, row)."""
-    from rasterio.windows import Window
-
     height, width = values.shape[:2]
-    window = Window(column, row, width, height)  # type: ignore[call-arg, unused-ignore]
+    place = (column, row, width, height)
+    if values.ndim == 3:
+        bands = np.ascontiguousarray(np.moveaxis(values, 2, 0))
+    else:
+        bands = np.ascontiguousarray(values[None])
+    if (tiles := _sums.get(id(dataset))) is not None:
+        tiles[place] = zlib.crc32(bands.astype(dataset.dtypes[0], copy=False).tobytes())
     with libtiff_silent():
-        if values.ndim == 3:
-            dataset.write(np.ascontiguousarray(np.moveaxis(values, 2, 0)), window=window)
-        else:
-            dataset.write(values, 1, window=window)
+        dataset.write(bands, window=_window(*place))
 
 
 def world_file(transform: Affine) -> str:

@@ -57,7 +57,7 @@ class Project:
         self.folder = folder
         self._lock = lock
         self._tell_trouble: Callable[[Trouble | None], object] | None = None
-        self._held = HeldAssets()
+        self._kept_assets = HeldAssets()
         self._take(journal)
         self._settings = settings
         self.session = Session(journal, settings)
@@ -77,8 +77,8 @@ class Project:
         programs that stay open, and say so."""
         self._tell_trouble = tell
         self._take(self.journal)
-        self._held.hold_all(self.folder)
-        self.session.changed.connect(lambda edit: self._held.hold(self.folder, edit))
+        self._kept_assets.hold_all(self.folder)
+        self.session.changed.connect(lambda edit: self._kept_assets.hold(self.folder, edit))
 
     def _hold_again(self) -> None:
         """The folder is back, with a lock file of its own. Raises InputError, TargetError."""
@@ -212,7 +212,7 @@ class Project:
             part.mkdir(parents=True)
             numbers = self._copy_journal(part / JOURNAL)
             moves = self._copy_files(part) if there else False
-            self._held.write(part)
+            self._kept_assets.write(part)
             if folder.exists():
                 folder.rmdir()
             part.rename(folder)

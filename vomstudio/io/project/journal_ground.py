@@ -53,7 +53,8 @@ class Ground:
 
     def __init__(self, path: Path, db: sqlite3.Connection) -> None:
         self._path, self._db = path, db
-        self._log = path.with_name(f"{path.name}-wal")
+        # Asked for twice with each row.
+        self._file, self._log = str(path), f"{path}-wal"
         self._file_stamp: _Stamp | None = None
         # Open as long as the database: closing any descriptor of a file gives up the locks that
         # SQLite has on it in this process.
@@ -75,16 +76,20 @@ class Ground:
 
     def note(self) -> None:
         """The files as they are now are ours."""
-        now = _stamp(self._path)
+        self._note_files()
+        self._version = _data_version(self._db)
+
+    def _note_files(self) -> None:
+        now = _stamp(self._file)
         if now != self._file_stamp:
             self._first_page = self._beneath()
         self._file_stamp, self._log_stamp = now, _stamp(self._log)
-        self._version = _data_version(self._db)
 
     def note_written(self) -> Trouble | None:
         """After a row of ours: as `note`, or why the row is not where the journal was."""
         was, log = self._file_stamp, self._log_stamp
-        self.note()
+        # Rows of ours leave the version as it is.
+        self._note_files()
         if not _same_file(was, self._file_stamp) or (log and not _same_file(log, self._log_stamp)):
             self._file_stamp, self._log_stamp = was, log
             return self._why_lost()
@@ -92,7 +97,7 @@ class Ground:
 
     def trouble(self, head: Head) -> Trouble | None:
         """Why nothing may be written, or None. head : of the rows that the file holds."""
-        now, log = _stamp(self._path), _stamp(self._log)
+        now, log = _stamp(self._file), _stamp(self._log)
         version = _data_version(self._db)
         if (now, log, version) == (self._file_stamp, self._log_stamp, self._version):
             return None
@@ -140,7 +145,7 @@ class Ground:
 
     def is_ours(self) -> bool:
         """Whether the file at the journal's place is the one that is open."""
-        return self._file_stamp is not None and _same_file(self._file_stamp, _stamp(self._path))
+        return self._file_stamp is not None and _same_file(self._file_stamp, _stamp(self._file))
 
 
 def trouble_of(error: sqlite3.Error, path: Path) -> Trouble:
@@ -244,7 +249,7 @@ def open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
     )
 
 
-def _stamp(path: Path) -> _Stamp | None:
+def _stamp(path: str) -> _Stamp | None:
     try:
         found = os.stat(path)
     except OSError:

@@ -414,15 +414,7 @@ class MainWindow(QMainWindow):
 
     def _refresh(self, *_: object) -> None:
         self.actions_table.refresh()
-        words = {
-            "project": self.files.project_name(),
-            "unsaved": "*" if self.studio.session.dirty else "",
-        }
-        self.setWindowTitle(
-            tr("{project}{unsaved} – VOM Studio", **words)
-            if self.studio.workspace.projects.kept
-            else tr("{project}{unsaved} (in memory only) – VOM Studio", **words)
-        )
+        self.setWindowTitle(self.files.window_title())
         self._show_start_page()
 
     def _show_start_page(self) -> None:

@@ -67,6 +67,16 @@ class Files(QObject):
         project = self._studio.project
         return tr("untitled") if project.untitled else project.name
 
+    def window_title(self) -> str:
+        """Says of the open project whether it is saved, and whether it is on the disk at all."""
+        words = {
+            "project": self.project_name(),
+            "unsaved": "*" if self._studio.session.dirty else "",
+        }
+        if self._studio.workspace.projects.kept:
+            return tr("{project}{unsaved} – VOM Studio", **words)
+        return tr("{project}{unsaved} (in memory only) – VOM Studio", **words)
+
     def open_path(self, path: Path) -> None:
         """Open a model or a project; before another project the user is asked to save."""
         if is_project(path) and not self.ask_to_keep():
