@@ -34,12 +34,12 @@ from vomstudio.ui.analyse.net.canvas import (
     NetThread,
     Wanted,
 )
+from vomstudio.ui.analyse.net.command import net_words
 from vomstudio.ui.analyse.net.contour_button import ContourButton
 from vomstudio.ui.analyse.net.menu import NetMenuButton
 from vomstudio.ui.analyse.net.source import NetSource, fold_of
 from vomstudio.ui.analyse.net.view_box import NetViewBox
 from vomstudio.ui.analyse.net.wishes import NetWishes
-from vomstudio.ui.analyse.net_command import net_words
 from vomstudio.ui.analyse.net_sets import Groups
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
