@@ -61,9 +61,8 @@ def test_a_local_system_of_control_points_has_scale_and_its_errors_their_units(
     text = page(tmp_path, scaled=True, registration=registration)
     assert "without scale" not in text
     assert "size of a texture pixel, m" in text
-    assert "rms residual of check points, m</td><td>0.011" in text
-    assert "standard error of the rotation, degrees, about east</td><td>0.05" in text
-    assert "adjusted together with the cameras</td><td>yes" in text
+    assert "RMS of check points</td><td>0.011 m" in text
+    assert "Turned about east, 95 %</td><td>± 0.098°" in text
 
 
 def test_the_times_of_the_stages_are_summed(tmp_path: Path) -> None:

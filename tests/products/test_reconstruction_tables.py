@@ -119,9 +119,9 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
         point("D", "unseen", None, None),
     ]
     facts, listed = tables(
-        page(registration={"method": "points", "crs": None, "points": points}), "Frame"
+        page(registration={"method": "ground control points", "points": points}), "Registration"
     )
-    assert facts == [("", ["", ""]), ("", ["registered by", "points"])]
+    assert ("", ["Registered by", "control points marked in photos"]) in facts
     assert listed == [
         ("", ["point", "used as", "photos", "east, m", "north, m", "up, m", "error, px"]),
         ("", ["A", "control", "7", "0.001", "-0.003", "0.000", "0.46"]),
@@ -129,9 +129,11 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
         ("out", ["C", "left out", "7", "9.000", "9.000", "9.000", "20.00"]),
         ("out", ["D", "unseen", "7", "–", "–", "–", "–"]),
     ]
-    (alone,) = tables(page(registration={"method": "positions", "points": []}), "Frame")
-    assert len(alone) == 2
-    assert "The model was not registered. no positions" in page()
+    told = {"method": "camera positions (GPS)", "points": []}
+    (alone,) = tables(page(registration=told), "Registration")
+    assert ("", ["Registered by", "GPS positions of the cameras"]) in alone
+    assert "The model was not registered" in page()
+    assert "no positions" in page()
 
 
 def test_facts_are_written_by_their_kind(page: Pages) -> None:
@@ -291,7 +293,8 @@ def test_the_section_on_the_registration_says_what_it_is_worth(page: Pages) -> N
         "warnings": ["Look at G2."],
     }  # fmt: skip
     html = page(registration=registration, frame="EPSG:32633", scaled=True)
-    ((*rows,),) = tables(html, "Registration")
+    rows, listed = tables(html, "Registration")
+    assert [cells[0] for _, cells in listed[1:]] == ["G0", "G1", "G2", "G3"]
     told = {cells[0]: cells[1] for _, cells in rows if len(cells) == 2}
     assert told["Registered by"] == "control points marked in photos"
     assert (told["Control points"], told["Check points"]) == ("3", "1")
@@ -304,5 +307,8 @@ def test_the_section_on_the_registration_says_what_it_is_worth(page: Pages) -> N
     assert "The model may be turned by 0.98° (95 %)" in part
     assert "Look at G2." in part
     assert "fewer than four control points" in part
-    # What was refused, or placed by nothing, has no such section.
-    assert "<h2>Registration</h2>" not in page()
+    # The map of residuals; what was refused has none.
+    assert "dashed: the axis about which the model is held worst" in part
+    refused = page().split("<h2>Registration</h2>")[1].split("<h2>")[0]
+    assert "can be registered later" in refused
+    assert "<figure>" not in refused

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from vomstudio.document.measurement import Floats, Measurement, Records
-from vomstudio.document.records import Feature, Model, OnAModel, Registration, get
+from vomstudio.document.records import (
+    Feature,
+    Model,
+    OnAModel,
+    Registration,
+    RegistrationPoint,
+    get,
+)
 from vomstudio.geology import orientation
-from vomstudio.geology.bowing import Bowing, bowing_deg, bowing_of
+from vomstudio.geology.bowing import FEWEST, Bowing, bowing_deg, bowing_of
 from vomstudio.geology.common_turns import Region, Turns, region, together
 from vomstudio.geometry.tilts import direction_covariance
 
@@ -58,14 +65,19 @@ def bowing_of_registration(registration: Registration | None) -> Bowing | None:
     too few, or they tell nothing of it."""
     if registration is None or not registration.control:
         return None
+    points: Sequence[RegistrationPoint] = registration.control
+    judges = [p for p in points if p.check]
+    # A model that was bent to its control fits that, bowed or not.
+    if registration.method == "control" and len(judges) >= FEWEST:
+        points = judges
     world, left = (
-        np.array([getattr(p, name) for p in registration.control], np.float64)
-        for name in ("world", "residual")
+        np.array([getattr(p, name) for p in points], np.float64) for name in ("world", "residual")
     )
-    sigma = np.array([p.sigma_m or (np.nan,) * 3 for p in registration.control], np.float64)
+    sigma = np.array([p.sigma_m or (np.nan,) * 3 for p in points], np.float64)
     length = np.linalg.norm(left, axis=1)
     right = length <= _WRONG * float(np.median(length))
-    found = bowing_of(world[right], left[right], sigma[right])
+    normal = None if registration.normal is None else np.array(registration.normal)
+    found = bowing_of(world[right], left[right], sigma[right], normal=normal)
     # The edge is that of the model, which may reach farther than its points.
     reach = registration.reach_m
     return found if found is None or reach is None else replace(found, reach_m=reach)

@@ -147,7 +147,11 @@ def shape_change(places: Array, moves: Array) -> ShapeChange:
 
 
 def bowing_of(
-    places: Array, residuals: Array, sigma: Array | None = None, extent: Array | None = None
+    places: Array,
+    residuals: Array,
+    sigma: Array | None = None,
+    extent: Array | None = None,
+    normal: Array | None = None,
 ) -> Bowing | None:
     """The bowing that residuals show; None where too few points, or points on a line, or all at one
     distance from the middle, tell nothing of it.
@@ -156,11 +160,16 @@ def bowing_of(
     sigma : (n, 3) stated errors of the coordinates, by which they are weighted; None for none
     extent : (m, 3) points all over the model, whose mean plane, middle and edge count; None to take
         those of the places
+    normal : (3,) of the model's mean plane, where its points are not at hand
     """
     n = len(places)
     if n < FEWEST:
         return None
     middle, axes, reach = _shape(places, extent)
+    if normal is not None:
+        across = np.cross(axes[0], normal)
+        across /= np.linalg.norm(across) or 1.0
+        axes = np.array([np.cross(across, normal), across, normal])
     flat, normal = (places - middle) @ axes[:2].T, axes[2]
     size = float(np.sqrt((flat**2).sum(axis=1).mean()))
     if not size > 0.0 or np.linalg.svd(flat - flat.mean(axis=0), compute_uv=False)[-1] < (

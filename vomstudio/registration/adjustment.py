@@ -41,6 +41,8 @@ _USUAL_RAD = np.radians(3.0)
 _FINEST_RAD = 3e-4
 # Starts that end with this much more than the least sum of squares fit as well by chance.
 _AS_GOOD = 9.0
+# Of its error: what misses by more counts less and less.
+_CAUCHY = 3.0
 # Rotations that differ by more than this (rad) are not the same one.
 _APART = 0.2
 
@@ -97,7 +99,10 @@ def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
         )
     offset = _offset(kinds)
     kinds = [_shifted(kind, offset) for kind in kinds]
-    ended = [_followed(kinds, start, centre, size) for start in _starts(kinds, centre, size)]
+    ended = [
+        _followed(kinds, start, centre, size)
+        for start in _agreed_by_most(kinds, _starts(kinds, centre, size), centre, size)
+    ]
     least = min(cost for _, cost in ended)
     good = [fit for fit, cost in ended if cost <= least + _AS_GOOD]
     # Of those that fit alike the one that tilts the model least, then the one that turns it least.
@@ -150,9 +155,21 @@ def _starts(kinds: Sequence[Observed], centre: Array, size: float) -> list[Simil
         else:
             shift = centre.ravel() - scale * turn @ centre.ravel()
         start = Similarity(scale, turn, shift)
-        found.append((_cost(kinds, start, centre, size), start))
+        found.append((_cost(kinds, start, centre, size, robust=True), start))
     first, others = found[0], sorted(found[1:], key=lambda pair: pair[0])
     return [first[1], *(start for _, start in others[:_FOLLOWED])]
+
+
+def _agreed_by_most(
+    kinds: Sequence[Observed], starts: Sequence[Similarity], centre: Array, size: float
+) -> list[Similarity]:
+    """Where starts lead to if gross mistakes count little; those that most observations bear out.
+    By squares alone one strike that was read as dip direction can turn a model upside down."""
+    if len(starts) < 2:
+        return list(starts)
+    ended = [_followed(kinds, start, centre, size, robust=True) for start in starts]
+    least = min(cost for _, cost in ended)
+    return [fit for fit, cost in ended if cost <= least + _AS_GOOD]
 
 
 def _own_starts(kind: Observed) -> list[Array]:
@@ -187,9 +204,18 @@ def _usual(rows: Rows, size: float) -> Array:
 _METRES = {"points", "cameras", "lengths"}
 
 
-def _cost(kinds: Sequence[Observed], fit: Similarity, centre: Array, size: float) -> float:
+def _cost(
+    kinds: Sequence[Observed],
+    fit: Similarity,
+    centre: Array,
+    size: float,
+    *,
+    robust: bool = False,
+) -> float:
+    """The sum of squares, each by its usual error; robust : by Cauchy's function of them."""
     rows, _ = _all_rows(kinds, fit, fit(centre)[0])
-    return float(((rows.misses / _usual(rows, size * fit.scale)) ** 2).sum())
+    squares = (rows.misses / _usual(rows, size * fit.scale)) ** 2
+    return float((_CAUCHY**2 * np.log1p(squares / _CAUCHY**2) if robust else squares).sum())
 
 
 # --- one start --------------------------------------------------------------------------------
@@ -271,13 +297,20 @@ def _moved(fit: Similarity, step: Array, centre: Array) -> Similarity:
 
 
 def _followed(
-    kinds: Sequence[Observed], fit: Similarity, centre: Array, size: float
+    kinds: Sequence[Observed],
+    fit: Similarity,
+    centre: Array,
+    size: float,
+    *,
+    robust: bool = False,
 ) -> tuple[Similarity, float]:
-    """Where a start leads to with usual errors, and the sum of squares there."""
+    """Where a start leads to with usual errors, and the cost there; robust : as in `_cost`."""
     for _ in range(_STEPS):
         at = fit(centre)[0]
         rows, _ = _all_rows(kinds, fit, at)
         sigma = _usual(rows, size * fit.scale)
+        if robust:
+            sigma = np.hypot(sigma, rows.misses / _CAUCHY)
         step = _step(rows, sigma, size * fit.scale, _preference(rows))
         length = np.linalg.norm(step[:3])
         if length > 0.7:
@@ -285,7 +318,7 @@ def _followed(
         fit = _moved(fit, step, at)
         if np.abs(step[:4]).max() < _SMALL:
             break
-    return fit, _cost(kinds, fit, centre, size)
+    return fit, _cost(kinds, fit, centre, size, robust=robust)
 
 
 def _preference(rows: Rows) -> Array:

@@ -188,7 +188,14 @@ def _conventions() -> list[tuple[Callable[[Array], Array], str]]:
         (_times(1.0, -1.0, 1.0), tr("pitch has its sign changed (it is positive downwards)")),
         (_times(-1.0, 1.0, 1.0), tr("yaw has its sign changed (it runs counterclockwise)")),
         (_times(1.0, 1.0, -1.0), tr("roll has its sign changed")),
+        (_from_radians, tr("all angles are multiplied by 57.2958 (they are radians)")),
     ]
+
+
+def _from_radians(angles: Array) -> Array:
+    """What is no radian stays as it is."""
+    radians = np.nanmax(np.abs(angles), initial=0.0) <= 2.0 * np.pi + 1e-6
+    return np.degrees(angles) if radians else angles
 
 
 def _described(

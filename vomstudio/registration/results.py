@@ -93,7 +93,8 @@ class Placed(Shown):
         leave)
     covariance : (7, 7) of turns about east, north and up (rad), a relative change of scale and a
         shift (m), about `centre` (World); one sigma of a normal distribution with the same 95 %
-    reach_m : from the middle of the model to its edge, None where only the points are known
+    reach_m, normal : from the middle of the model to its edge, and of its mean plane (World), None
+        where only the points are known
     """
 
     matrix: tuple[tuple[float, ...], ...]
@@ -112,6 +113,7 @@ class Placed(Shown):
     covariance: tuple[tuple[float, ...], ...]
     centre: tuple[float, float, float]
     reach_m: float | None = None
+    normal: tuple[float, float, float] | None = None
 
     def __call__(self, points: npt.ArrayLike) -> Array:
         """(n, 3) World of model points (n, 3)."""
@@ -121,5 +123,6 @@ class Placed(Shown):
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command."""
         told = asdict(self)
-        del told["covariance"], told["centre"], told["reach_m"]
+        for name in ("covariance", "centre", "reach_m", "normal"):
+            del told[name]
         return told

@@ -57,10 +57,14 @@ def summary_of(registration: Registration) -> Summary:
         facts.append((tr("Scale, 95 %"), f"± {100.0 * _Z95 * registration.scale_error:.2g} %"))
     bowing = bowing_of_registration(registration)
     if bowing is not None:
-        said = tr(
-            "dips at the edge {side:.2g}° ± {error:.2g}° from the middle",
-            side=bowing.side_deg,
-            error=bowing.side_error95_deg,
+        said = (
+            tr(
+                "dips at the edge {side:.2g}° ± {error:.2g}° from the middle",
+                side=bowing.side_deg,
+                error=bowing.side_error95_deg,
+            )
+            if bowing.significant
+            else tr("none shown, to ± {error:.2g}° at the edge", error=bowing.side_error95_deg)
         )
         facts.append((tr("Bowing by residuals, 95 %"), said))
     if registration.lens_bowing95_deg is not None:

@@ -175,6 +175,7 @@ def registration_of(
         covariance=placed.covariance,
         centre=placed.centre,
         reach_m=placed.reach_m,
+        normal=placed.normal,
         # In degrees and shares: no similarity changes what a lens did.
         lens_bowing95_deg=None if before is None else before.lens_bowing95_deg,
         lens_stretch95=None if before is None else before.lens_stretch95,

@@ -27,6 +27,7 @@ _ANGLES = (
     ("roll", "bank", "camera roll", "gimbal roll", "gimbalrolldegree", "camerarolldegree"),
 )  # fmt: skip
 _NAMES = ("yaw", "pitch", "roll")
+_SWING = 3.0
 _NORTHS = {
     **dict.fromkeys(("", "grid", "g"), "grid"),
     **dict.fromkeys(("true", "t", "geographic"), "true"),
@@ -90,7 +91,18 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
         ]
     )
     norths = _norths(table, len(photos), north)
-    return attitude_table(photos, angles, sigma, norths, doubted="magnetic" in norths)
+    yaws = np.isfinite(angles[:, 0])
+    unstated = bool(yaws.any()) and not np.isfinite(sigma[yaws, 0]).any()
+    notes: tuple[str, ...] = ()
+    if unstated and "magnetic" not in norths:
+        notes = (
+            tr(
+                "The yaws state no accuracy (sigma_yaw): as they may rest on a compass, they are "
+                "doubted by as much as one. State it, or how far north may be off."
+            ),
+        )
+    doubted = unstated or "magnetic" in norths
+    return attitude_table(photos, angles, sigma, norths, doubted=doubted, notes=notes)
 
 
 def attitude_table(
@@ -134,7 +146,9 @@ def _require_angles(table: NamedTable, angles: Array) -> None:
     """And bring roll within half a turn. Raises InputError."""
     angles[:, 2] = np.where(angles[:, 2] > 180.0, angles[:, 2] - 360.0, angles[:, 2])
     for column, lowest, highest in ((0, -360.0, 360.0), (1, -90.0, 90.0), (2, -180.0, 180.0)):
-        outside = (angles[:, column] < lowest) | (angles[:, column] > highest)
+        # A gimbal that looks straight down swings a little beyond.
+        beyond = _SWING if column == 1 else 0.0
+        outside = (angles[:, column] < lowest - beyond) | (angles[:, column] > highest + beyond)
         for row in np.flatnonzero(outside):
             said = tr("{name} is between {lowest:g} and {highest:g} degrees. Correct it.",
                       name=_NAMES[column], lowest=lowest, highest=highest)  # fmt: skip

@@ -420,18 +420,18 @@ class _Run:
                     + (" …" if len(part.views) > 5 else ""),
                 )
             )
+        registration = report_data.at_the_edge(placed.registration, textured, self.log.note)
         placed_names = {view.name for view in scene.views}
         missing = [p.name for p in photos.photos if p.name not in placed_names]
-        cameras = report_data.as_placed(alignment.cameras, scene, placed.registration)
+        cameras = report_data.as_placed(alignment.cameras, scene, registration)
         survey = check_scene(
             scene,
             unregistered=missing,
             other_parts=alignment.parts[1:],
             cameras=cameras,
-            planes=report_data.planes_of_model(cloud, textured, placed.registration),
+            planes=report_data.planes_of_model(cloud, textured, registration),
         )
-        lengths = scene.track_lengths
-        rows = report_data.photo_rows(photos.photos, scene, placed.registration)
+        rows = report_data.photo_rows(photos.photos, scene, registration)
         for row in rows:
             gain = dressed.facts["report"]["gains"].get(row["name"])
             row["exposure"] = None if gain is None else sum(gain) / 3
@@ -461,11 +461,11 @@ class _Run:
             "folder": str(self.folder),
             "warnings": self.log.notes,
             "tie_points": len(scene.points),
-            "tie_points_of_3": int((lengths >= 3).sum()),
+            "tie_points_of_3": int((scene.track_lengths >= 3).sum()),
             "photo_rows": rows,
             "dense_gsd_m": report_data.dense_gsd(rows, self.dense_px),
             "calibration": report_data.calibration(cameras, photos.photos),
-            "registration": placed.registration,
+            "registration": registration,
             "model": report_data.model(cloud, textured, dressed.facts["report"]),
             "settings": self.settings.as_dict(),
             "versions": report_data.versions("pycolmap", "open3d", "cv2", "numba"),

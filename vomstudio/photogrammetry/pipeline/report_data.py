@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
@@ -131,35 +131,63 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
         "centre": list(report.centre),
         "bowing": _bowing(report.bowing),
         "lens_bowing": lens_bowing(report.lens_bend),
-        "warnings": list(report.warnings),
+        "warnings": _but_bowing(report),
     }
 
 
 def _bowing(found: Bowing | None) -> dict[str, Any] | None:
-    """By residuals, in degrees of dip."""
+    """By residuals, with degrees of dip."""
     if found is None:
         return None
     return {
+        **asdict(found),
         "edge_from_middle_deg": found.side_deg,
         "edge_from_middle_error95_deg": found.side_error95_deg,
         "edge_to_edge_deg": found.across_deg,
-        "significant": found.significant,
-        "reach_m": found.reach_m,
     }
 
 
 def lens_bowing(found: LensBend | None) -> dict[str, Any] | None:
-    """By the 95 % errors of the lenses, in degrees of dip."""
+    """By the 95 % errors of the lenses, with degrees of dip."""
     if found is None:
         return None
     return {
+        **asdict(found),
         "edge_from_middle95_deg": found.side_deg,
         "edge_to_edge95_deg": found.across_deg,
         "stretch95_deg": found.stretch_deg,
-        "stretch95": found.stretch95,
-        "curvature95_per_m": found.curvature95_per_m,
-        "reach_m": found.reach_m,
     }
+
+
+def at_the_edge(
+    registration: Mapping[str, Any], mesh: Mesh, tell: Callable[[str], object]
+) -> dict[str, Any]:
+    """What a registration says, with the bowing at the edge of the finished model: tie points, from
+    which it was found, do not reach as far. tell : hears it in words"""
+    from vomstudio.document.registration_errors import bowing_of_registration
+    from vomstudio.geology.bowing import LensBend, model_shape
+    from vomstudio.io.project.reconstructions import registration_of
+    from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
+
+    _, axes, reach = model_shape(mesh.vertices)
+    shape = {"reach_m": reach, "normal": axes[2].tolist()}
+    facts: dict[str, Any] = {**registration, "shape": shape}
+    bowing, bend = bowing_of_registration(registration_of({"registration": facts}, "")), None
+    if lens := registration.get("lens_bowing"):
+        bend = LensBend(lens["curvature95_per_m"], reach, lens["stretch95"])
+    said = [*said_of_bowing(bowing), *said_of_lenses(bend, bowing)]
+    facts |= {"bowing": _bowing(bowing), "lens_bowing": lens_bowing(bend)}
+    for warning in said:
+        tell(warning)
+    return facts | {"warnings": [*registration.get("warnings", ()), *said]}
+
+
+def _but_bowing(report: GpsReport | ControlReport) -> list[str]:
+    """Its warnings without those of bowing, which are said of the finished model."""
+    from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
+
+    said = [*said_of_bowing(report.bowing), *said_of_lenses(report.lens_bend, report.bowing)]
+    return [warning for warning in report.warnings if warning not in said]
 
 
 def control_registration(report: ControlReport) -> dict[str, Any]:
@@ -186,7 +214,7 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
         "centre": list(report.centre),
         "bowing": _bowing(report.bowing),
         "lens_bowing": lens_bowing(report.lens_bend),
-        "warnings": list(report.warnings),
+        "warnings": _but_bowing(report),
     }
 
 

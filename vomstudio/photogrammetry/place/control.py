@@ -411,7 +411,7 @@ def _warnings(report: ControlReport) -> Iterator[str]:
             points=", ".join(few),
         )
     if not any(p.role == "check" for p in report.points):
-        yield tr("There are no check points, so the registration is not verified independently.")
+        yield tr("No check points judge the model independently of those that placed it.")
     if max(report.tilt_error_deg, report.rotation_error_deg[2]) > _WARN_DEG:
         yield tr(
             "The control points determine the model's azimuth only to about {azimuth:.1f}° and its "

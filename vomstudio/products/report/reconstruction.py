@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping, Sequence
 from html import escape
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +11,7 @@ import numpy as np
 
 from vomstudio.files.atomic import atomic_write
 from vomstudio.io.project.reconstructions import registration_of
+from vomstudio.products.report.residual_map import as_svg, residual_map
 from vomstudio.registration.summary import summary_of
 from vomstudio.words import to_translate, tr, tr_n
 
@@ -45,8 +44,7 @@ def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
             _photos(result),
             _heading(tr("Cameras")),
             *map(_camera, result["calibration"]),
-            _heading(tr("Frame")),
-            _frame(result),
+            _heading(tr("Registration")),
             _registration(result),
             _heading(tr("Model")),
             _facts(result["model"], "m" if result["scaled"] else tr("units")),
@@ -109,7 +107,10 @@ def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> st
 
 
 def _number(value: float | None, digits: int, unit: str = "") -> str:
-    return "–" if value is None or value != value else f"{value:,.{digits}f}{unit}"
+    if value is None or value != value:
+        return "–"
+    # Less than half of the last digit is nought, without a sign.
+    return f"{round(value, digits) + 0.0:,.{digits}f}{unit}"
 
 
 def _photos(result: Mapping[str, Any]) -> str:
@@ -175,26 +176,33 @@ def _camera(camera: Mapping[str, Any]) -> str:
     return text
 
 
-def _frame(result: Mapping[str, Any]) -> str:
-    found = result["registration"]
-    if refused := found.get("refused"):
-        text = tr("The model was not registered. {reason}", reason=refused)
-        return f"<p>{escape(text)}</p>"
-    facts = _facts({key: value for key, value in found.items() if not isinstance(value, list)})
-    return facts + _points(found.get("points", []))
-
-
 def _registration(result: Mapping[str, Any]) -> str:
-    """What the registration is worth, and what is to be minded about it; "" without one."""
+    """What the registration is worth, what is to be minded about it, and by what it was found."""
     found = result["registration"]
-    if found.get("refused") or "rotation_error_deg" not in found:
-        return ""
     told = summary_of(registration_of(result, ""))
-    text = f"<p>{escape(told.sentence)}</p>" if told.sentence else ""
-    text += _table(["", ""], [("", fact) for fact in told.facts])
+    facts = [(tr("Coordinate system"), str(found["crs"]))] if found.get("crs") else []
+    if found.get("heights"):
+        facts.append((tr("Heights"), _plain(found["heights"])))
+    if reason := found.get("refused"):
+        lead = tr(
+            "The model was not registered, so that its angles and lengths are those of a frame of "
+            "its own. {reason}",
+            reason=reason,
+        )
+        what = tr(
+            "It can be registered later: by control points, positions of cameras, compass "
+            "readings, level lines and measured lengths (vomstudio register, or Model > Register "
+            "by points)."
+        )
+        text = f"<p>{escape(lead)}</p><p>{escape(what)}</p>"
+    else:
+        text = f"<p>{escape(told.sentence)}</p>" if told.sentence else ""
+    text += _table(["", ""], [("", fact) for fact in (*facts, *told.facts)])
     warnings = dict.fromkeys((*found.get("warnings", ()), *told.warnings))
     text += "".join(f'<p class="note">{escape(said)}</p>' for said in warnings)
-    return _heading(tr("Registration")) + text
+    if decisions := found.get("decisions"):
+        text += f"<p>{escape(decisions)}</p>"
+    return text + residual_map(found, result["scaled"]) + _points(found.get("points", []))
 
 
 def _points(points: Sequence[Mapping[str, Any]]) -> str:
@@ -223,22 +231,6 @@ def _points(points: Sequence[Mapping[str, Any]]) -> str:
 
 
 _LABELS = {
-    "method": to_translate("registered by"),
-    "crs": to_translate("coordinate system"),
-    "heights": to_translate("heights"),
-    "positions": to_translate("GPS positions"),
-    "used": to_translate("GPS positions used"),
-    "decisions": to_translate("bundle adjustment"),
-    "adjusted_together_with_the_cameras": to_translate("adjusted together with the cameras"),
-    "rms_m": to_translate("rms residual, m"),
-    "rms_control_m": to_translate("rms residual of control points, m"),
-    "rms_check_m": to_translate("rms residual of check points, m"),
-    "sigma_m": to_translate("standard error of a coordinate, m"),
-    "scale_error": to_translate("relative standard error of the scale"),
-    "rotation_error_deg": to_translate("standard error of the rotation, degrees"),
-    "about_up": to_translate("about up"),
-    "about_east": to_translate("about east"),
-    "about_north": to_translate("about north"),
     "points": to_translate("points"),
     "faces": to_translate("triangles"),
     "texture_pages": to_translate("texture pages"),
@@ -262,9 +254,6 @@ _LABELS = {
 }
 """By the names of figures, settings and stages in the result; others are shown as they are."""
 _VALUES = {
-    "camera positions (GPS)": to_translate("camera positions (GPS)"),
-    "ground control points": to_translate("ground control points"),
-    "local, in metres": to_translate("local, in metres"),
     "above sea level": to_translate("above sea level"),
     "above the ellipsoid": to_translate("above the ellipsoid"),
     "control": to_translate("control"),
@@ -320,7 +309,6 @@ def _times(result: Mapping[str, Any]) -> str:
 
 def _picture(result: Mapping[str, Any]) -> str:
     """Cameras and tie points from above and from the side."""
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
     cloud, cameras, looks = (np.asarray(result["drawing"][k]) for k in ("points", "at", "looks"))
@@ -339,16 +327,10 @@ def _picture(result: Mapping[str, Any]) -> str:
         axes.set_xlabel(f"{names[0]}, {unit}")
         axes.set_ylabel(f"{names[1]}, {unit}")
         axes.set_title(title)
-    buffer = BytesIO()
-    FigureCanvasSVG(figure).print_svg(buffer)
-    data = base64.b64encode(buffer.getvalue()).decode("ascii")
-    text = escape(
+    return as_svg(
+        figure,
         tr(
             "Cameras (blue, with view directions) and tie points (grey), relative to the origin of "
             "the frame."
-        )
-    )
-    return (
-        f'<figure><img src="data:image/svg+xml;base64,{data}" alt="{text}">'
-        f'<figcaption class="small">{text}</figcaption></figure>'
+        ),
     )

@@ -183,7 +183,8 @@ class DisplacementPanel(SeenPanel):
 
     def _answer(self) -> Answered | None:
         """None without pairs. Raises VomError, which says what is missing."""
-        from vomstudio.geology.faults.cutoffs import bed_of, cut_offs
+        from vomstudio.geology.beds.common_attitude import bed_of
+        from vomstudio.geology.faults.cutoffs import cut_offs
         from vomstudio.geology.faults.displacement import Errors
         from vomstudio.geology.faults.displacement_pairs import displacements
 

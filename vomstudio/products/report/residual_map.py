@@ -1,0 +1,125 @@
+"""The picture of a registration: its points, what is left over at them, and the axis about which
+the model is held worst."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from html import escape
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+# The longest arrow, beside the width of the picture.
+_LONGEST = 0.12
+_NAMED = 25
+
+
+def residual_map(found: Mapping[str, Any], scaled: bool) -> str:
+    """From above and from the side, as HTML; "" without points. found : the registration of a
+    result; scaled : in metres"""
+    from matplotlib.figure import Figure
+
+    labels, places, left, check = _points(found)
+    if len(labels) < 3:
+        return ""
+    middle = places.mean(axis=0)
+    at = places - middle
+    sizes = np.linalg.norm(left, axis=1)
+    reach = float(np.ptp(at, axis=0).max()) or 1.0
+    times = _nice(_LONGEST * reach / sizes.max()) if sizes.max() > 0 else 1.0
+    figure = Figure(figsize=(9.5, 4.4), layout="constrained")
+    unit = "m" if scaled else tr("model units")
+    worst = _weakest(found)
+    sides = ((0, 1, "xy", tr("from above")), (0, 2, "xz", tr("from the south")))
+    for axes, (i, j, names, title) in zip(figure.subplots(1, 2), sides, strict=True):
+        if worst is not None:
+            along = 0.55 * reach * worst
+            axes.plot([-along[i], along[i]], [-along[j], along[j]], "--", color="#d55e00", lw=1.2)
+        for which, mark in ((~check, "o"), (check, "s")):
+            axes.plot(
+                at[which, i], at[which, j], mark, color="#0072b2", markersize=4.0,
+                markerfacecolor="#0072b2" if mark == "o" else "white",
+            )  # fmt: skip
+        axes.quiver(
+            at[:, i], at[:, j], times * left[:, i], times * left[:, j], color="#222222",
+            angles="xy", scale_units="xy", scale=1.0, width=0.004,
+        )  # fmt: skip
+        # From the side they would hide each other.
+        if len(labels) <= _NAMED and j == 1:
+            for label, place in zip(labels, at, strict=True):
+                axes.annotate(
+                    label, (place[i], place[j]), (3, 3), textcoords="offset points", fontsize=7
+                )
+        axes.margins(0.15)
+        axes.set_aspect("equal", "datalim")
+        axes.set_xlabel(f"{names[0]}, {unit}")
+        axes.set_ylabel(f"{names[1]}, {unit}")
+        axes.set_title(title)
+    return as_svg(
+        figure,
+        tr(
+            "Points of the registration about their middle (squares: check points); arrows: model "
+            "less given, {times:,.0f} times; dashed: the axis about which the model is held worst.",
+            times=times,
+        )
+        if times >= 1.0
+        else tr(
+            "Points of the registration about their middle (squares: check points); arrows: model "
+            "less given, {times:.2g} times; dashed: the axis about which the model is held worst.",
+            times=times,
+        ),
+    )
+
+
+def as_svg(figure: Any, caption: str) -> str:
+    """A matplotlib figure within a page."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    buffer = BytesIO()
+    FigureCanvasSVG(figure).print_svg(buffer)
+    data = base64.b64encode(buffer.getvalue()).decode("ascii")
+    text = escape(caption)
+    return (
+        f'<figure><img src="data:image/svg+xml;base64,{data}" alt="{text}">'
+        f'<figcaption class="small">{text}</figcaption></figure>'
+    )
+
+
+def _points(found: Mapping[str, Any]) -> tuple[list[str], Array, Array, npt.NDArray[np.bool_]]:
+    """Labels, places, residuals and which of them only judge."""
+    rows = [
+        (row["label"], row["surveyed"], row["residual_m"], row["role"] == "check")
+        for row in found.get("points", ())
+        if row.get("role") in ("control", "check") and row.get("residual_m") and row.get("surveyed")
+    ]
+    rows += [
+        (row["name"], row["surveyed"], [row[axis] for axis in ("dx", "dy", "dz")], False)
+        for row in found.get("residuals", ())
+        if row.get("used") and row.get("surveyed")
+    ]
+    return (
+        [str(row[0]) for row in rows],
+        np.array([row[1] for row in rows], np.float64).reshape(-1, 3),
+        np.array([row[2] for row in rows], np.float64).reshape(-1, 3),
+        np.array([row[3] for row in rows], bool),
+    )
+
+
+def _weakest(found: Mapping[str, Any]) -> Array | None:
+    covariance = np.array(found.get("covariance", []), np.float64)
+    if covariance.shape != (7, 7) or not covariance.any():
+        return None
+    return np.asarray(np.linalg.eigh(covariance[:3, :3])[1][:, -1], np.float64)
+
+
+def _nice(value: float) -> float:
+    """The round number below."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= value) * power)
