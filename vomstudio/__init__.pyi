@@ -3,9 +3,13 @@ from vomstudio.api.agreements import agreement as agreement
 from vomstudio.api.comparisons import compare as compare
 from vomstudio.api.elevations import ElevationModel as ElevationModel
 from vomstudio.api.elevations import dem as dem
+from vomstudio.api.extensions import extend as extend
 from vomstudio.api.extractions import facets as facets
 from vomstudio.api.extractions import follow as follow
 from vomstudio.api.fracture_maps import fractures as fractures
+from vomstudio.api.measures import displacement as displacement
+from vomstudio.api.measures import log as log
+from vomstudio.api.measures import threepoint as threepoint
 from vomstudio.api.models import Mesh as Mesh
 from vomstudio.api.models import PointCloud as PointCloud
 from vomstudio.api.models import read as read
@@ -13,6 +17,8 @@ from vomstudio.api.nets import rose as rose
 from vomstudio.api.nets import stereonet as stereonet
 from vomstudio.api.orthophotos import Orthophoto as Orthophoto
 from vomstudio.api.orthophotos import orthophoto as orthophoto
+from vomstudio.api.plane_bands import plane_band as plane_band
+from vomstudio.api.plane_bands import plane_of_crossing as plane_of_crossing
 from vomstudio.api.planes import LineFit as LineFit
 from vomstudio.api.planes import PlaneFit as PlaneFit
 from vomstudio.api.planes import fit_parallel as fit_parallel
@@ -30,6 +36,7 @@ from vomstudio.api.sets import fold as fold
 from vomstudio.api.sets import slip as slip
 from vomstudio.api.sets import slope as slope
 from vomstudio.api.sets import stats as stats
+from vomstudio.api.surfaces import surface as surface
 from vomstudio.api.surveys import check as check
 from vomstudio.api.surveys import plan as plan
 from vomstudio.api.surveys import read_photos as read_photos

@@ -112,6 +112,18 @@ CASES = (
         like=True,
     ),
     Case(
+        "extend",
+        "extend {specimens}/schema1.vom/models/face/face.obj --plane 110/40 --error 2"
+        " --through 364534,4721858,852 --thickness 2 -o {work}/beds.csv",
+    ),
+    Case(
+        "extend-refused",
+        "extend {specimens}/boulder.ply --plane 20/90 -o {work}/none.csv",
+        code=2,
+    ),
+    Case("surface", "surface {work}/slope.csv -o {work}/slope.tif --profiles {work}/profiles.csv"),
+    Case("surface-refused", "surface {work}/slope.csv -o {work}/slope.png", code=2),
+    Case(
         "facets-refused", "facets {resources}/sample/sample.obj -o {work}/f.csv --angle 90", code=2
     ),
     Case(

@@ -110,3 +110,48 @@ def test_a_wall_cannot_be_seen_from_above(run, tmp_path: Path) -> None:  # type:
     assert run("dem", wall, "-o", tmp_path / "d.tif", "--gsd", 0.5, "--plane", "90/90").code == 0
     assert run("dem", wall, "-o", tmp_path / "x.txt").code == 2
     assert run("dem", wall, "-o", tmp_path / "e.tif", "--limit", 3).code == 2
+
+
+def test_a_model_stands_as_in_its_project(run, table: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    """Registered to World by points: twice as large, turned by 90 degrees, shifted."""
+    import vomstudio as vs
+    from vomstudio.document import edits
+    from vomstudio.document.records import Frame, Model, Registration
+    from vomstudio.io.project.folder import Project
+
+    mesh = tmp_path / "face.xyz"
+    mesh.write_text(table.read_text().replace("1,1,nan\n", ""))
+    folder = tmp_path / "p.vom"
+    with vs.Project.create(folder) as project:
+        project.add_model(mesh, unit="m")
+        project.save()
+    turn = ((0.0, -2.0, 0.0, 1000.0), (2.0, 0.0, 0.0, 500.0), (0.0, 0.0, 2.0, 0.0), (0, 0, 0, 1.0))
+    opened = Project.open(folder)
+    (model,) = opened.session.of(Model)
+    record = Registration("r", "points", "points", Frame("crs", "EPSG:32633"), turn)
+    opened.session.apply(edits.set_registration(opened.session.records, record, [model.id]))
+    opened.close()
+    asked = ("--gsd", 1.0, "--project", folder, "--json")
+    ran = run("dem", mesh, "-o", tmp_path / "d.tif", *asked)
+    assert ran.code == 0, ran.err
+    assert ran.json["crs"] == "EPSG:32633"
+    with rasterio.open(tmp_path / "d.tif") as file:
+        z = file.read(1)
+        for row, column in ((0, 0), (20, 9), (39, 19)):
+            east, north = file.xy(row, column)
+            x, y = (north - 500) / 2, (1000 - east) / 2
+            assert z[row, column] == pytest.approx(2 * (100 + 0.5 * x - 0.25 * y), abs=1e-4)
+    ran = run("section", mesh, "--plane", "090/90", "--through", "990,510,200", "-o",
+              tmp_path / "s.csv", "--slab", 2, "--project", folder, "--json")  # fmt: skip
+    assert ran.code == 0, ran.err
+    assert ran.json["length_m"] == pytest.approx(40 * np.hypot(1, 0.5), rel=0.1)
+    for more, said in ((("--crs", "EPSG:32633"), "--crs"), (("--up", "y"), "--up")):
+        ran = run("dem", mesh, "-o", tmp_path / "e.tif", *asked, *more)
+        assert ran.code == 2
+        assert ran.json["error"]["field"] == said
+    other = tmp_path / "other.xyz"
+    other.write_text("0 0 0\n1 0 0\n0 1 0\n1 1 1\n")
+    ran = run("dem", other, "-o", tmp_path / "e.tif", *asked)
+    assert ran.code == 2
+    assert "No model of this project" in ran.json["error"]["message"]
+    assert not (tmp_path / "e.tif").exists()

@@ -136,3 +136,24 @@ def test_outputs_are_replaced_with_force_only(run, cloud: Path, tmp_path: Path) 
     assert table.read_text() == "mine"
     assert run("facets", cloud, "-o", table, "--force").code == 0
     assert run("facets", cloud, "-o", cloud, "--force").code == 2
+
+
+def test_the_command_takes_the_preset(run, tmp_path: Path) -> None:
+    path = tmp_path / "cube.xyz"
+    rng = np.random.default_rng(3)
+    squares = [
+        sheet(rng, attitude, tuple(end * normal_of(*attitude)), count=1500)
+        for attitude in ((20.0, 90.0), (110.0, 90.0), (0.0, 0.0))
+        for end in (-1.0, 1.0)
+    ]
+    np.savetxt(path, np.concatenate(squares), fmt="%.4f")
+    table = tmp_path / "planes.csv"
+    ran = run("facets", path, "-o", table, "--preset", "dse", "--json")
+    assert ran.code == 0, ran.err
+    assert len(ran.json["sets"]) == 3
+    assert len(ran.json["discontinuities"]) == 6
+    header = next(line for line in table.read_text().splitlines() if not line.startswith("#"))
+    assert header.split(",")[-2:] == ["discontinuity", "wkt"]
+    again = run("sets", table, "-o", tmp_path / "sets.csv", "--json")
+    assert again.code == 0, again.err
+    assert again.json["n"] == 6

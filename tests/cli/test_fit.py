@@ -213,3 +213,37 @@ def test_the_steps_of_the_first_page_find_the_axis_of_the_sample(run, tmp_path: 
         (beta["trend_deg"] - 31.0) * math.cos(math.radians(11.0)), beta["plunge_deg"] - 11.0
     )
     assert off < beta["max_confidence95_deg"] < 5.0
+
+
+def test_straight_traces_say_what_they_determine(run, tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    t = np.linspace(0.0, 5.0, 60)
+    rows = ["id,x,y,z"]
+    for name, way in (("A", (0.0, 1.0, 0.0)), ("B", (np.cos(0.7), 0.0, -np.sin(0.7)))):
+        points = np.outer(t, way) + rng.normal(0.0, 0.01, (60, 3))
+        rows += [f"{name},{x:.4f},{y:.4f},{z:.4f}" for x, y, z in points]
+    traces, sets = tmp_path / "traces.csv", tmp_path / "sets.csv"
+    traces.write_text("\n".join(rows) + "\n")
+    planes = ["dip_direction,dip,set"]
+    for dip_direction, dip, name in ((90.0, 40.0, "bed"), (180.0, 60.0, "joint")):
+        for a, d in rng.normal(0.0, 5.0, (20, 2)):
+            planes.append(f"{dip_direction + a:.1f},{dip + d:.1f},{name}")
+    sets.write_text("\n".join(planes) + "\n")
+    ran = run("fit", traces, "--by", "id", "--sets", sets, "--crossing", "A,B", "--json")
+    assert ran.code == 0
+    first = ran.json["bands"][0]
+    assert first["id"] == "A"
+    assert first["plunge_deg"] == pytest.approx(0.0, abs=0.5)
+    assert first["lowest_dip_deg"] == pytest.approx(0.0, abs=0.5)
+    assert first["highest_dip_deg"] == pytest.approx(90.0, abs=0.5)
+    assert [each["compatible"] for each in first["sets"]] == [True, False]
+    assert first["sets"][0]["name"] == "bed"
+    total = first["none_probability"] + sum(each["probability"] for each in first["sets"])
+    assert total == pytest.approx(1.0)
+    (crossing,) = ran.json["crossings"]
+    assert crossing["dip_direction_deg"] == pytest.approx(90.0, abs=1.0)
+    assert crossing["dip_deg"] == pytest.approx(np.degrees(0.7), abs=1.0)
+    assert "contains the line" in run("fit", traces, "--by", "id").out
+    assert run("fit", traces, "--by", "id", "--crossing", "A,C").code == 2
+    assert run("fit", traces, "--crossing", "1,1").code == 2
+    assert run("fit", traces, "--sets", traces).code == 2

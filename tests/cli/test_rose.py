@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from vomstudio.geology.roses import rose_of
-from vomstudio.products.net.rose import RoseContents, draw_roses, rings_of
+from vomstudio.products.net.rose import draw_roses, rings_of
+from vomstudio.products.net.rose_contents import RoseContents
 
 TABLE = "set,dipdir,dip,length\n" + "".join(
     f"{name},{azimuth + i},{60 + i},{1 + i}\n"
@@ -91,7 +92,7 @@ def test_petals_are_to_scale(by_area: bool) -> None:
     """Area by Gauss's formula: that of a sector of the rose, or its length as its share."""
     rose = rose_of([5, 5, 5, 5, 15, 15, 95], axial=False)
     figure = Figure(figsize=(6.7, 4.0))
-    (ax,) = draw_roses(figure, RoseContents("trend", {"a": rose}, None, by_area))
+    (ax,) = draw_roses(figure, RoseContents("trend", {"a": rose}, None, by_area)).axes.values()
     petals = [p.get_xy() for p in ax.patches if isinstance(p, Polygon)]
     assert len(petals) == 3
     lengths = [float(np.hypot(*p.T).max()) for p in petals]
@@ -115,10 +116,30 @@ def test_rings_are_round_and_hold_the_largest_petal(top: float) -> None:
 
 def test_many_roses_stand_side_by_side_and_apart() -> None:
     roses = {f"Set {i}": rose_of([10.0 * i + j for j in range(9)], axial=True) for i in range(7)}
-    axes = draw_roses(Figure(figsize=(6.7, 8.0)), RoseContents("strike", roses))
-    boxes = [ax.get_position() for ax in axes]
+    drawn = draw_roses(Figure(figsize=(6.7, 8.0)), RoseContents("strike", roses))
+    boxes = [ax.get_position() for ax in drawn.axes.values()]
     for i, a in enumerate(boxes):
         assert 0 <= a.x0 < a.x1 <= 1
         assert a.y1 <= 1
         for b in boxes[:i]:
             assert a.x0 >= b.x1 - 1e-9 or b.x0 >= a.x1 - 1e-9 or a.y1 <= b.y0 or b.y1 <= a.y0
+
+
+def test_dips_are_counted_in_a_histogram(run, write, tmp_path: Path) -> None:
+    words = ["--of", "dip", "--bin", "5", "--weight", "length"]
+    ran = run("rose", write(TABLE), "-o", tmp_path / "r.svg", *words, "--json")
+    assert (ran.json["of"], ran.json["axial"]) == ("dip", False)
+    found = ran.json["sets"]["A"]
+    # 60 to 64 with weights 1 to 5, the last bins from 60 and 85.
+    assert len(found["shares"]) == 18
+    assert found["shares"][12] == pytest.approx(1.0)
+    assert found["mean_deg"] == pytest.approx(np.average(range(60, 65), weights=range(1, 6)))
+    assert found["resultant"] is None
+    words = " ".join(ElementTree.parse(tmp_path / "r.svg").getroot().itertext())
+    assert "Dips; bins of 5°; heights: % of the sum of length" in words
+    wrong = run("rose", write(TABLE), "-o", tmp_path / "s.svg", "--of", "dip", "--bin", "60")
+    assert wrong.code == 2
+    assert "divide 90" in wrong.said
+    none = run("rose", write(TABLE), "-o", tmp_path / "s.svg", "--of", "plunge")
+    assert none.code == 2
+    assert "no lines" in none.said

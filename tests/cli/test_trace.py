@@ -7,6 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.extraction.test_photo_following import clicks as wall_clicks
+from tests.extraction.test_photo_following import wall, written
+
 PROMISED = {"table", "length_m", "snap_m", "plane"}
 
 
@@ -81,4 +84,80 @@ def test_what_cannot_be_followed_is_refused(
     ran = run("trace", slope, "--through", clicks, "-o", tmp_path / "t.csv", "--cost", cost)
     assert ran.code == 2
     assert ran.said
+    assert not (tmp_path / "t.csv").exists()
+
+
+@pytest.fixture(scope="module")
+def photographed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A wall as a file, its photos and cameras, and way-points on its bed."""
+    folder = tmp_path_factory.mktemp("photographed")
+    made = wall(4)
+    written(made, folder)
+    mesh = made.mesh()
+    lines = [
+        "ply", "format ascii 1.0", f"element vertex {len(mesh.vertices)}", "property double x",
+        "property double y", "property double z", f"element face {len(mesh.faces)}",
+        "property list uchar int vertex_indices", "end_header",
+        *(" ".join(f"{v:.9f}" for v in p) for p in mesh.vertices),
+        *(f"3 {a} {b} {c}" for a, b, c in mesh.faces),
+    ]  # fmt: skip
+    (folder / "wall.ply").write_text("\n".join(lines) + "\n")
+    rows = [",".join(f"{v:.6f}" for v in p) for p in wall_clicks(made)]
+    (folder / "clicks.csv").write_text("\n".join(["x,y,z", *rows]) + "\n")
+    return folder
+
+
+def test_a_trace_is_followed_in_a_photo(run, photographed: Path, tmp_path: Path) -> None:
+    table = tmp_path / "bed.csv"
+    words = [
+        "trace", photographed / "wall.ply", "--photo", photographed / "p0.png",
+        "--cameras", photographed / "cameras.json", "--through", photographed / "clicks.csv",
+        "-o", table,
+    ]  # fmt: skip
+    ran = run(*words, "--json")
+    assert ran.code == 0, ran.said
+    assert ran.json.keys() >= PROMISED | {"photo", "voters", "agreeing_share"}
+    assert ran.json["photo"] == "p0.png"
+    assert sorted(ran.json["voters"]) == ["p1.png", "p2.png"]
+    assert ran.json["snap_m"] < 0.02
+    points = np.loadtxt(table, delimiter=",", skiprows=6)
+    assert points.shape == (ran.json["vertices"], 3)
+    made = wall(4)
+    assert np.median(np.abs(points @ made.normal - made.level)) < 0.006
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    assert steps.sum() == pytest.approx(ran.json["length_m"], abs=1e-4)
+    assert run("fit", table, "--json").json["planes"][0]["n_points"] == len(points)
+    # The same by the columns and rows of the photo, the photo by its name, the cameras beside the
+    # model.
+    clicks = tmp_path / "pixels.csv"
+    from vomstudio.io.photos.cameras_file import read_cameras
+
+    pixels = read_cameras(photographed / "cameras.json").views[0].project(wall_clicks(made))
+    clicks.write_text("column,row\n" + "\n".join(f"{x:.4f},{y:.4f}" for x, y in pixels) + "\n")
+    again = run(
+        "trace", photographed / "wall.ply", "--photo", "p0.png", "--through", clicks,
+        "-o", tmp_path / "again.csv", "--json",
+    )  # fmt: skip
+    assert again.code == 0, again.said
+    assert (tmp_path / "again.csv").read_text() == table.read_text()
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--photo", "p9.png"], "has no camera"),
+        (["--photo", "p0.png", "--cost", "curvature"], "no cost 'curvature'"),
+        (["--photo", "p0.png", "--cameras", "none.json"], "none.json"),
+        (["--cameras", "cameras.json"], "--photo"),
+    ],
+)
+def test_what_cannot_be_followed_in_a_photo_is_refused(
+    run, photographed: Path, tmp_path: Path, more: list[str], said: str
+) -> None:
+    ran = run(
+        "trace", photographed / "wall.ply", "--through", photographed / "clicks.csv",
+        "-o", tmp_path / "t.csv", *more,
+    )  # fmt: skip
+    assert ran.code == 2
+    assert said in ran.said
     assert not (tmp_path / "t.csv").exists()

@@ -69,7 +69,7 @@ def test_the_panel_says_how_far_the_model_may_be_turned_and_what_is_wrong_with_i
     assert facts["Turned about up, 95 %"] == "± 0.2°"
     assert facts["Weakest axis, 95 %"] == "090/00 ± 0.59°"
     assert facts["Scale, 95 %"] == "± 0.39 %"
-    assert "Bowing, 95 %" in facts
+    assert "Bowing by residuals, 95 %" in facts
     assert "0.59° (95 %)" in told.sentence
     assert any("bowed" in said for said in told.warnings)
     assert not any("bowed" in said for said in summary_of(registration(0.0)).warnings)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import circmean, circvar
 
 from vomstudio.errors import UsageError
-from vomstudio.geology.roses import bins_of, rose_of
+from vomstudio.geology.roses import bins_of, histogram_of, rose_of
 
 azimuths = st.lists(st.floats(-720, 720), min_size=1, max_size=40)
 
@@ -97,3 +97,36 @@ def test_bins_that_do_not_fit_are_refused(width: float) -> None:
         bins_of(width)
     with pytest.raises(UsageError, match="negative"):
         rose_of([10.0], axial=True, weights=[-1.0])
+
+
+@settings(deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(0, 90), st.floats(0.1, 50)), min_size=2, max_size=40),
+    st.sampled_from([1.0, 5.0, 10.0, 22.5, 45.0]),
+)
+def test_dips_are_counted_as_numpy_counts_them(
+    found: list[tuple[float, float]], width: float
+) -> None:
+    dips, weights = np.array(found).T
+    got = histogram_of(dips, bin_deg=width, weights=weights)
+    edges = np.arange(0.0, 90.0 + width, width)
+    # numpy knows nothing of a hair.
+    away = np.abs(dips[:, None] - edges).min(axis=1)
+    sound = (away > 1e-6) | (dips == 90.0)
+    got = histogram_of(dips[sound], bin_deg=width, weights=weights[sound])
+    want, _ = np.histogram(dips[sound], edges, weights=weights[sound])
+    if sound.any():
+        np.testing.assert_allclose(got.shares, want / weights[sound].sum(), atol=1e-12)
+        assert got.mean_deg == pytest.approx(np.average(dips[sound], weights=weights[sound]))
+
+
+def test_the_spread_of_dips_is_the_standard_deviation() -> None:
+    dips = np.array([10.0, 20.0, 25.0, 70.0])
+    assert histogram_of(dips).std_deg == pytest.approx(dips.std(ddof=1))
+    assert histogram_of(dips, weights=[3.0] * 4).std_deg == pytest.approx(dips.std(ddof=1))
+    assert histogram_of([45.0]).std_deg is None
+    assert histogram_of([np.nan, 90.0]).left_out == 1
+    assert histogram_of([90.0]).shares[-1] == 1.0
+    for wrong in (7.0, 60.0, 0.0, np.nan):
+        with pytest.raises(UsageError):
+            histogram_of([1.0], bin_deg=wrong)

@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from PySide6.QtCore import QPoint, QRect, QTimer
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -31,6 +32,7 @@ from tests import driver
 from tests.journeys.conftest import bare_outcrop, read_picks
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Model
 
 _BOOK = """station,kind,dip direction,dip,x,y,z
 F1,Bedding,270,45,500010,5100010,1
@@ -157,12 +159,35 @@ class Walk:
                        "plan_survey", "video_frames", "fit_model", "documentation"):  # fmt: skip
             with self.seen(action):
                 run(action)
+        with self.seen("extend_plane"):
+            window.studio.selection.set([next(iter(read_picks()))])
+            run("extend_plane")
+        self._surface(model)
         self._book()
         self._page()
         self.modal("find_command", lambda: run("find_command"))
         self.modal("shortcuts", lambda: run("shortcuts"))
         self._photos()
         self._alignment()
+
+    def _surface(self, model: Model) -> None:
+        from dataclasses import replace
+
+        from vomstudio.document.kinds.patch import Patch
+        from vomstudio.tools.brush_stroke import record_figures
+
+        opened, zero = self.window.studio.models[model.id], (0.0, 0.0, 0.0)
+        ids = np.arange(len(opened.data.faces) // 2)
+        patch = Patch(
+            "p1", "P1", "fault", model.id, model.content_hash, "face", (), 0, zero,
+            (zero, zero, zero), 0.0,
+        )  # fmt: skip
+        driver.wait(lambda: opened.surface._faces_of is not None, "the search structures")
+        patch = replace(patch, **record_figures(opened.surface, ids))
+        assert self.window.studio.attempt(edits.add_features, [patch])
+        self.window.studio.selection.set(["p1"])
+        with self.seen("patch_surface"):
+            self.window.actions_table.run("patch_surface")
 
     def _book(self) -> None:
         from vomstudio.ui.analyse.net_commands import import_readings

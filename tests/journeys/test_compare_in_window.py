@@ -82,6 +82,34 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
     )
 
 
+def test_distances_are_there_when_the_project_is_opened_again(
+    window, outcrop, higher, tmp_path
+) -> None:
+    id_ = driver.open_outcrop(window, outcrop)
+    studio = window.studio
+    panel = panel_of(window)
+    panel.other.take(higher)
+    driver.wait(panel.start.isEnabled, "the benchmark")
+    driver.click(panel.start, panel.start.rect().center())
+    driver.wait(lambda: panel.held is not None, "the distances", 60.0)
+    first = panel.figures.text()
+    folder = tmp_path / "kept"
+    studio.save_as(folder)
+    driver.settled(window)
+    assert list((folder / "comparisons").glob("*.npz"))
+    panel.export_to(tmp_path / "after.ply")
+    driver.wait((tmp_path / "after.ply").is_file, "the file", 60.0)
+    studio.new_project()
+    studio.open_project(folder)
+    driver.wait(lambda: id_ in studio.models, "the model", 60.0)
+    studio.selection.set([id_])
+    panel.refresh()
+    driver.wait(lambda: panel.held is not None, "the kept distances", 60.0)
+    assert panel.figures.text() == first
+    assert panel.held.fields.is_relative_to(folder)
+    assert FIELD in studio.models[id_].data.fields
+
+
 def test_planes_measured_on_both_are_held_beside_their_errors(
     window, outcrop, higher, picks
 ) -> None:

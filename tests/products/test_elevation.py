@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.interpolate import LinearNDInterpolator
+from scipy.spatial import Delaunay
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.orientation import Plane
@@ -158,18 +159,44 @@ def test_holes_are_bridged_up_to_the_limit() -> None:
     assert np.isfinite(closed).all()
 
 
-def test_a_large_cloud_is_triangulated_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("lattice", [False, True])
+def test_cells_are_those_of_the_triangulation_of_all_points(lattice: bool) -> None:
+    """Qhull's triangles without those that have a side over the limit, across the seams of tiles,
+    around a hole and past the edge; on a lattice four points lie on each circle."""
+    rng = np.random.default_rng(7)
+    if lattice:
+        xy = np.array([(i, j) for i in range(140) for j in range(140)]) * 0.2
+    else:
+        xy = rng.uniform(0, 30, (20_000, 2)) * [1, 0.9]
+    xy = xy[np.hypot(*(xy - [12, 9]).T) > 3]
+    cloud = PointCloud(np.column_stack([xy, 0.2 * xy[:, 0] + 0.1 * xy[:, 1]]))
+    z = cloud.points[:, 2] if lattice else np.hypot(*(xy - 15).T)
+    cloud = PointCloud(np.column_stack([xy, z]))
+    plan = plan_of(cloud, gsd=0.021)
+    assert plan.grid.columns == plan.grid.rows == 2
+    limit = 0.7
+    heights, _ = draw_heights(cloud, plan, limit=limit)
+    triangles = Delaunay(xy)
+    corners = xy[triangles.simplices]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    rows, columns = np.indices(heights.shape)
+    matrix = plan.cell_to_world
+    at = np.stack([columns + 0.5, rows + 0.5], axis=-1) @ matrix[:2, :2].T + matrix[:2, 3]
+    owner = triangles.find_simplex(at)
+    known = (owner >= 0) & (longest[owner] <= limit)
+    # An edge may fall to either side.
+    assert (np.isfinite(heights) == known).mean() > 0.9999
+    assert 0.02 < (~known).mean() < 0.2
+    expected = LinearNDInterpolator(triangles, z)(at)
+    both = np.isfinite(heights) & known
+    assert np.abs(heights[both] - expected[both]).max() < 1e-4
+    assert np.median(np.abs(heights[both] - expected[both])) < 1e-6
+
+
+def test_of_a_dense_cloud_each_cell_holds_the_mean(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(7)
     xy = rng.uniform(0, 30, (20_000, 2))
     cloud = PointCloud(np.column_stack([xy, np.hypot(*(xy - 15).T)]))
-    plan = plan_of(cloud, gsd=0.02)
-    assert plan.grid.columns == 2
-    whole, _ = draw_heights(cloud, plan)
-    monkeypatch.setattr(drawing, "WHOLE_POINTS", 19_000)
-    parts, _ = draw_heights(cloud, plan)
-    assert (np.isfinite(whole) == np.isfinite(parts)).mean() > 0.999
-    same = np.isfinite(whole) & np.isfinite(parts)
-    assert (whole[same] == parts[same]).mean() > 0.999
     monkeypatch.setattr(drawing, "TILE_POINTS", 100)
     coarse = plan_of(cloud, gsd=0.5)
     dense, _ = draw_heights(cloud, coarse)

@@ -9,6 +9,7 @@ from pyproj import Transformer
 
 from vomstudio.errors import GeometryError
 from vomstudio.registration import coordinate_checks as checks
+from vomstudio.registration.placing import register_points
 
 Array = npt.NDArray[np.float64]
 LABELS = [f"P{i}" for i in range(8)]
@@ -143,3 +144,47 @@ def test_cameras_that_look_up_and_positions_that_are_noise_are_told() -> None:
     _, world = site()
     (said,) = checks.said_of_noise(world, world + [60.0, 0.0, 0.0])
     assert "60 m" in said
+
+
+def test_heights_that_were_not_measured_are_named() -> None:
+    rng = np.random.default_rng(4)
+    model = rng.uniform(-20, 20, (6, 3))
+    level = np.column_stack([model[:, :2], np.full(6, 320.0)])
+    assert "All heights are 320" in checks.said_of_one_height(model, level)[0]
+    # Points on flat ground are at one height.
+    flat = model * [1.0, 1.0, 0.0]
+    assert checks.said_of_one_height(flat, flat + [0.0, 0.0, 320.0]) == []
+
+
+@pytest.mark.parametrize(
+    ("labels", "alike"),
+    [
+        (["GCP 1", "gcp1", "GCP2"], True),
+        (["P01", "P1"], True),
+        (["1-1", "11", "A", "A'"], False),
+        (["P1", "P10", "P2"], False),
+    ],
+)
+def test_labels_that_look_like_those_of_one_point(labels: list[str], alike: bool) -> None:
+    assert bool(checks.said_of_like_labels(labels)) is alike
+
+
+def test_accuracies_in_another_unit_are_doubted() -> None:
+    rng = np.random.default_rng(5)
+    model = rng.uniform(-20, 20, (6, 3))
+    there = model + rng.normal(0.0, 0.01, model.shape)
+    for sigma, doubted in ((10.0, True), (0.01, False), (0.03, False)):
+        found = register_points(model, there, np.full(model.shape, sigma))
+        assert any("another unit" in said for said in found.warnings) is doubted
+
+
+def test_two_mistakes_that_hide_each_other_are_both_named() -> None:
+    rng = np.random.default_rng(6)
+    model = rng.uniform(-20, 20, (8, 3))
+    there = model + rng.normal(0.0, 0.01, model.shape)
+    there[0] += [2.0, 0.0, 0.0]
+    there[1] += [0.0, -3.0, 1.0]
+    found = register_points(model, there)
+    assert {blunder.label for blunder in found.blunders} == {"1", "2"}
+    sizes = sorted(blunder.error_m for blunder in found.blunders)
+    assert sizes == pytest.approx([2.0, np.sqrt(10.0)], abs=0.1)

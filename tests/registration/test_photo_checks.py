@@ -11,7 +11,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.evidence import Evidence, marked_places, register
-from vomstudio.registration.level_checks import away_deg, said_of_level_lines
+from vomstudio.registration.level_evidence import away_deg, said_of_level_lines
 from vomstudio.registration.wrong_marks import agreeing
 
 Array = npt.NDArray[np.float64]

@@ -14,6 +14,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.prepare import events, preparation
+from vomstudio.rendering.scene import frame_drawing
 from vomstudio.rendering.scene.appearance import DISPLAY_MODES
 from vomstudio.rendering.scene.scene import Scene
 from vomstudio.rendering.view.drawing import FeatureDrawing
@@ -201,6 +202,96 @@ def test_one_feature_changed_among_many_is_that_of_a_full_redraw(
         assert np.array_equal(over, whole), step
     # Otherwise this would be two times the same.
     assert min(drawn) < 0.5 * lines_drawn(scene)
+
+
+@pytest.mark.parametrize("orthographic", [True, False])
+def test_many_features_drawn_in_bands_are_those_drawn_in_one(
+    scene: Scene, orthographic: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    show(scene, "w", wall(relief=0.0))
+    scene.camera.orthographic = orthographic
+    scene.camera.fit(scene.corners(), SIZE)
+    scene.camera.orbit(25.0, 10.0)
+    rng = np.random.default_rng(7)
+
+    def some(name: str) -> FeatureDrawing:
+        line = UTM + rng.uniform((0, -0.3, 0), (10, 0.3, 8)) + rng.normal(0, 0.4, (6, 3))
+        ring = line[:4] + (0.0, 0.3, 0.0) if rng.random() < 0.5 else None
+        return FeatureDrawing(name, line, ring, (1.0, float(rng.random()), 0.2), "", line[0])
+
+    def steps(ask: Callable[[], object]) -> tuple[int, np.ndarray]:
+        """How often bands had to be asked for, and the picture."""
+        ask()
+        count = 0
+        while scene.picture.layering:
+            assert not scene.picture.complete
+            scene.picture.draw_band()
+            count += 1
+        return count, scene.canvas.pixels()[::-1, :, :3].astype(int)
+
+    scene.set_features({f"f{k}": some(f"f{k}") for k in range(300)})
+    scene.set_selected(["f3", "f7", "f299"])
+    whole = {
+        "rest": rest(scene),
+        "draw": steps(lambda: scene.picture.draw(moving=False)),
+        "features": steps(scene.picture.draw_features),
+    }
+    assert whole["draw"][0] == whole["features"][0] == 0
+
+    monkeypatch.setattr(frame_drawing, "BAND_POINTS", 400)
+    scene.canvas.software = True
+    rested = rest(scene)
+    assert scene.picture.complete
+    assert np.array_equal(rested, whole["rest"])
+    for name, ask in {
+        "draw": lambda: scene.picture.draw(moving=False),
+        "features": lambda: (scene.set_scale(1.0), scene.picture.draw_features()),
+    }.items():
+        count, picture = steps(ask)
+        assert count == 5
+        assert np.array_equal(picture, whole[name][1]), name
+    # One that changes between two bands is in the picture, and so is one after the last.
+    scene.set_scale(1.0)
+    scene.picture.draw_features()
+    scene.picture.draw_band()
+    scene.set_features({"f5": some("f5"), "f9": None})
+    _, over = steps(scene.picture.draw_features)
+    scene.set_features({"f11": some("f11")})
+    count, once_more = steps(scene.picture.draw_features)
+    assert count == 0
+    monkeypatch.setattr(frame_drawing, "BAND_POINTS", 10**9)
+    assert np.array_equal(once_more, rest(scene))
+    assert not np.array_equal(once_more, over)
+
+
+def test_features_that_change_while_a_frame_is_in_bands_are_in_it(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(frame_drawing, "BAND_POINTS", 40)
+    scene.canvas.software = True
+    show(scene, "w", wall(relief=0.0))
+    scene.camera.fit(scene.corners(), SIZE)
+    rng = np.random.default_rng(8)
+
+    def some(name: str) -> FeatureDrawing:
+        line = UTM + rng.uniform((0, -0.3, 0), (10, 0.3, 8), (6, 3))
+        return FeatureDrawing(name, line, None, (1.0, 0.4, 0.2), "", line[0])
+
+    scene.set_features({f"f{k}": some(f"f{k}") for k in range(40)})
+    # The depths that are drawn reach no further with the others.
+    line = UTM + np.array([[0.0, -0.3, 0.0], [10.0, 0.3, 8.0]])
+    scene.set_features({"all": FeatureDrawing("all", line, None, (1.0, 0.4, 0.2), "", line[0])})
+    scene.picture.begin_rest()
+    while not scene.picture.layering:
+        assert not scene.picture.refine()
+    scene.picture.refine()
+    scene.set_features({f"f{k}": some(f"f{k}") for k in range(0, 40, 2)})
+    scene.picture.draw_features()
+    while not scene.picture.refine():
+        pass
+    changed = scene.canvas.pixels()[::-1, :, :3].astype(int)
+    monkeypatch.setattr(frame_drawing, "BAND_POINTS", 10**9)
+    assert np.array_equal(changed, rest(scene))
 
 
 def lines_drawn(scene: Scene) -> int:

@@ -16,6 +16,47 @@ class Paths:
         self.asked.append((model_id, cost, ends, live, answer))
 
 
+class Elements:
+    """The faces and points of models that are given."""
+
+    def __init__(self) -> None:
+        self.models: dict = {}
+        self.look = None
+        self.masks: dict = {}
+        self.near: dict = {}
+        self.cut: list = []
+
+    def looking(self):
+        return self.look
+
+    def shown(self):
+        return list(self.models)
+
+    def data(self, model_id):
+        return self.models.get(model_id)
+
+    def spacing(self, model_id):
+        return 0.1
+
+    def neighbours(self, model_id, then):
+        from vomstudio.extraction.selecting.neighbours import neighbours_of
+
+        if model_id not in self.near:
+            self.near[model_id] = neighbours_of(self.models[model_id], 0.1)
+        return self.near[model_id]
+
+    def hidden(self, model_id):
+        return self.masks.get(model_id)
+
+    def hide(self, model_id, hidden):
+        self.masks.pop(model_id, None)
+        if hidden is not None and hidden.any():
+            self.masks[model_id] = hidden
+
+    def cut_out(self, model_id, mask):
+        self.cut.append((model_id, mask))
+
+
 class Context:
     """A ToolContext without a window."""
 
@@ -28,6 +69,7 @@ class Context:
         self.rows_when_shown: list[int] = []
         self.let_go: list = []
         self.paths = Paths()
+        self.elements = Elements()
 
     def set_next(self, type_id, set_name):
         self.next_type_id, self.next_set = type_id, set_name

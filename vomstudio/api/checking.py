@@ -86,6 +86,15 @@ def points(values: Any, name: str = "points") -> Floats:
     return np.ascontiguousarray(array)
 
 
+def pixels_or_points(values: Any, name: str) -> Floats:
+    """(n, 3) as `points`, or (n, 2) finite columns and rows of a photo. Raises InputError."""
+    if hasattr(values, "columns") or np.ndim(values) != 2 or np.shape(values)[1] != 2:
+        return points(values, name)
+    array = numbers(values, name)
+    refuse_rows(np.asarray(~np.isfinite(array).all(axis=1)), tr("no finite column and row"), name)
+    return np.ascontiguousarray(array)
+
+
 def _coordinates_of(values: Any, name: str) -> Any:
     if not hasattr(values, "columns"):
         return values

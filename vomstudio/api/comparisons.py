@@ -69,7 +69,7 @@ def compare(
     report = told(progress, cancel)
     first, second = placed(model, "model"), placed(benchmark, "benchmark")
     said: list[str] = []
-    if not (_is_array(model) or _is_array(benchmark)):
+    if not (is_array(model) or is_array(benchmark)):
         said = crs_doubts(first[1], second[1], (tr("The model"), tr("the benchmark")))
     error = single_number(registration_error_m, "registration_error_m")
     if error is None and m3c2 is not None:
@@ -85,7 +85,7 @@ def compare(
     return found
 
 
-def _is_array(given: Any) -> bool:
+def is_array(given: Any) -> bool:
     return isinstance(given, np.ndarray) or hasattr(given, "columns")
 
 
@@ -95,7 +95,7 @@ def placed(given: Any, name: str) -> tuple[Any, str | None, float | None]:
     from vomstudio.geometry.cloud import PointCloud as Cloud
     from vomstudio.io.gis.crs import world_crs
 
-    if _is_array(given):
+    if is_array(given):
         return Cloud(points(given, name)), None, None
     made: Mesh | PointCloud = model_of(given)
     crs = None if made.crs is None else world_crs(made.crs, made._source.unit_m)

@@ -16,14 +16,9 @@ from vomstudio.api.reporting import Reported, told
 from vomstudio.errors import UsageError
 from vomstudio.products.elevation.heights import draw_heights
 from vomstudio.products.elevation.planning import HeightPlan, plan_heights, reference_plane
+from vomstudio.products.elevation.results import ElevationFigures, Wanted, WrittenElevation
 from vomstudio.products.elevation.shading import dips_of, hillshade
-from vomstudio.products.elevation.writing import (
-    ElevationFigures,
-    Wanted,
-    WrittenElevation,
-    figures_of,
-    write_elevation,
-)
+from vomstudio.products.elevation.writing import figures_of, write_elevation
 from vomstudio.products.ortho.requests import check_gsd
 from vomstudio.reprs import html_table, in_lines
 from vomstudio.words import tr

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import points, single_number, warn
-from vomstudio.api.comparisons import placed
+from vomstudio.api.checking import pixels_or_points, points, single_number, warn
+from vomstudio.api.comparisons import is_array, placed
+from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.tables import frame
+from vomstudio.errors import UsageError
+from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.followed_trace import FollowedTrace
 from vomstudio.progress import CancelToken
 from vomstudio.reprs import Shown
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -25,7 +33,7 @@ class Facets(Shown):
         World), a row for each, its id the facet's label
     coverage, near_planar_share : of the model's area, and of the exposed rock's; None where there
         is none
-    sets : name, n, dip_direction_deg, dip_deg of each, where they were asked for
+    sets, discontinuities : dicts as `vs.sets` tells them, where they were asked for
     labels : {"facet": (n,), "set": (n,)} int32 of the model's points, -1 for none
     """
 
@@ -34,6 +42,7 @@ class Facets(Shown):
     coverage: float | None
     near_planar_share: float | None
     sets: tuple[dict[str, Any], ...]
+    discontinuities: tuple[dict[str, Any], ...]
     labels: dict[str, npt.NDArray[np.int32]]
     area_m2: float
     vegetation_share: float
@@ -52,11 +61,12 @@ class Facets(Shown):
 def facets(
     model: Any,
     *,
-    angle: float = 20.0,
+    angle: float | None = None,
     max_distance: float | None = None,
     min_points: int | None = None,
     min_area: float | None = None,
     sets: bool = False,
+    preset: str | None = None,
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Facets:
@@ -66,12 +76,15 @@ def facets(
     ----------
     model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
         in World, metres
-    angle : degrees by which the surface may be off a facet's plane
+    angle : degrees by which the surface may be off a facet's plane; None takes 20
     max_distance : metres from that plane; None takes the local spacing of the points, or three
         times their local noise where that is more
     min_points : of a facet; None takes 50, or on a mesh 1 % of its area
     min_area : of a facet, square metres
     sets : propose sets among the facets' planes, as `vs.sets` does
+    preset : "dse": sets among the points first, then their planes, with the defaults of the
+        Discontinuity Set Extractor; `angle` is then the cone about a set's pole (30), `min_points`
+        100
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken that stops the work
 
@@ -87,7 +100,8 @@ def facets(
     surface; vs.errors.Cancelled.
 
     Source: region growing as in Wang et al. (2017), Computers & Geosciences 103, 100; the 30 %
-    rule after Tavani et al., section 4.1.3.
+    rule after Tavani et al., section 4.1.3; "dse" after Riquelme et al. (2014), Computers &
+    Geosciences 68, 38.
 
     Examples
     --------
@@ -101,30 +115,36 @@ def facets(
     >>> found.facets, sorted(found.table["dip_deg"].round(3))
     (2, [90.0, 90.0])
     """
-    from vomstudio.extraction.facet_sets import with_sets
-    from vomstudio.extraction.facet_table import WKT, facet_table
-    from vomstudio.extraction.facets import Limits, find_facets
-    from vomstudio.tables.orientation_table import COLUMNS
+    from vomstudio.extraction.facet_search import search, search_limits
 
     report = told(progress, cancel)
     data, crs, _ = placed(model, "model")
-    limits = Limits(
-        float(single_number(angle, "angle") or 0.0),
-        single_number(max_distance, "max_distance"),
-        None if min_points is None else int(single_number(min_points, "min_points") or 0),
-        single_number(min_area, "min_area"),
-    )
+    fewest = None if min_points is None else int(single_number(min_points, "min_points") or 0)
+    limits = search_limits(
+        single_number(angle, "angle"), single_number(max_distance, "max_distance"), fewest,
+        single_number(min_area, "min_area"), preset,
+    )  # fmt: skip
     name = getattr(getattr(model, "path", None), "name", None) or ""
-    found = facet_table(
-        find_facets(data, limits, progress=report), limits, model=name, frame=crs or "local"
+    found = search(
+        data, limits, preset=preset, sets=sets, model=name, frame=crs or "local", progress=report
     )
-    if sets:
-        found = with_sets(found)
     warn(found.warnings)
+    return _as_facets(found)
+
+
+def _as_facets(found: FacetTable) -> Facets:
+    from vomstudio.tables.orientation_table import COLUMNS
+
     table = frame(found.rows, COLUMNS)
-    table[WKT] = [row[WKT] for row in found.rows]
+    for column in found.more:
+        table[column] = [row[column] for row in found.rows]
     return Facets(
-        **{**found.as_dict(), "sets": tuple(found.sets), "warnings": found.warnings},
+        **{
+            **found.as_dict(),
+            "sets": tuple(found.sets),
+            "discontinuities": tuple(found.discontinuities),
+            "warnings": found.warnings,
+        },
         table=table,
         labels=found.as_fields(),
     )
@@ -135,19 +155,27 @@ def follow(
     through: Any,
     *,
     cost: str = "colour",
+    photo: str | Path | None = None,
+    cameras: str | Path | None = None,
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> FollowedTrace:
-    """A line that follows a contact over a model, from way-point to way-point.
+    """A line that follows a contact over a model, from way-point to way-point; or in the pixels of
+    a photo of it, from where lines of sight bring it to the model.
 
     Parameters
     ----------
     model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
         in World, metres
-    through : (w, 3) way-points in World, at least two, in their order
+    through : (w, 3) way-points in World, at least two, in their order; with ``photo`` also (w, 2)
+        columns and rows of it, the middle of its top-left pixel at (0.5, 0.5)
     cost : "colour" (like the colours at the way-points), "dark", "light", "gradient" (edges of
         lightness), "curvature" (edges of the surface), or the name of a field, whose low values are
-        followed
+        followed. In a photo one of the first four
+    photo : path of a photo of the model, at its full resolution; the others that show the place and
+        are found beside it have a say
+    cameras : file of the photos' poses and lenses in the frame of the model's file (cameras.json,
+        COLMAP, Metashape XML ...); None takes those beside the model
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken that stops the work before it searches
 
@@ -155,14 +183,18 @@ def follow(
     -------
     An object with the names of the command: ``points`` (n, 3) every vertex of the path, World, m;
     ``length_m``; ``snap_m``, how far the farthest way-point lies from the path; ``plane``, a dict
-    of the orientation table's columns, None where there is none; ``warnings``.
+    of the orientation table's columns, None where there is none; ``warnings``. With ``photo`` also
+    ``pixels`` (n, 2), ``voters`` (names of the other photos), ``seen`` and ``agreeing`` (n,): how
+    many of them could judge a vertex, and how many show the same there; ``agreeing_share``.
 
     Raises
     ------
     vs.errors.GeometryError for a way-point beyond ten resolutions of the model, and where it does
-    not hang together between two; vs.errors.UsageError for a cost that it does not have.
+    not hang together between two, or the photo does not show it; vs.errors.UsageError for a cost
+    that it does not have; vs.errors.InputError for cameras or photos that cannot be read.
 
-    Source: least-cost paths as in Thiele et al. (2017), Solid Earth 8, 1241; Dijkstra (1959).
+    Source: least-cost paths as in Thiele et al. (2017), Solid Earth 8, 1241; Dijkstra (1959);
+    traces of photos on models after Seers & Hodgetts (2016), Journal of Structural Geology 82, 1.
 
     Examples
     --------
@@ -182,21 +214,55 @@ def follow(
     >>> bool(np.abs(trace.points[:, 2] - 1.0).max() < 0.06)
     True
     """
+    given = model if is_array(model) else model_of(model)
+    told(progress, cancel).stage("Following", None)
+    return _followed(given, through, cost, photo, cameras)
+
+
+def _followed(
+    model: Any, through: Any, cost: str, photo: str | Path | None, cameras: str | Path | None
+) -> FollowedTrace:
     from vomstudio.extraction.followed_trace import followed_trace
+    from vomstudio.extraction.photo_trace import photo_trace
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
 
-    report = told(progress, cancel)
     data, crs, _ = placed(model, "model")
-    way_points = points(through, "through")
-    report.stage("Following", None)
-    found = followed_trace(
-        SurfaceGraph(data),
-        way_points,
-        cost=cost,
-        resolution=resolution(data),
-        model=getattr(getattr(model, "path", None), "name", None) or "",
-        frame=crs or "local",
-    )
-    warn(found.warnings)
+    spacing = resolution(data)
+    asked: dict[str, Any] = {
+        "cost": cost,
+        "resolution": spacing,
+        "model": getattr(getattr(model, "path", None), "name", None) or "",
+        "frame": crs or "local",
+    }
+    found: FollowedTrace
+    if photo is None:
+        if cameras is not None:
+            raise UsageError(
+                tr("Cameras are for a photo to follow in. Name it with photo."), field="cameras"
+            )
+        found = followed_trace(SurfaceGraph(data), points(through, "through"), **asked)
+    else:
+        way_points = pixels_or_points(through, "through")
+        photos = _photos(model, data, spacing, photo, cameras)
+        found = photo_trace(SurfaceGraph(data), photos, way_points, **asked)
+    warn(found.warnings, 4)
     return found
+
+
+def _photos(
+    model: Any, data: Any, spacing: float, photo: str | Path, cameras: str | Path | None
+) -> CalibratedPhotos:
+    from vomstudio.extraction.calibrated_photos import open_photos
+    from vomstudio.io.photos.own_cameras.reading import find_own_cameras
+
+    if cameras is None:
+        path = getattr(model, "path", None)
+        cameras = None if path is None else find_own_cameras(path)
+    if cameras is None:
+        raise UsageError(
+            tr("There are no cameras beside the model. Name their file with cameras."),
+            field="cameras",
+        )
+    source = getattr(model, "_source", None)
+    return open_photos(data, spacing, photo, cameras, None if source is None else source.to_world)

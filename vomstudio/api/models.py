@@ -30,6 +30,7 @@ class Source:
     placed, metric : its north and its unit are known, or were declared
     placing_error_m : how far it may be off as a whole, one sigma along any direction; None where
         nothing says so
+    to_world : (4, 4) from the frame of the file
     """
 
     path: Path
@@ -40,6 +41,7 @@ class Source:
     metric: bool = True
     content_hash: str = ""
     placing_error_m: float | None = None
+    to_world: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -344,7 +346,8 @@ def in_world(
 ) -> Mesh | PointCloud:
     """Data of a file as what users have of it. to_world : (4, 4)"""
     kind = Mesh if isinstance(data, meshes.Mesh) else PointCloud
-    return kind(moved(data, np.asarray(to_world, np.float64)), source)
+    matrix = np.asarray(to_world, np.float64)
+    return kind(moved(data, matrix), replace(source, to_world=matrix))
 
 
 def moved(data: meshes.Mesh | clouds.PointCloud, matrix: Floats) -> meshes.Mesh | clouds.PointCloud:

@@ -10,7 +10,7 @@ from vomstudio.api.tables import Azimuth, rows_of
 from vomstudio.errors import InputError
 from vomstudio.geology.density import DENSITY_METHODS
 from vomstudio.geology.orientation import Plane
-from vomstudio.geology.roses import ROSE_OF, bins_of
+from vomstudio.geology.roses import HISTOGRAM_OF, ROSE_OF, bins_of
 from vomstudio.geology.stereonet import PROJECTIONS
 from vomstudio.words import tr
 
@@ -100,21 +100,22 @@ def stereonet(
 def rose(
     table: Any,
     *,
-    of: Literal["strike", "dip-direction", "trend"] | None = None,
+    of: Literal["strike", "dip-direction", "trend", "dip", "plunge"] | None = None,
     by: str | None = None,
     bin_deg: float = 10.0,
     weight: str | None = None,
     by_area: bool = True,
     azimuth: Azimuth | None = None,
 ) -> Any:
-    """Draw rose diagrams of strikes, dip directions or trends, one for each set.
+    """Draw rose diagrams of strikes, dip directions or trends, or histograms of dips or plunges,
+    one for each set.
 
     Parameters
     ----------
     table, azimuth : as in `stats`
-    of : which azimuth; None for strikes, of lines alone trends. Strikes count at both ends
+    of : which angle; None for strikes, of lines alone trends. Strikes count at both ends
     by : column that tells the sets apart; None for ``set``, else ``kind``
-    bin_deg : width of the bins, which must divide 180 degrees evenly
+    bin_deg : width of the bins, which must divide 180 degrees evenly, of a histogram 90
     weight : column that each row counts by, such as the length; None for one each
     by_area : the area of a petal is its share, else its length
 
@@ -139,11 +140,13 @@ def rose(
     """
     import matplotlib.pyplot as plt
 
-    from vomstudio.products.net.rose import check_roses, draw_roses, figure_size, roses_of_table
+    from vomstudio.products.net.rose import draw_roses, figure_size
+    from vomstudio.products.net.rose_contents import check_roses, roses_of_table
 
     if of is not None:
-        one_of(of, ROSE_OF, "of")
-    bins_of(bin_deg)
+        one_of(of, (*ROSE_OF, *HISTOGRAM_OF), "of")
+    if of not in HISTOGRAM_OF:
+        bins_of(bin_deg)
     rows = rows_of(table, azimuth)
     wanted = of or ("strike" if rows.is_plane.any() else "trend")
     found = roses_of_table(rows, wanted, by, bin_deg=bin_deg, weight=weight, by_area=by_area)

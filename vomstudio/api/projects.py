@@ -155,7 +155,8 @@ class Project:
         session = desk.session
         try:
             untouched = self._recovered and session.top == self._opened_at
-            if session.dirty and not untouched:
+            # Where its place is gone or full it was said when that was met.
+            if session.dirty and not untouched and desk.project.trouble is None:
                 session.discard_unsaved()
         finally:
             desk.project.close()
@@ -167,6 +168,20 @@ class Project:
         desk.save()
         self._recovered, self._opened_at = False, desk.session.top
         warn(written_layers(self._folder, bool(desk.session.features())))
+
+    def save_as(self, path: str | Path) -> None:
+        """Go on in another folder NAME.vom, with the whole history, saved; what was open stays
+        behind as it was last saved. Also where the project's own folder was deleted or replaced
+        meanwhile, or its disk is full: everything that was done is in memory.
+
+        Raises vs.errors.TargetError where there is something already, or it cannot be written;
+        then all is as before. Files that can no longer be read are named in a warning.
+        """
+        desk = self._open_desk()
+        left_out = desk.project.save_as(Path(path))
+        self._folder = desk.project.folder
+        self._recovered, self._opened_at = False, desk.session.top
+        warn(left_out)
 
     # --- looking ---------------------------------------------------------------------------------
     @property
@@ -354,7 +369,7 @@ class Project:
         if model.registration is None:
             return made
         error = model.registration.placing_error_m(made.bounds)
-        return replace(made, _source=replace(source, placing_error_m=error))
+        return replace(made, _source=replace(made._source, placing_error_m=error))
 
     def _figures(self) -> dict[str, Any]:
         if self._desk is None:

@@ -1,35 +1,83 @@
-"""A model placed by pairs of points."""
+"""A model placed by pairs of points, or by whatever else is known of its place."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
-from vomstudio.api.checking import numbers, points, refuse_rows, warn
+from vomstudio.api.checking import numbers, one_of, points, refuse_rows, single_number, warn
+from vomstudio.api.reporting import Reported, told
 from vomstudio.errors import InputError
+from vomstudio.progress import CancelToken
 from vomstudio.registration.placing import register_points
 from vomstudio.registration.results import Placed
 from vomstudio.words import tr
+from vomstudio.workspace.register_order import BESIDE, RegisterOrder, register_model
+
+
+class Known(TypedDict, total=False):
+    """What is known of the place of a model in a file, by the names of the command's options.
+
+    cameras, attitudes : tables, ``geo.txt``, or a folder of photos; True for the photos where they
+        are found. ``model_cameras`` : the model's own cameras, None for those beside it
+    pairs, gcp, marks, horizon, orientations, scale_bars : tables
+    scale, azimuth : rows of seven numbers: two places on the model (model frame), and the metres
+        between them or the azimuth from the first to the second, degrees. level : rows of six: two
+        places at one height; a seventh states the error of the line, degrees, one sigma
+    reference, stable : the model that it is fitted to, and what of that has not moved
+    north : "grid", "true" or "magnetic", where a table does not say; ``date`` (YYYY-MM-DD),
+        ``declination_deg``, ``north_sigma_deg`` : of compass readings
+    crs : the projected CRS, "EPSG:n", in which it is placed
+    progress : called with (stage, steps done, all steps or None), or a Progress
+    cancel : a vs.CancelToken that stops the work
+    """
+
+    cameras: str | Path | bool | None
+    attitudes: str | Path | bool | None
+    pairs: str | Path | None
+    gcp: str | Path | None
+    marks: str | Path | None
+    model_cameras: str | Path | None
+    horizon: str | Path | None
+    orientations: str | Path | None
+    scale_bars: str | Path | None
+    scale: Any
+    azimuth: Any
+    level: Any
+    reference: str | Path | None
+    stable: str | Path | None
+    north: str
+    date: str | None
+    declination_deg: float | None
+    north_sigma_deg: float | None
+    crs: str | None
+    progress: Reported
+    cancel: CancelToken | None
 
 
 def register(
     model_points: Any,
-    world_points: Any,
+    world_points: Any = None,
     *,
     sigma_m: Any = None,
     check: Any = None,
+    **known: Unpack[Known],
 ) -> Placed:
     """The similarity (scale, rotation, shift; never a mirror) from a model to World by points that
-    are known in both.
+    are known in both, or, of the file of a model, by whatever is known of its place.
 
     Parameters
     ----------
-    model_points : (n, 3) in the model's own frame and unit
+    model_points : (n, 3) in the model's own frame and unit; or the path of a model, which is then
+        placed by what the other names give, as by the command ``register``, whose options they are
     world_points : (n, 3) the same points in World, metres
     sigma_m : (n, 3) one-sigma errors of ``world_points``, metres; None takes them as equal and
         estimates them from the residuals
     check : (n,) True for points that judge the result and take no part in it
+    known : of the path of a model, see ``Known``
 
     Returns
     -------
@@ -44,7 +92,8 @@ def register(
     Raises
     ------
     vs.errors.InputError for arrays of other shapes, or points that are no pairs;
-    vs.errors.GeometryError for fewer than three control points, or control points on one line.
+    vs.errors.GeometryError for fewer than three control points, or control points on one line, and
+    for what cannot place a model; vs.errors.UsageError where nothing is given to place it by.
 
     Source: Umeyama (1991), IEEE PAMI 13, 376; covariance of linear least squares; variances of
     groups by Rao's MINQUE; wrong points by deletion residuals (Cook & Weisberg 1982).
@@ -60,7 +109,19 @@ def register(
     >>> found = vs.register(model, world, check=[False, False, False, False, True])
     >>> round(found.scale, 6), round(found.rms_check_m, 6)
     (0.01, 0.0)
+
+    A model of a file by the positions of its cameras would be
+    ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.
     """
+    if isinstance(model_points, str | Path) and world_points is None:
+        _refuse(
+            {"sigma_m": sigma_m, "check": check},
+            tr("Arrays of points belong to an array of model points. Give a table: pairs."),
+        )
+        return _by_file(model_points, known)
+    _refuse(known, tr("This belongs to the path of a model. Give that in place of points."))
+    if world_points is None:
+        raise InputError(tr("Give the same points in World."), field="world_points")
     model, world = points(model_points, "model_points"), points(world_points, "world_points")
     if len(model) != len(world):
         raise InputError(
@@ -75,6 +136,83 @@ def register(
     judges = None if check is None else _flags(check, len(model))
     found = register_points(model, world, sigma, judges)
     warn(found.warnings)
+    return found
+
+
+_TEXTS = (
+    "cameras",
+    "attitudes",
+    "pairs",
+    "gcp",
+    "marks",
+    "model_cameras",
+    "horizon",
+    "orientations",
+    "scale_bars",
+    "reference",
+    "stable",
+    "date",
+    "crs",
+)
+
+
+def _by_file(model: str | Path, known: Known) -> Placed:
+    given: dict[str, Any] = dict(known)
+    progress = told(given.pop("progress", None), given.pop("cancel", None))
+    north = given.pop("north", "grid")
+    one_of(north, ("grid", "true", "magnetic"), "north")
+    angles = [single_number(given.pop(f"{name}_deg", None), f"{name}_deg")
+              for name in ("declination", "north_sigma")]  # fmt: skip
+    lines = {
+        name: _rows(given.pop(name, ()), name, lengths)
+        for name, lengths in (("scale", (7,)), ("azimuth", (7,)), ("level", (6, 7)))
+    }
+    texts = {name: _named(given.pop(name, None)) for name in _TEXTS}
+    for name in given:
+        raise InputError(tr("Nothing of this name is known."), field=name)
+    declination, north_sigma = (None if angle is None else str(angle) for angle in angles)
+    values: dict[str, Any] = {**texts, **lines, "declination": declination}
+    order = RegisterOrder(str(model), north=north, north_sigma=north_sigma, **values)
+    placed = register_model(order, progress).placed
+    warn(placed.warnings)
+    return placed
+
+
+def _refuse(given: Mapping[str, Any], message: str) -> None:
+    for name, value in given.items():
+        if value is not None:
+            raise InputError(message, field=name)
+
+
+def _named(value: str | Path | bool | None) -> str | None:
+    if value is None or value is False:
+        return None
+    return BESIDE if value is True else str(value)
+
+
+def _rows(given: Any, name: str, lengths: tuple[int, ...]) -> list[str]:
+    """Rows of numbers as the options of the command take them."""
+    array = np.asarray(given, object)
+    if array.size == 0:
+        return []
+    rows = (
+        [given]
+        if array.ndim == 1 and not isinstance(array[0], list | tuple | np.ndarray)
+        else (list(given))
+    )
+    found = []
+    for row in rows:
+        values = numbers(row, name).ravel()
+        if len(values) not in lengths:
+            raise InputError(
+                tr(
+                    "Rows of {wanted} numbers are needed, and one has {count}.",
+                    wanted=" or ".join(map(str, lengths)),
+                    count=len(values),
+                ),
+                field=name,
+            )
+        found.append(",".join(repr(float(v)) for v in values))
     return found
 
 

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.api.checking import warn
+from vomstudio.api.checking import numbers, warn
 from vomstudio.api.tables import Azimuth, frame_of_table, rows_of
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.sets.proposals import SetProposal, propose_sets
-from vomstudio.io.text.set_columns import PROBABILITY, SET, places_of
+from vomstudio.geology.sets.scanline import checked_scanline
+from vomstudio.io.text.set_columns import DISCONTINUITY, PROBABILITY, SET, pieces_of
 
 
 @dataclass(frozen=True, repr=False)
@@ -32,6 +33,7 @@ def sets(
     *,
     max_sets: int | None = None,
     seeds: Sequence[tuple[float, float]] = (),
+    scanline: Any = None,
     azimuth: Azimuth | None = None,
 ) -> ProposedSets:
     """Propose sets among planes, with a class of those that belong to none.
@@ -42,14 +44,18 @@ def sets(
         each, degrees; lines in it are left out
     max_sets : sets looked for at most; None for 8
     seeds : (dip direction, dip) of a plane of each set, in place of a proposed number
+    scanline : (2, 3) ends of a straight line, World, m, along which spacing is told too
     azimuth : what a column called only ``azimuth`` means: "strike" or "dipdir"
 
     Returns
     -------
     ProposedSets: ``n``, ``sets`` (each ``name``, ``n``, ``dip_direction_deg``, ``dip_deg``,
-    ``kappa``, ``cone95_deg``, ``spacing_m``, None without x, y, z in metres), ``unassigned``, and
-    ``table``, a DataFrame with the columns ``set`` and ``set_probability``: yours
-    with them, or the orientation table of a file.
+    ``kappa``, ``cone95_deg``, ``fit``, and, None without x, y, z in metres, ``discontinuities``,
+    ``spacing_m``, ``persistence_dip_m``, ``persistence_strike_m``, ``area_m2``, ``p32_1_per_m``
+    with its interval, ``rests_on`` and the others of the command), ``unassigned``,
+    ``discontinuities``, and ``table``, a DataFrame with the columns ``set``, ``set_probability``
+    and, where borders or lambda1 to lambda3 are known, ``discontinuity``: yours with them, or the
+    orientation table of a file.
 
     Raises
     ------
@@ -58,6 +64,7 @@ def sets(
 
     A mixture of Bingham distributions and an even scatter, its number by the integrated completed
     likelihood (Biernacki, Celeux & Govaert 2000); means and kappa after Fisher (1953).
+    Discontinuities, spacing and persistence after Riquelme et al. (2014, 2015, 2018).
 
     Examples
     --------
@@ -70,7 +77,8 @@ def sets(
     """
     rows = rows_of(table, azimuth)
     planes = tuple(Plane(float(direction), float(dip)) for direction, dip in seeds)
-    found = propose_sets(rows, most=max_sets, seeds=planes, places=places_of(rows))
+    line = None if scanline is None else checked_scanline(numbers(scanline, "scanline"))
+    found = propose_sets(rows, most=max_sets, seeds=planes, pieces=pieces_of(rows), scanline=line)
     # A table that was handed over keeps its own columns.
     own_frame = hasattr(table, "columns") and hasattr(table, "itertuples")
     frame = table.copy() if own_frame else frame_of_table(rows, rows.warnings)
@@ -79,6 +87,10 @@ def sets(
     names, shares = np.full(len(frame), "", dtype=object), np.full(len(frame), np.nan)
     names[where], shares[where] = found.assignment, found.probability
     frame[SET], frame[PROBABILITY] = names, shares
+    if found.discontinuity:
+        ids = np.full(len(frame), "", dtype=object)
+        ids[where] = found.discontinuity
+        frame[DISCONTINUITY] = ids
     warn(found.warnings[len(rows.warnings) :])
     own = {f.name: getattr(found, f.name) for f in fields(SetProposal)}
     return ProposedSets(**own, table=frame)

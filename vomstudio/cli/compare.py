@@ -44,6 +44,11 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar=("TABLE", "OTHER"),
         help=tr("planes measured on the model and on the benchmark: the angles between them"),
     )
+    parser.add_argument(
+        "--project",
+        metavar="PROJECT",
+        help=tr("both stand as they do in this project, where it has them"),
+    )
     add_output(parser, tr("write the model with its distances as a field, NAME.ply"))
 
 
@@ -54,7 +59,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.project.reconstructions import placing_error_m
     from vomstudio.registration.comparison import compare, require_lengths
     from vomstudio.registration.overlap import crs_doubts
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.workspace.world_models import read_beside, read_in_world
 
     require_lengths(args.m3c2, args.registration_error)
     if args.output is not None:
@@ -62,8 +67,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_target(args.output, force=args.force, inputs=[args.model, args.benchmark])
     agreed = None if args.orientations is None else _agreement(*args.orientations)
     progress = progress_of(args)
-    model = read_in_world(args.model, progress)
-    benchmark = read_in_world(args.benchmark, progress)
+    model = read_in_world(args.model, progress, project=args.project)
+    benchmark = read_beside(args.benchmark, progress, args.project)
     names = (Path(args.model).name, Path(args.benchmark).name)
     warnings = [
         *(f"{name}: {said}" for name, one in zip(names, (model, benchmark), strict=True)

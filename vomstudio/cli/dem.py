@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.frames_of_models import add_frame
+from vomstudio.cli.common.frames_of_models import add_frame, add_project
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr
@@ -45,6 +45,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("also NAME_contours.gpkg, lines at multiples of so many metres"),
     )
     add_frame(parser)
+    add_project(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -55,6 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.elevation import writing
     from vomstudio.products.elevation.heights import draw_heights
     from vomstudio.products.elevation.planning import plan_heights, reference_plane
+    from vomstudio.products.elevation.results import Wanted
     from vomstudio.products.ortho.requests import check_gsd
     from vomstudio.workspace.world_models import read_in_world
 
@@ -62,11 +64,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_gsd(args.gsd)
     if args.limit is not None and not 0 < args.limit < math.inf:
         raise UsageError(tr("The longest side must be a length in metres."), field="--limit")
-    wanted = writing.Wanted(args.hillshade, args.slope, args.aspect, args.contours)
+    wanted = Wanted(args.hillshade, args.slope, args.aspect, args.contours)
     wanted.check()
     writing.check_targets(args.output, wanted, force=args.force)
     progress = progress_of(args)
-    model = read_in_world(args.model, progress, declared_of(args))
+    model = read_in_world(args.model, progress, declared_of(args), args.project)
     if args.limit is not None and not isinstance(model.data, PointCloud):
         raise UsageError(
             tr("A mesh is not interpolated. --limit is for point clouds and tables."),

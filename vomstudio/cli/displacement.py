@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import Any
 
 from vomstudio.cli.common import text_tables
+from vomstudio.cli.common.angles import pair_of, plane_of
 from vomstudio.cli.common.arguments import Subparsers, add_command
 from vomstudio.cli.common.output import Output
-from vomstudio.errors import InputError, UsageError, VomError
 from vomstudio.words import tr
-
-if TYPE_CHECKING:
-    from vomstudio.geology.orientation import Plane
-    from vomstudio.io.text.tables import TextTable
-
-COLUMNS = ("hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z")
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -52,16 +44,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.faults.displacement import Errors
     from vomstudio.geology.faults.displacement_pairs import displacements
     from vomstudio.geology.orientation import Line, rake_of
+    from vomstudio.io.text.log_reading import pairs_of
     from vomstudio.io.text.tables import read_table
 
-    fault = _plane(args.fault, "--fault")
-    bed = None if args.bed is None else _plane(args.bed, "--bed")
+    fault = plane_of(args.fault, "--fault")
+    bed = None if args.bed is None else plane_of(args.bed, "--bed")
     rake = args.rake
     if args.slip is not None:
-        trend, plunge = _two(args.slip, "--slip")
+        trend, plunge = pair_of(args.slip, "--slip")
         rake = rake_of(Line(trend, plunge), fault)
-    table = read_table(args.pairs)
-    names, points = _pairs(table)
+    names, points = pairs_of(read_table(args.pairs))
     found = displacements(
         names, points[:, :3], points[:, 3:], fault, bed=bed, slip_rake_deg=rake,
         errors=Errors(args.sigma, args.fault_error, args.bed_error, args.rake_error),
@@ -70,47 +62,6 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.result(result)
     out.warn([f"{each['id']}: {each['reason']}" for each in found.skipped])
     out.text(_in_words(result))
-
-
-def _two(text: str, field: str) -> tuple[float, float]:
-    one, _, two = text.partition("/")
-    try:
-        return float(one), float(two)
-    except ValueError as error:
-        raise UsageError(
-            tr("“{text}” is no pair of angles; write it like 120/45.", text=text), field=field
-        ) from error
-
-
-def _plane(text: str, field: str) -> Plane:
-    from vomstudio.geology.orientation import Plane
-
-    direction, dip = _two(text, field)
-    try:
-        return Plane(direction, dip)
-    except VomError as error:
-        raise UsageError(error.message, field=field) from error
-
-
-def _pairs(table: TextTable) -> tuple[list[str], Any]:
-    """Names and (n, 6) coordinates; rows without all six are dropped by their reader's rules."""
-    if table.names is None:
-        if table.width != 6:
-            raise InputError(
-                tr("Pairs need six columns: x, y, z on the hanging wall, then on the footwall."),
-                file=table.path,
-            )
-        points = table.numbers(range(6))
-    else:
-        points = table.numbers([table.find(name) for name in COLUMNS])
-    names = (
-        table.labels(table.find("name"))
-        if table.has("name")
-        else [str(i + 1) for i in range(len(table))]
-    )
-    if not np.isfinite(points).any():
-        raise InputError(tr("No row has all six coordinates."), file=table.path)
-    return names, points
 
 
 def _in_words(result: dict[str, Any]) -> str:

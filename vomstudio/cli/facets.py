@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from vomstudio.workspace.world_models import WorldModel
 
 _SHOWN = 20
+PRESETS = ("dse",)
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -34,7 +35,6 @@ def add_parser(subparsers: Subparsers) -> None:
         "--angle",
         metavar="DEG",
         type=float,
-        default=20.0,
         help=tr("by which the surface may be off a facet's plane (20)"),
     )
     parser.add_argument(
@@ -55,21 +55,25 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--sets", action="store_true", help=tr("propose sets among the facets' planes")
     )
+    parser.add_argument(
+        "--preset",
+        choices=PRESETS,
+        help=tr("dse: sets among the points first, then their planes, as DSE does by default"),
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    from vomstudio.extraction.facet_sets import with_sets
-    from vomstudio.extraction.facet_table import WKT, facet_table
-    from vomstudio.extraction.facets import Limits, find_facets, require_limits
+    from vomstudio.extraction.facet_search import search, search_limits
     from vomstudio.files.atomic import check_target
     from vomstudio.geology.profiles import DEFAULTS
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.tables.orientation_table import write_orientation_csv
     from vomstudio.workspace.world_models import read_in_world
 
-    limits = Limits(args.angle, args.max_distance, args.min_points, args.min_area)
-    require_limits(limits)
+    limits = search_limits(
+        args.angle, args.max_distance, args.min_points, args.min_area, args.preset
+    )
     check_target(args.output, force=args.force, inputs=[args.model])
     if args.labels is not None:
         choose_writer(Path(args.labels))
@@ -77,14 +81,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = progress_of(args)
     model = read_in_world(args.model, progress)
     warnings = list(model.warnings)
-    found = facet_table(
-        find_facets(model.data, limits, progress=progress),
+    found = search(
+        model.data,
         limits,
+        preset=args.preset,
+        sets=args.sets,
         model=Path(args.model).name,
         frame=model.crs or "local",
+        progress=progress,
     )
-    if args.sets:
-        found = with_sets(found)
     if not model.metric:
         warnings.append(
             tr("The file states no unit: what is said in metres is in the unit of the file.")
@@ -95,7 +100,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings += _labelled(args, model, found)
         result["labels"] = args.labels
     write_orientation_csv(
-        args.output, found.rows, crs=model.crs, limits=DEFAULTS, more=(WKT,), force=args.force
+        args.output, found.rows, crs=model.crs, limits=DEFAULTS, more=found.more, force=args.force
     )
     result["warnings"] = warnings
     out.result(result)
@@ -153,14 +158,26 @@ def in_words(found: FacetTable) -> str:
                 share=100.0 * found.near_planar_share,
             )
         )
-    said += [
-        tr(
+    return "\n".join([*said, *(_set_in_words(one) for one in found.sets)])
+
+
+def _set_in_words(one: dict[str, Any]) -> str:
+    plane = (
+        f"{text_tables.azimuth(one['dip_direction_deg'], 1)}/"
+        f"{text_tables.inclination(one['dip_deg'], 1)}"
+    )
+    if one["spacing_m"] is None:
+        return tr(
             "Set {name}: {count} facets about {plane}.",
             name=one["name"],
             count=one["n"],
-            plane=f"{text_tables.azimuth(one['dip_direction_deg'], 1)}/"
-            f"{text_tables.inclination(one['dip_deg'], 1)}",
+            plane=plane,
         )
-        for one in found.sets
-    ]
-    return "\n".join(said)
+    return tr(
+        "Set {name}: {count} facets of {planes} discontinuities about {plane}, {spacing} m apart.",
+        name=one["name"],
+        count=one["n"],
+        planes=one["discontinuities"],
+        plane=plane,
+        spacing=text_tables.figures(one["spacing_m"]),
+    )

@@ -6,7 +6,7 @@ import argparse
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.common import text_tables
+from vomstudio.cli.common import straight_traces, text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, UsageError
@@ -49,6 +49,14 @@ def add_parser(subparsers: Subparsers) -> None:
         default=[],
         help=tr("with --parallel: whether these two lie in one plane (may be given again)"),
     )
+    straight_traces.add_sets(parser)
+    parser.add_argument(
+        "--crossing",
+        metavar="A,B",
+        action="append",
+        default=[],
+        help=tr("the plane that contains these two straight traces (may be given again)"),
+    )
     parser.add_argument(
         "--plot",
         metavar="FILE",
@@ -70,6 +78,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.same and not args.parallel:
         raise UsageError(tr("--same needs --parallel."), field="--same")
     drawn = None if args.plot is None else _plot_of(args)
+    priors = straight_traces.read_sets(args.sets)
     limits = PROFILES[args.profile]
     groups = read_points(args.points, args.by)
     fitted = fitted_planes(
@@ -78,11 +87,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )  # fmt: skip
     rows, skipped = fitted.rows, fitted.skipped
     together = _together(args, groups) if args.parallel else None
+    bands = straight_traces.bands_told(fitted.bands, priors)
+    crossing = straight_traces.crossings(args.crossing, groups.ids, fitted.bands)
     if not rows and together is None:
         raise _nothing_fitted(args.points, args.by, skipped)
     result: dict[str, Any] = {
         "planes": rows,
         "skipped": skipped,
+        "bands": [{"id": name, **found.as_dict()} for name, found in bands.items()],
+        "crossings": crossing,
         "dropped_lines": list(groups.dropped),
         "warnings": list(groups.warnings),
     }
@@ -109,6 +122,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     if rows:
         out.text(f"{_in_words(rows)}\n{limits.in_words}")
+    for name, found in bands.items():
+        out.text("\n".join(f"{name}: {said}" for said in straight_traces.band_in_words(found)))
+    for each in crossing:
+        out.text(straight_traces.crossing_in_words(each))
     if together is not None:
         out.text(f"\n{_together_in_words(together)}")
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command
 from vomstudio.cli.common.output import Output
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.geology.fractures.network import FractureNetwork
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -91,99 +93,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result = {**mapped.found.as_dict(), "image": args.plot}
     out.result(result)
     out.warn(mapped.found.warnings)
-    out.text(_in_words(result))
+    out.text(_in_words(mapped.found))
     for note in mapped.found.notes:
         out.note(note)
 
 
-def _in_words(found: dict[str, Any]) -> str:
-    number, figures = text_tables.number, text_tables.figures
-    nodes, length = found["nodes"], found["length"]
-    rows = [
-        (tr("traces"), tr("{traces:,}, in {pieces:,} pieces", traces=found["traces"],
-                          pieces=found["pieces"])),
-    ]  # fmt: skip
-    error = found["error95"]
-    if error is not None:
-        rows += [
-            (tr("area"), tr("{size} m2", size=number(found["area_m2"], 1))),
-            ("P20", _with_error(found["P20_1_per_m2"], error["P20_1_per_m2"], "1/m2")),
-            (
-                tr("P20 by nodes"),
-                _with_error(found["P20_nodes_1_per_m2"], error["P20_nodes_1_per_m2"], "1/m2"),
-            ),
-            ("P21", _with_error(found["P21_1_per_m"], error["P21_1_per_m"], "1/m")),
-        ]
-    if found["scanline"] is not None:
-        line = found["scanline"]
-        rows += [
-            (tr("scanline"), tr_n(
-                "{count} crossing on {length} m", "{count} crossings on {length} m", line["n"],
-                length=number(found["scanline_m"], 2))),
-            ("P10", tr("{value} 1/m", value=figures(found["P10_1_per_m"]))),
-            (tr("  by Terzaghi"), tr("P21 {value} 1/m, cap: {cap}",
-                                   value=figures(line["P21_1_per_m"]),
-                                   cap=found["terzaghi_cap"] or tr("none"))),
-            (tr("  spacing"), tr("{mean} m along the line, {true} m across the traces, cv {cv}",
-                               mean=figures(line["mean_m"]), true=figures(line["true_mean_m"]),
-                               cv=number(line["cv"], 2))),
-        ]  # fmt: skip
-    rows.append((
-        tr("nodes"),
-        tr("I {i:,}, Y {y:,}, X {x:,} (tolerance {snap:g} m, {mended} ends mended)",
-           i=nodes["I"], y=nodes["Y"], x=nodes["X"], snap=found["snap_m"],
-           mended=len(found["mended"])),
-    ))  # fmt: skip
-    low, high = length["mean_95_m"]
-    rows += [
-        (tr("mean length"), tr("{mean} m (95 %: {low} to {high}), of the pieces {naive} m",
-                               mean=figures(length["mean_m"]), low=figures(low),
-                               high=figures(high), naive=figures(length["naive_mean_m"]))),
-        (tr("  cut off"), tr("{share} % of the pieces by the edge of the area",
-                           share=number(100 * (length["censored_share"] or 0.0), 1))),
-        (tr("  distribution"), _law_in_words(length)),
-    ]  # fmt: skip
-    for of_set in found["sets"] if len(found["sets"]) > 1 else ():
-        rows.append((tr("set {name}", name=of_set["name"]), _set_in_words(of_set)))
+def _in_words(found: FractureNetwork) -> str:
+    from vomstudio.products.fractures.words import figure_rows
+
+    rows = figure_rows(found)
     width = max(len(label) for label, _ in rows)
     return "\n".join(f"{label:<{width}}  {value}" for label, value in rows)
-
-
-def _with_error(value: float, error: float, unit: str) -> str:
-    return tr(
-        "{value} +- {error} {unit} (95 %, of traces placed independently)",
-        value=text_tables.figures(value), error=text_tables.figures(error, 2), unit=unit,
-    )  # fmt: skip
-
-
-def _law_in_words(length: dict[str, Any]) -> str:
-    if length["distribution"] is None:
-        return tr("none: {reason}", reason=length["reason"])
-    parameters = ", ".join(
-        f"{name} {text_tables.figures(value)}" for name, value in length["parameters"].items()
-    )
-    name = length["distribution"].replace("_", " ")
-    if len(length["fits"]) < 2:
-        return f"{name} ({parameters})"
-    second = length["fits"][1]
-    return tr(
-        "{name} ({parameters}); the next, {second}, has an AIC {delta} higher",
-        name=name, parameters=parameters, second=second["distribution"].replace("_", " "),
-        delta=text_tables.number(second["delta_aic"], 1),
-    )  # fmt: skip
-
-
-def _set_in_words(of_set: dict[str, Any]) -> str:
-    said = tr_n(
-        "{count} piece, strike {strike}", "{count} pieces, strike {strike}", of_set["n"],
-        strike=text_tables.azimuth(of_set["strike_deg"], 0),
-    )  # fmt: skip
-    if of_set["P21_1_per_m"] is not None:
-        said += tr(", P21 {value} 1/m", value=text_tables.figures(of_set["P21_1_per_m"]))
-    if of_set["spacing"] is not None:
-        said += tr(
-            ", spacing {mean} m, across the traces {true} m",
-            mean=text_tables.figures(of_set["spacing"]["mean_m"]),
-            true=text_tables.figures(of_set["spacing"]["true_mean_m"]),
-        )
-    return said

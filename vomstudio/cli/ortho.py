@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vomstudio.cli.common.arguments import (
     Subparsers,
@@ -13,13 +13,16 @@ from vomstudio.cli.common.arguments import (
     add_output,
     progress_of,
 )
+from vomstudio.cli.common.frames_of_models import add_project
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.text_tables import azimuth
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
+    from vomstudio.document.records import Matrix, UpAxis
     from vomstudio.geology.table_folds import TableFold
+    from vomstudio.io.models.reader import LoadedModel
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -59,20 +62,22 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--up",
         choices=["y", "z"],
-        default="z",
         help=tr("the model's axis that points up (default z)"),
     )
     parser.add_argument("--unit", type=float, metavar="M", help=tr("metres per unit of the model"))
+    add_project(parser)
+    parser.add_argument(
+        "--around",
+        metavar="X,Y,Z,W,H",
+        help=tr("only so many metres of width and height about this point of World"),
+    )
     add_azimuth(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.document.records import Frame
     from vomstudio.files.atomic import check_target
     from vomstudio.geometry.places import is_unit
-    from vomstudio.io.gis.crs import world_crs
     from vomstudio.io.models.opening import read_model
-    from vomstudio.io.photos.cameras_file import scale_known
     from vomstudio.products.ortho import orthophoto, requests
     from vomstudio.products.ortho.drawn_features import drawing_targets
     from vomstudio.products.ortho.interpretation import read_items
@@ -81,7 +86,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     requests.check_direction(args.trend, args.plunge, args.plane, args.fold)
     if args.unit is not None and not is_unit(args.unit):
         raise UsageError(tr("A unit is a length in metres, such as 0.001 for mm."), field="--unit")
+    if args.project is not None and (args.up is not None or args.unit is not None):
+        raise UsageError(
+            tr("With --project the model stands as it does there. Leave out the other option."),
+            field="--unit" if args.up is None else "--up",
+        )
     requests.check_gsd(args.gsd)
+    region = None if args.around is None else requests.parse_region(args.around)
     if args.sheet is not None:
         format_of(args.sheet)
     drawings = () if args.draw is None else drawing_targets(args.output).values()
@@ -93,24 +104,23 @@ def run(args: argparse.Namespace, out: Output) -> None:
     features = None if args.draw is None else read_items(Path(args.draw))
     progress = progress_of(args)
     loaded = read_model(args.model, progress)
-    stated = loaded.unit_m or 1.0
-    unit = stated if args.unit is None else args.unit
+    place = _place(args, loaded)
     asked = requests.request_picture(
         loaded.data,
         direction,
-        to_world=Frame(unit_m=unit, up_axis=args.up).to_world(),
+        to_world=place.to_world,
         path=args.model,
         gsd_m=args.gsd,
         flip=args.flip,
-        placed=loaded.crs is not None or scale_known(loaded.path) is not False,
-        metric=unit != 1.0,
+        placed=place.placed,
+        metric=place.metric,
+        region=region,
     )
     made = orthophoto.write_orthophoto(
         loaded.data,
         asked.plan,
         args.output,
-        # Other axes or units than the file's are no longer coordinates of its CRS.
-        crs=world_crs(loaded.crs, unit) if args.up == "z" and unit == stated else None,
+        crs=place.crs,
         model=str(loaded.path),
         content_hash=loaded.content_hash,
         sheet=args.sheet,
@@ -122,6 +132,38 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.result(found.as_dict())
     out.warn(found.warnings)
     out.text(_in_words(found.as_dict()))
+
+
+class _Place(NamedTuple):
+    """How the model stands in World. placed : north is known; metric : the unit is, too"""
+
+    to_world: Matrix
+    crs: str | None
+    placed: bool
+    metric: bool
+
+
+def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
+    from vomstudio.document.records import Frame
+    from vomstudio.io.gis.crs import world_crs
+    from vomstudio.io.photos.cameras_file import scale_known
+    from vomstudio.workspace.world_models import model_in
+
+    if args.project is not None:
+        model = model_in(args.project, loaded)
+        frame = model.frame
+        crs = world_crs(frame.crs, frame.unit_m)
+        return _Place(model.to_world, crs, frame.has_north, frame.has_metres)
+    stated = loaded.unit_m or 1.0
+    unit = stated if args.unit is None else args.unit
+    up: UpAxis = args.up or "z"
+    return _Place(
+        Frame(unit_m=unit, up_axis=up).to_world(),
+        # Other axes or units than the file's are no longer coordinates of its CRS.
+        world_crs(loaded.crs, unit) if up == "z" and unit == stated else None,
+        loaded.crs is not None or scale_known(loaded.path) is not False,
+        unit != 1.0,
+    )
 
 
 def _fold(args: argparse.Namespace) -> TableFold:

@@ -11,14 +11,14 @@ from vomstudio.words import tr
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "rose", run, help_=tr("Draw rose diagrams, as SVG, PDF or PNG")
+        subparsers, "rose", run, help_=tr("Draw rose diagrams and histograms of dip")
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
     add_output(parser, tr("the picture, by its ending: .svg, .pdf or .png"), required=True)
     parser.add_argument(
         "--of",
-        choices=["strike", "dip-direction", "trend"],
-        help=tr("which azimuth (default: strike, of lines alone trend)"),
+        choices=["strike", "dip-direction", "trend", "dip", "plunge"],
+        help=tr("which angle (default: strike, of lines alone trend)"),
     )
     parser.add_argument(
         "--bin", type=float, default=10.0, metavar="DEG", help=tr("width of the bins (default 10)")
@@ -40,13 +40,15 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import atomic_write, check_target
-    from vomstudio.geology.roses import bins_of
+    from vomstudio.geology.roses import HISTOGRAM_OF, Rose, bins_of
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format
-    from vomstudio.products.net.rose import check_roses, mean_words, roses_of_table
+    from vomstudio.products.net.rose import mean_words
+    from vomstudio.products.net.rose_contents import check_roses, roses_of_table
 
     format_ = picture_format(args.output, "--output")
-    bins_of(args.bin)
+    if args.of not in HISTOGRAM_OF:
+        bins_of(args.bin)
     check_target(args.output, force=args.force, inputs=[args.table])
     table = read_orientations(args.table, args.azimuth)
     of = args.of or ("strike" if table.is_plane.any() else "trend")
@@ -93,7 +95,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
                     "total": rose.total,
                     "shares": rose.shares.tolist(),
                     "mean_deg": rose.mean_deg,
-                    "resultant": rose.resultant,
+                    "resultant": rose.resultant if isinstance(rose, Rose) else None,
+                    "std_deg": None if isinstance(rose, Rose) else rose.std_deg,
                     "left_out": rose.left_out,
                 }
                 for name, rose in found.roses.items()

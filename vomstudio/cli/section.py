@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.frames_of_models import add_frame, declared_of
+from vomstudio.cli.common.frames_of_models import add_frame, add_project, declared_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr
@@ -43,6 +43,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--within", type=float, metavar="M", help=tr("leave out features farther away than this")
     )
     add_frame(parser)
+    add_project(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -66,7 +67,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     writing.check_projection(curtain, along)
     writing.check_targets(args.output, args.features is not None, force=args.force)
     items = () if args.features is None else read_features(args.features)
-    model = read_in_world(args.model, progress_of(args), declared_of(args))
+    model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
     if args.slab is not None and isinstance(model.data, Mesh):
         raise UsageError(tr("A mesh is cut exactly. --slab is for clouds."), field="--slab")
     spacing = 0.0 if isinstance(model.data, Mesh) else point_spacing(model.data)

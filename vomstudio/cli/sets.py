@@ -8,6 +8,7 @@ from typing import Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
 from vomstudio.cli.common.output import Output
+from vomstudio.errors import UsageError
 from vomstudio.words import tr, tr_n
 
 
@@ -21,7 +22,15 @@ def add_parser(subparsers: Subparsers) -> None:
         "--max-sets", type=int, metavar="N", help=tr("look for no more sets than this (default 8)")
     )
     parser.add_argument(
+        "--exactly", type=int, metavar="N", help=tr("this number of sets, however well they part")
+    )
+    parser.add_argument(
         "--seeds", metavar="DD/D,...", help=tr("a plane of each set, in place of a proposed number")
+    )
+    parser.add_argument(
+        "--scanline",
+        metavar="X,Y,Z,X,Y,Z",
+        help=tr("also the spacing of each set along the line between these two points"),
     )
     add_azimuth(parser)
 
@@ -29,14 +38,33 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target, write_bytes
     from vomstudio.geology.sets.proposals import parse_seeds, propose_sets
+    from vomstudio.geology.sets.scanline import parse_scanline
     from vomstudio.io.text.orientation_reading import read_orientations
-    from vomstudio.io.text.set_columns import places_of, table_with_sets
+    from vomstudio.io.text.set_columns import pieces_of, table_with_sets
 
     seeds = parse_seeds(args.seeds)
+    if args.exactly is not None and (args.seeds is not None or args.max_sets is not None):
+        raise UsageError(
+            tr("--exactly stands alone: leave out --seeds and --max-sets."), field="--exactly"
+        )
+    line = parse_scanline(args.scanline)
     check_target(args.output, force=args.force, inputs=[args.table])
     table = read_orientations(args.table, args.azimuth)
-    found = propose_sets(table, most=args.max_sets, seeds=seeds, places=places_of(table))
-    text = table_with_sets(table, found.rows, found.assignment, found.probability)
+    found = propose_sets(
+        table,
+        most=args.max_sets,
+        exactly=args.exactly,
+        seeds=seeds,
+        pieces=pieces_of(table),
+        scanline=line,
+    )
+    text = table_with_sets(
+        table,
+        found.rows,
+        found.assignment,
+        found.probability,
+        discontinuity=found.discontinuity,
+    )
     write_bytes(args.output, text.encode("utf-8"), force=args.force)
     result = {**found.as_dict(), "table": args.output}
     out.result(result)
@@ -55,12 +83,20 @@ def _in_words(result: dict[str, Any]) -> str:
             f"{text_tables.inclination(found['dip_deg'])}",
             number(found["kappa"], 1),
             number(found["cone95_deg"], 1),
+            "" if found["discontinuities"] is None else str(found["discontinuities"]),
             number(found["spacing_m"], 3),
+            number(found["persistence_dip_m"], 2),
+            number(found["persistence_strike_m"], 2),
+            number(found["p32_1_per_m"], 2),
         ]
         for found in result["sets"]
     ]
-    heads = [tr("set"), "n", tr("dip direction/dip"), "kappa", tr("cone 95 %"), tr("spacing")]
-    lines = [text_tables.table(heads, ["", "", "deg", "", "deg", "m"], rows)] if rows else []
+    heads = [
+        tr("set"), "n", tr("dip direction/dip"), "kappa", tr("cone 95 %"), tr("discontinuities"),
+        tr("spacing"), tr("along dip"), tr("along strike"), "P32",
+    ]  # fmt: skip
+    units = ["", "", "deg", "", "deg", "", "m", "m", "m", "1/m"]
+    lines = [text_tables.table(heads, units, rows)] if rows else []
     lines.append(
         tr_n(
             "{count} plane of {all} is in no set.",

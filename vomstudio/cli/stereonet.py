@@ -12,6 +12,7 @@ from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
+    from vomstudio.geology.orientation_rows import OrientationRows
     from vomstudio.products.net.contents import NetContents
 
 
@@ -30,6 +31,19 @@ def add_parser(subparsers: Subparsers) -> None:
         dest="set_column",
         help=tr("colour by this column (name or number)"),
     )
+    _add_contours(parser)
+    parser.add_argument(
+        "--projection",
+        choices=["area", "angle"],
+        default="area",
+        help=tr("equal area or equal angle"),
+    )
+    _add_drawn(parser)
+    _add_style(parser)
+    add_azimuth(parser)
+
+
+def _add_contours(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--contour",
         metavar="METHOD",
@@ -54,12 +68,9 @@ def add_parser(subparsers: Subparsers) -> None:
         default=3.0,
         help=tr("smoothness of Kamb's methods: what a uniform scatter has (default 3)"),
     )
-    parser.add_argument(
-        "--projection",
-        choices=["area", "angle"],
-        default="area",
-        help=tr("equal area or equal angle"),
-    )
+
+
+def _add_drawn(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--untilt",
         metavar="DD/D",
@@ -89,7 +100,34 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="T/P/ANGLE",
         help=tr("draw this small circle about an axis (trend/plunge); may be given again"),
     )
-    add_azimuth(parser)
+    parser.add_argument(
+        "--slip-line",
+        action="append",
+        default=[],
+        metavar="DD/D/RAKE",
+        help=tr("draw this plane and the line in it with this rake; may be given again"),
+    )
+    for option, of in (
+        ("--girdles", tr("the great circle that each set fits best")),
+        ("--maxima", tr("mark where each set, or all as contoured, is densest")),
+        ("--errors", tr("the 95 %% ellipse of each plane, by the error columns of the table")),
+        ("--averages", tr("the averages of each set in words, with n and method")),
+    ):
+        parser.add_argument(option, action="store_true", help=of)
+
+
+def _add_style(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--size", metavar="WxH", help=tr("of the figure, in millimetres (default 170x115)")
+    )
+    parser.add_argument("--font", metavar="NAME", help=tr("font of the figure"))
+    for option, of in (
+        ("--font-size", tr("of the letters, in points (default 8)")),
+        ("--symbol-size", tr("of the symbols, in points (default 4.5)")),
+        ("--line-width", tr("of the lines, in points (default 0.8)")),
+    ):
+        parser.add_argument(option, type=float, metavar="PT", help=of)
+    parser.add_argument("--grey", action="store_true", help=tr("without colours"))
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -97,8 +135,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.density import DENSITY_METHODS
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.contents import Contouring
-    from vomstudio.products.net.contours import check_contouring, density_found, few_reasons
+    from vomstudio.products.net.contours import check_contouring
     from vomstudio.products.net.figure import picture_format
+    from vomstudio.products.net.figure_style import FigureStyle, size_of
     from vomstudio.products.net.table_net import net_of_table
 
     format_ = picture_format(args.output, "--output")
@@ -112,6 +151,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
             field="--contour",
         )
     levels = _levels(args.levels)
+    style = FigureStyle(
+        *size_of(args.size), args.font or "", args.font_size, args.symbol_size, args.line_width,
+        args.grey,
+    )  # fmt: skip
+    style.check()
     check_contouring(args.contour, levels, args.sigma)
     look = Contouring(levels, args.filled, args.each_set, args.sigma)
     options = _Options(args)
@@ -124,12 +168,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
         contour=args.contour,
         contouring=look,
     )
-    net = options.of(net)
+    net = options.of(net, table)
 
     from vomstudio.products.net.figure import write_stereonet
 
     with atomic_write(args.output, args.force) as temporary:
-        write_stereonet(temporary, net, format=format_)
+        write_stereonet(temporary, net, format=format_, style=style.of_net(), size_mm=style.size_mm)
+    _tell(args, table, net, out)
+
+
+def _tell(args: argparse.Namespace, table: OrientationRows, net: NetContents, out: Output) -> None:
+    from vomstudio.products.net.contours import density_found, few_reasons
+
     found = density_found(net)
     warnings = [*table.warnings, *few_reasons(net)]
     if found is not None and not found["levels"]:
@@ -144,6 +194,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
             "untilted_by": args.untilt,
             "rotated_by": args.rotate,
             "circles": [circle.label for circle in net.circles_typed],
+            "marks": [
+                {
+                    "label": mark.label,
+                    "trend_deg": mark.line.trend_deg,
+                    "plunge_deg": mark.line.plunge_deg,
+                }
+                for mark in net.marks
+            ],
+            "averages": list(net.averages),
+            "errors": len(net.errors),
             "contour": args.contour,
             "density": found,
             "convention": table.convention,
@@ -167,28 +227,43 @@ class _Options:
     """What is to be done to the net, read before anything else is. Raises UsageError."""
 
     def __init__(self, args: argparse.Namespace) -> None:
-        from vomstudio.products.net.net_options import plane_of, turn_of, typed_cone, typed_plane
-
-        self.plane = None if args.untilt is None else plane_of(args.untilt, "--untilt")
-        self.turn = None if args.rotate is None else turn_of(args.rotate)
-        self.intersections = bool(args.intersections)
-        self.circles = (*map(typed_plane, args.plane), *map(typed_cone, args.cone))
-
-    def of(self, net: NetContents) -> NetContents:
-        """Intersections are turned with the planes; typed circles stay where they were typed."""
         from vomstudio.products.net.net_options import (
-            net_turned,
-            net_untilted,
-            with_intersections,
+            Turning,
+            plane_of,
+            turn_of,
+            typed_cone,
+            typed_plane,
+            typed_slip,
         )
+
+        self.turning = Turning(
+            None if args.untilt is None else plane_of(args.untilt, "--untilt"),
+            *((None, 0.0) if args.rotate is None else turn_of(args.rotate)),
+        )
+        self.intersections = bool(args.intersections)
+        slips = [typed_slip(text) for text in args.slip_line]
+        self.circles = (
+            *map(typed_plane, args.plane),
+            *map(typed_cone, args.cone),
+            *(circle for circle, _ in slips),
+        )
+        self.marks = tuple(mark for _, mark in slips)
+        self.asked = {n for n in ("girdles", "maxima", "errors", "averages") if getattr(args, n)}
+
+    def of(self, net: NetContents, table: OrientationRows) -> NetContents:
+        """Intersections and errors are turned with the planes; what was typed stays."""
+        from vomstudio.products.net.found_in_sets import with_findings
+        from vomstudio.products.net.net_options import net_after, with_intersections
+        from vomstudio.products.net.table_net import error_ellipses
 
         if self.intersections:
             net = with_intersections(net)
-        if self.plane is not None:
-            net = net_untilted(net, self.plane)
-        if self.turn is not None:
-            net = net_turned(net, *self.turn)
-        return replace(net, circles_typed=self.circles)
+        if "errors" in self.asked:
+            net = replace(net, errors=error_ellipses(table))
+        if self.turning.turns:
+            net = net_after(net, self.turning)
+        net = replace(net, circles_typed=self.circles, marks=self.marks)
+        return with_findings(net, self.asked)
 
 
 def _say_densest(found: dict[str, Any], out: Output) -> None:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.cli import trace_drawing
-from vomstudio.cli.common import text_tables
+from vomstudio.cli.common import straight_traces, text_tables, trace_drawing
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import declared_of
 from vomstudio.cli.common.output import Output
@@ -20,6 +20,7 @@ from vomstudio.words import tr
 if TYPE_CHECKING:
     from vomstudio.extraction.followed_trace import FollowedTrace
     from vomstudio.extraction.surface_graph import SurfaceGraph
+    from vomstudio.workspace.world_models import WorldModel
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -30,7 +31,22 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--through",
         metavar="POINTS",
-        help=tr("text table with x, y, z of the way-points, in World, in their order"),
+        help=tr(
+            "text table with x, y, z of the way-points, in World, in their order; or with column, "
+            "row of a photo"
+        ),
+    )
+    parser.add_argument(
+        "--photo", metavar="PHOTO", help=tr("follow in the pixels of this photo of the model")
+    )
+    parser.add_argument(
+        "--cameras",
+        metavar="FILE",
+        help=tr(
+            "where the photos were taken and through what lens: cameras.json or cameras.csv, a "
+            "sparse model of COLMAP, Metashape XML, reconstruction.json, shots.geojson (default: "
+            "beside the model)"
+        ),
     )
     parser.add_argument(
         "--cost",
@@ -41,6 +57,7 @@ def add_parser(subparsers: Subparsers) -> None:
             "gradient, curvature, or low values of a field"
         ),
     )
+    straight_traces.add_sets(parser)
     add_output(parser, tr("write every vertex of the lines as CSV"), required=True)
     trace_drawing.add_options(parser)
 
@@ -60,16 +77,21 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _follow(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    from vomstudio.extraction.followed_trace import followed_trace, write_path
+    from vomstudio.extraction.followed_trace import write_path
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.files.atomic import check_target
     from vomstudio.io.models.opening import resolution
-    from vomstudio.io.text.tables import read_points
     from vomstudio.workspace.world_models import read_in_world
 
-    check_target(args.output, force=args.force, inputs=[args.model, args.through])
-    given = read_points(args.through)
-    if len(given.points) < 2:
+    if args.cameras is not None and args.photo is None:
+        raise UsageError(
+            tr("Cameras are for a photo to follow in. Name it with --photo PHOTO."),
+            field="--cameras",
+        )
+    inputs = [args.model, args.through, args.photo, args.cameras]
+    check_target(args.output, force=args.force, inputs=[i for i in inputs if i is not None])
+    given, noticed = _way_points(args)
+    if len(given) < 2:
         raise InputError(
             tr("A trace is followed between at least two way-points."), file=args.through
         )
@@ -77,20 +99,63 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
     spacing = resolution(model.data)
     try:
         surface = SurfaceGraph(model.data)
-        _require_on_model(args.through, given.points, surface, spacing)
-        found = followed_trace(
-            surface, given.points, cost=args.cost, resolution=spacing,
-            model=Path(args.model).name, frame=model.crs or "local",
-        )  # fmt: skip
+        if given.shape[1] == 3:
+            _require_on_model(args.through, given, surface, spacing)
+        found = _found(args, model, surface, given, spacing)
     except GeometryError as error:
         raise GeometryError(str(error), file=args.through) from error
     notes = [tr("followed over {model}", model=Path(args.model).name), f"cost: {args.cost}"]
+    if args.photo is not None:
+        notes.append(tr("in the photo {photo}", photo=Path(args.photo).name))
     write_path(args.output, found.points, crs=model.crs, notes=notes, force=args.force)
     result: dict[str, Any] = {**found.as_dict(), "table": args.output}
-    result["warnings"] = [*model.warnings, *given.warnings, *found.warnings]
+    result["warnings"] = [*model.warnings, *noticed, *found.warnings]
     out.result(result)
     out.warn(result["warnings"])
     out.text(in_words(found))
+
+
+def _way_points(args: argparse.Namespace) -> tuple[npt.NDArray[np.float64], Sequence[str]]:
+    """(n, 3) in World, or (n, 2) pixels where the table has columns and rows of a photo; and what
+    was noticed in reading."""
+    from vomstudio.io.text.pixel_tables import read_pixels
+    from vomstudio.io.text.tables import read_points
+
+    pixels = None if args.photo is None else read_pixels(args.through)
+    if pixels is not None:
+        return pixels, ()
+    found = read_points(args.through)
+    return found.points, found.warnings
+
+
+def _found(
+    args: argparse.Namespace,
+    model: WorldModel,
+    surface: SurfaceGraph,
+    way_points: npt.NDArray[np.float64],
+    spacing: float,
+) -> FollowedTrace:
+    from vomstudio.extraction.calibrated_photos import open_photos
+    from vomstudio.extraction.followed_trace import followed_trace
+    from vomstudio.extraction.photo_trace import photo_trace
+    from vomstudio.io.photos.cameras_file import FILE_NAME
+    from vomstudio.io.photos.own_cameras.reading import find_own_cameras
+
+    asked: dict[str, Any] = {
+        "cost": args.cost,
+        "resolution": spacing,
+        "model": Path(args.model).name,
+        "frame": model.crs or "local",
+        "priors": straight_traces.read_sets(args.sets),
+    }
+    if args.photo is None:
+        return followed_trace(surface, way_points, **asked)
+    cameras = args.cameras or find_own_cameras(args.model)
+    photos = open_photos(
+        model.data, spacing, args.photo, cameras or Path(args.model).with_name(FILE_NAME),
+        model.to_world,
+    )  # fmt: skip
+    return photo_trace(surface, photos, way_points, **asked)
 
 
 def _require_on_model(
@@ -133,4 +198,6 @@ def in_words(found: FollowedTrace) -> str:
         )
         if found.plane["quality_reason"]:
             said.append(str(found.plane["quality_reason"]))
+    if found.band is not None:
+        said += straight_traces.band_in_words(found.band)
     return "\n".join(said)

@@ -46,10 +46,11 @@ def new_id(prefix: str) -> str:
     return f"{prefix}-{secrets.token_hex(6)}"
 
 
-def add_model(records: Records, model: Model) -> Edit:
+def add_model(records: Records, model: Model, label: str = "") -> Edit:
+    """label : says where it comes from, "" for a file that is opened"""
     if model.id in records:
         raise DocumentError(tr("{model} is already in the project.", model=model.name))
-    return change(records, f"Open model {model.name}", {model.id: model})
+    return change(records, label or f"Open model {model.name}", {model.id: model})
 
 
 def declare_frame(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
 from vomstudio.document.measurement import Floats, Measurement, Records
 from vomstudio.document.records import Feature, Model, OnAModel, Registration, get
 from vomstudio.geology import orientation
-from vomstudio.geology.bowing import Bowing, bowing_of
+from vomstudio.geology.bowing import Bowing, bowing_deg, bowing_of
 from vomstudio.geology.common_turns import Region, Turns, region, together
 from vomstudio.geometry.tilts import direction_covariance
 
@@ -64,13 +65,20 @@ def bowing_of_registration(registration: Registration | None) -> Bowing | None:
     sigma = np.array([p.sigma_m or (np.nan,) * 3 for p in registration.control], np.float64)
     length = np.linalg.norm(left, axis=1)
     right = length <= _WRONG * float(np.median(length))
-    return bowing_of(world[right], left[right], sigma[right])
+    found = bowing_of(world[right], left[right], sigma[right])
+    # The edge is that of the model, which may reach farther than its points.
+    reach = registration.reach_m
+    return found if found is None or reach is None else replace(found, reach_m=reach)
+
+
+def may_be_bowed_deg(registration: Registration) -> float | None:
+    """By how much dips may differ from edge to edge of a model, as in `bowing.bowing_deg`."""
+    return bowing_deg(registration.lens_bowing95_deg, bowing_of_registration(registration))
 
 
 def bowed_deg(models: Iterable[Model | None]) -> float | None:
-    """By how much dips differ from edge to edge of the worst bowed of these models; None where none
-    shows bowing."""
+    """By how much dips may differ from edge to edge of the worst bowed of these models; None where
+    nothing tells of it."""
     registrations = {m.registration.id: m.registration for m in models if m and m.registration}
-    found = [bowing_of_registration(each) for each in registrations.values()]
-    bent = [each.across_deg for each in found if each is not None and each.significant]
-    return max(bent) if bent else None
+    found = [may_be_bowed_deg(each) for each in registrations.values()]
+    return max((each for each in found if each is not None), default=None)

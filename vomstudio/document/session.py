@@ -174,6 +174,10 @@ class Session:
 
     def save(self) -> None:
         self._journal.append("save")
+        self.mark_saved()
+
+    def mark_saved(self) -> None:
+        """The journal ends with a save of the present state."""
         self._saved, self._saved_top = dict(self._records), self.top
         self.recovered = False
         self.history_changed.emit(None)

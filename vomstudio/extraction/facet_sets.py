@@ -2,37 +2,68 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
+import numpy.typing as npt
 
-from vomstudio.extraction.facet_table import FacetTable
-from vomstudio.geology.sets.proposals import propose_sets
-from vomstudio.io.text.orientation_reading import orientations_of
-from vomstudio.io.text.tables import table_of_cells
+from vomstudio.extraction.facet_table import WKT, FacetTable
+from vomstudio.extraction.facets import Facet
+from vomstudio.geology.orientation import planes_to_poles
+from vomstudio.geology.sets.discontinuities import Pieces
+from vomstudio.geology.sets.proposals import SetProposal, described, sets_among
+from vomstudio.io.text.set_columns import DISCONTINUITY, rings_of
 
-_ANGLES = ("dip_direction_deg", "dip_deg")
+Floats = npt.NDArray[np.float64]
 
 
-def with_sets(found: FacetTable) -> FacetTable:
+def with_sets(found: FacetTable, facets: list[Facet]) -> FacetTable:
     """The facets with the sets that `vomstudio sets` proposes among their planes, each facet
-    counting once: in the rows by name, in `set_of` by place among the sets, -1 for none."""
+    counting once: in the rows by name, with the discontinuity that each is a piece of, in `set_of`
+    by place among the sets, -1 for none. facets : of the rows"""
     if not found.rows:
         return found
-    cells = [[repr(float(row[name])) for name in _ANGLES] for row in found.rows]
-    table = orientations_of(table_of_cells(_ANGLES, cells, "facets"), None)
-    places = np.array([[row[axis] for axis in "xyz"] for row in found.rows], np.float64)
-    proposal = propose_sets(table, places=places)
+    return with_proposal(found, facets, sets_among(poles_of(found)))
+
+
+def with_proposal(found: FacetTable, facets: list[Facet], proposal: SetProposal) -> FacetTable:
+    """The same with sets that are already known; `proposal` : for the facets in their order."""
+    proposal = described(proposal, poles_of(found), pieces_of_facets(found, facets))
     names = [one.name for one in proposal.sets]
     number = np.full(len(found.rows) + 1, -1, np.int32)
     rows = list(found.rows)
-    for row, name in zip(proposal.rows, proposal.assignment, strict=True):
-        rows[row] = {**rows[row], "set": name or None}
+    for row, (name, id_) in enumerate(
+        zip(proposal.assignment, proposal.discontinuity, strict=True)
+    ):
+        rows[row] = {**rows[row], "set": name or None, DISCONTINUITY: id_ or None}
         number[row] = names.index(name) if name else -1
     return replace(
         found,
         rows=rows,
-        sets=[vars(one).copy() for one in proposal.sets],
+        sets=[asdict(one) for one in proposal.sets],
+        discontinuities=[asdict(one) for one in proposal.discontinuities],
         set_of=number[found.facet],
         warnings=(*found.warnings, *proposal.warnings),
+    )
+
+
+def poles_of(found: FacetTable) -> Floats:
+    """(n, 3) of the rows."""
+    direction, dip = (
+        np.array([row[name] for row in found.rows], np.float64)
+        for name in ("dip_direction_deg", "dip_deg")
+    )
+    return planes_to_poles(direction, dip)
+
+
+def pieces_of_facets(found: FacetTable, facets: list[Facet]) -> Pieces:
+    """What the facets tell of where they are and how far they reach."""
+    fits = [facet.fit for facet in facets]
+    axes = np.array([fit.axes for fit in fits])
+    spread = np.array([fit.eigenvalues * (fit.trace or 0.0) for fit in fits])
+    return Pieces(
+        np.array([fit.centroid for fit in fits]),
+        np.asarray(np.einsum("mki,mk,mkj->mij", axes, spread, axes)),
+        np.array([facet.area for facet in facets]),
+        rings_of([row[WKT] for row in found.rows]),
     )

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.extraction.facets import Facets, Limits
+from vomstudio.io.text.set_columns import DISCONTINUITY
 from vomstudio.reprs import Shown
 from vomstudio.tables.orientation_table import Row, plane_row
 
@@ -24,7 +25,7 @@ class FacetTable(Shown):
         row is the facet's label
     coverage : share of the model's area that lies in facets; near_planar_share : of the exposed
         rock's, without vegetation and debris; None where there is none
-    sets : name, n, dip_direction_deg, dip_deg of each set, where they were asked for
+    sets, discontinuities : as `vomstudio sets` tells them, where they were asked for
     facet, set_of : (points,) int32 of each point or vertex of the model, -1 for none
     area_m2, vegetation_share, debris_share : of the whole model
     angle_deg, max_distance_m (median), min_points, min_area_m2 : by which they were found
@@ -35,6 +36,7 @@ class FacetTable(Shown):
     coverage: float | None
     near_planar_share: float | None
     sets: list[dict[str, Any]]
+    discontinuities: list[dict[str, Any]]
     facet: npt.NDArray[np.int32]
     set_of: npt.NDArray[np.int32]
     area_m2: float
@@ -45,6 +47,11 @@ class FacetTable(Shown):
     min_points: int
     min_area_m2: float | None
     warnings: tuple[str, ...]
+
+    @property
+    def more(self) -> tuple[str, ...]:
+        """Columns of the rows beyond those of the orientation table."""
+        return (DISCONTINUITY, WKT) if self.sets else (WKT,)
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command, but for its files."""
@@ -82,6 +89,7 @@ def facet_table(found: Facets, limits: Limits, *, model: str, frame: str) -> Fac
         coverage=seen.coverage,
         near_planar_share=seen.near_planar_share,
         sets=[],
+        discontinuities=[],
         facet=found.labels,
         set_of=np.full(len(found.labels), -1, np.int32),
         area_m2=seen.area_m2,

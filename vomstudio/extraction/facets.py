@@ -148,17 +148,51 @@ def find_facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
     )
     wavy = share_going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
+    return _told(data, elements, found, labels, float(np.median(reach)), fewest, thresholds,
+                 wavy > _WAVY)  # fmt: skip
+
+
+def facets_of_labels(
+    cloud: PointCloud,
+    elements: Elements,
+    labels: Labels,
+    limits: Limits,
+    fewest: int,
+    thresholds: Thresholds,
+    progress: Progress,
+) -> tuple[Facets, Ints]:
+    """Facets of pieces that are known already, and of each the label that it had: labels (n,) of
+    the elements, -1 for none."""
+    found, fresh = _facets(cloud, elements, labels, limits, fewest, np.inf, thresholds, progress)
+    kept = np.flatnonzero(fresh >= 0)
+    was = np.zeros(len(found), np.int64)
+    was[fresh[kept]] = labels[kept]
+    # There is no distance by which they were grown: that of the points counts.
+    reach = float(np.median(elements.spacing))
+    return _told(cloud, elements, found, fresh, reach, fewest, thresholds, False), was
+
+
+def _told(
+    data: Mesh | PointCloud,
+    elements: Elements,
+    found: list[Facet],
+    labels: Labels,
+    reach: float,
+    fewest: int,
+    thresholds: Thresholds,
+    wavy: bool,
+) -> Facets:
     large = np.array([_is_believed(facet, thresholds) for facet in found] + [False])
     exposure = exposure_of(elements, labels, large[labels], _colors(data, elements))
     return Facets(
         found,
         _of_points(data, elements, labels),
         elements.of,
-        float(np.median(reach)),
+        reach,
         fewest,
         exposure,
         _of_points(data, elements, exposure.covers),
-        (*elements.warnings, *_said(found, exposure, wavy > _WAVY)),
+        (*elements.warnings, *_said(found, exposure, wavy)),
     )
 
 

@@ -14,6 +14,8 @@ from vomstudio.errors import GeometryError
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.files.atomic import write_bytes
+from vomstudio.geology.band_figures import BandFigures, band_figures
+from vomstudio.geology.plane_bands import SetPrior, band_of
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.planes import fit_plane
@@ -34,6 +36,7 @@ class FollowedTrace(Shown):
     """points : (n, 3) every vertex of the path, World, m; length_m : along it
     snap_m : the farthest that a way-point lies from the path's vertex for it
     plane : row of the orientation table, or None where there is no plane
+    band : of the planes that a straight trace allows; None where its plane is determined
     way_points : how many; cost : what was followed; vertices : n
     """
 
@@ -41,6 +44,7 @@ class FollowedTrace(Shown):
     length_m: float
     snap_m: float
     plane: Row | None
+    band: BandFigures | None
     way_points: int
     cost: str
     vertices: int
@@ -50,6 +54,7 @@ class FollowedTrace(Shown):
         """Ready for JSON, with the names of the command, but for its file."""
         told = {name: value for name, value in vars(self).items() if name != "points"}
         told["warnings"] = list(self.warnings)
+        told["band"] = None if self.band is None else self.band.as_dict()
         return told
 
 
@@ -81,49 +86,71 @@ def followed_trace(
     model: str,
     frame: str,
     thresholds: Thresholds = DEFAULTS,
+    priors: Sequence[SetPrior] = (),
 ) -> FollowedTrace:
     """Follow a contact through way-points (w, 3) in World and fit its plane.
 
-    surface : of a model in World; resolution : of the model, m
+    surface : of a model in World; resolution : of the model, m; priors : sets against which a
+    straight trace is held
     Raises GeometryError for a way-point that is not on the model, for fewer than two, and where the
     model does not hang together between two; UsageError for a cost that the model does not have.
     """
-    if len(way_points) < 2:
-        raise GeometryError(tr("A trace is followed between at least two way-points."))
     follower = Follower(surface, cost)
-    if (row := off_the_model(surface, way_points, resolution)) is not None:
-        raise GeometryError(why_off(row + 1, float(surface.snapped(way_points)[row]), resolution))
+    require_on_model(surface, way_points, resolution)
     path = follower.follow(way_points, whole=True)
-    said: list[str] = []
-    plane: Row | None = None
-    try:
-        fit = fit_plane(path.points)
-    except GeometryError as error:
-        said.append(str(error))
-    else:
-        near = VertexSurface(surface.places + surface.origin)
-        near.build()
-        own = near.resolution_near(path.points)
-        verdict = judge(
-            fit, resolution_m=own, outcrop_normal=near.outcrop_normal(path.points),
-            thresholds=thresholds,
-        )  # fmt: skip
-        plane = plane_row(
-            fit, verdict, id="1", resolution_m=own, model=model, frame=frame,
-            notes=tr(
-                "followed through {count} way-points by {cost}", count=len(way_points), cost=cost
-            ),
-        )  # fmt: skip
+    notes = tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost)
+    plane, band, said = plane_of(
+        path.points, surface, model=model, frame=frame, thresholds=thresholds, notes=notes,
+        priors=priors,
+    )  # fmt: skip
     return FollowedTrace(
         points=path.points,
         length_m=path.length,
         snap_m=float(path.snaps.max()),
         plane=plane,
+        band=band,
         way_points=len(way_points),
         cost=cost,
         vertices=len(path.points),
-        warnings=tuple(said),
+        warnings=said,
     )
+
+
+def require_on_model(surface: SurfaceGraph, way_points: Array, resolution: float) -> None:
+    """Raises GeometryError for fewer than two way-points, and for one that is not on the model."""
+    if len(way_points) < 2:
+        raise GeometryError(tr("A trace is followed between at least two way-points."))
+    if (row := off_the_model(surface, way_points, resolution)) is not None:
+        raise GeometryError(why_off(row + 1, float(surface.snapped(way_points)[row]), resolution))
+
+
+def plane_of(
+    points: Array,
+    surface: SurfaceGraph,
+    *,
+    model: str,
+    frame: str,
+    thresholds: Thresholds,
+    notes: str,
+    priors: Sequence[SetPrior],
+) -> tuple[Row | None, BandFigures | None, tuple[str, ...]]:
+    """The row of the plane through points (n, 3) of a model, or None; the band of planes that they
+    allow where they are straight; and why there is no plane."""
+    try:
+        fit = fit_plane(points)
+    except GeometryError as error:
+        return None, None, (str(error),)
+    near = VertexSurface(surface.places + surface.origin)
+    near.build()
+    own = near.resolution_near(points)
+    verdict = judge(
+        fit, resolution_m=own, outcrop_normal=near.outcrop_normal(points), thresholds=thresholds
+    )
+    row = plane_row(
+        fit, verdict, id="1", resolution_m=own, model=model, frame=frame, notes=notes
+    )  # fmt: skip
+    band = band_of(fit, resolution_m=own)
+    return row, None if band is None else band_figures(band, priors), ()
 
 
 def write_path(

@@ -1,8 +1,7 @@
 """A line that follows a contact between way-points: the path of least cost over the surface.
 
 The idea is that of Compass's trace (Thiele et al. 2017, Solid Earth 8, 1241), the path that of
-Dijkstra (1959). The cost of a metre is between nearly nothing where the surface looks as the
-contact does, and one; so a path is the shortest where nothing is to be seen.
+Dijkstra (1959).
 """
 
 from __future__ import annotations
@@ -13,27 +12,16 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
+from vomstudio.extraction.path_costs import COSTS, OF_COLOURS, node_costs, tint
 from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-COSTS = ("colour", "dark", "light", "gradient", "curvature")
-"""The others are names of fields."""
-
-# A metre on the contact costs this much of one beside it.
-_LEAST = 0.02
-# Of the values in the corridor, in percent, what counts as nothing and as all: a thin bed is a
-# small part of them.
-_LOW, _HIGH = 0.2, 98.0
 STRETCH = 1.4
-# Steps of smoothing that follow each other: a bed of up to some ten nodes has a middle.
-_VALLEY = (2, 4, 8)
 _MARGIN = 12.0
 _WHOLE_NODES = 3_000_000
-# Chroma shows contacts that lightness does not.
-_CHROMA = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +47,7 @@ class Follower:
     def __init__(self, surface: SurfaceGraph, cost: str = "colour") -> None:
         self.surface, self.cost = surface, cost
         coloured = surface.data.colors is not None or surface.textures is not None
-        if cost in ("colour", "dark", "light", "gradient"):
+        if cost in OF_COLOURS:
             if not coloured:
                 fields = ", ".join(surface.data.fields)
                 raise UsageError(
@@ -122,33 +110,28 @@ class Follower:
 
     def _leg(self, one: Array, other: Array, tints: Array | None, number: int) -> Array:
         spacing = self._spacing(one, other)
-        stretch = STRETCH
+        stretch, before = STRETCH, 0
+        # In a graph of points and vertices the nearest of all may be one that is not reached.
+        reached = float(self.surface.tree.query(other)[0]) * (1.0 + 1e-9) + 1e-12
         while True:
             margin = (2.0 * _MARGIN if stretch > STRETCH else _MARGIN) * spacing
             graph = self.surface.corridor(one, other, stretch, margin)
             ends = _nearest(graph.places, np.stack([one, other]))
-            path = _path(graph, ends[0], ends[1], self._costs(graph, tints))
-            if path is not None:
-                return self.surface.world(graph, path)
-            if len(graph.places) >= len(self.surface.places) or stretch > 50.0:
+            if np.linalg.norm(graph.places[ends[1]] - other) <= reached:
+                path = shortest(graph, int(ends[0]), int(ends[1]), self._costs(graph, tints))
+                if path is not None:
+                    return self.surface.world(graph, path)
+            if len(graph.places) in (before, len(self.surface.places)) or stretch > 50.0:
                 raise _apart(number)
-            stretch *= 3.0
+            stretch, before = 3.0 * stretch, len(graph.places)
 
     def _through(self, graph: Graph, given: Array, tints: Array | None) -> list[Array]:
-        """The best of all paths, leg by leg. What the best within the corridor costs bounds the
-        search."""
-        tree = self.surface.tree
-        nodes = np.asarray(tree.query(given)[1], np.int64)
-        weights = _weights(graph, costs := self._costs(graph, tints))
+        """The best of all paths, leg by leg."""
+        nodes = np.asarray(self.surface.tree.query(given)[1], np.int64)
+        costs = self._costs(graph, tints)
         legs = []
         for i in range(len(nodes) - 1):
-            near = np.asarray(
-                tree.query(self._leg(given[i], given[i + 1], tints, i) - self.surface.origin)[1],
-                np.int64,
-            )
-            step = np.linalg.norm(np.diff(graph.places[near], axis=0), axis=1)
-            known = float((step * 0.5 * (costs[near[:-1]] + costs[near[1:]])).sum())
-            path = _shortest(weights, int(nodes[i]), int(nodes[i + 1]), known * 1.001 + 1e-12)
+            path = shortest(graph, int(nodes[i]), int(nodes[i + 1]), costs)
             if path is None:
                 raise _apart(i)
             legs.append(self.surface.world(graph, path))
@@ -170,115 +153,28 @@ class Follower:
         found = []
         for point in given:
             graph = surface.corridor(point, point, 1.0, 4.0 * self._spacing(point, point))
-            assert graph.colours is not None
-            colours = _smoothed(graph, graph.colours)
-            found.append(colours[_nearest(graph.places, point[None])[0]])
-        return _compared(np.array(found))
+            found.append(tint(graph, int(_nearest(graph.places, point[None])[0])))
+        return np.array(found)
 
     def _costs(self, graph: Graph, tints: Array | None) -> Array:
         """(n,) cost of a metre at each node."""
-        if tints is not None:
-            assert graph.colours is not None
-            own = _compared(_smoothed(graph, graph.colours))
-            off = np.min(
-                [np.linalg.norm(own - tint, axis=1) for tint in np.unique(tints, axis=0)], axis=0
-            )
-            value = off / max(float(np.percentile(off, _HIGH)), 1e-9)
-        else:
-            value = self._value(graph)
-            low, high = np.nanpercentile(value, [_LOW, _HIGH])
-            value = (value - low) / max(high - low, 1e-12)
-            value = np.where(np.isfinite(value), value, 1.0)
-        valley = _valley(graph, np.clip(value, 0.0, 1.0))
-        return np.asarray(_LEAST + (1.0 - _LEAST) * valley**2)
-
-    def _value(self, graph: Graph) -> Array:
-        if self.cost == "curvature":
-            return -graph.roughness
-        if self.cost not in COSTS:
-            return graph.fields[self.cost]
-        assert graph.colours is not None
-        light = _smoothed(graph, graph.colours) @ np.array([0.299, 0.587, 0.114])
-        if self.cost == "dark":
-            return np.asarray(light)
-        if self.cost == "light":
-            return np.asarray(-light)
-        return -_gradient(graph, np.asarray(light))
-
-
-def _gradient(graph: Graph, light: Array) -> Array:
-    """Root mean square change of lightness per metre along the arcs of each node."""
-    arcs = graph.arcs.tocoo()
-    i, j = arcs.coords
-    change = ((light[i] - light[j]) / np.maximum(arcs.data, 1e-12)) ** 2
-    n = len(light)
-    sums = np.bincount(i, change, n) + np.bincount(j, change, n)
-    number = np.bincount(i, minlength=n) + np.bincount(j, minlength=n)
-    return np.asarray(np.sqrt(sums / np.maximum(number, 1)))
-
-
-def _smoothed(graph: Graph, values: Array, times: int = 1) -> Array:
-    """The mean (n, c) of each node's values and its neighbours', so many times over."""
-    from scipy.sparse import csr_array
-
-    arcs = graph.arcs
-    n = arcs.shape[0]
-    ones = csr_array((np.ones(len(arcs.data)), arcs.indices, arcs.indptr), shape=(n, n))
-    back = ones.T.tocsr()
-    number = 1.0 + np.diff(arcs.indptr) + np.bincount(arcs.indices, minlength=n)
-    for _ in range(times):
-        values = (values + ones @ values + back @ values) / number[:, None]
-    return np.asarray(values)
-
-
-def _valley(graph: Graph, value: Array) -> Array:
-    """The mean of values (n,) and of what smoothing leaves of them: least in the middle of a bed.
-
-    Inside a bed of one colour the shortest way cuts the corners from side to side, which tilts its
-    plane: always outward where the bed bends back, so that the residuals do not tell.
-    """
-    total, last = value, value
-    for times in _VALLEY:
-        last = _smoothed(graph, last[:, None], times)[:, 0]
-        total = total + last
-    return np.asarray(total / (len(_VALLEY) + 1))
-
-
-def _compared(colours: Array) -> Array:
-    """Red, green, blue as lightness and two chroma (opponent colours)."""
-    r, g, b = colours.T
-    return np.stack(
-        [(r + g + b) / 3.0, _CHROMA * (r - g) / 2.0, _CHROMA * (2.0 * b - r - g) / 4.0], axis=1
-    )
+        return node_costs(graph, self.cost, tints)
 
 
 def _nearest(places: Array, points: Array) -> Ints:
     return np.array([np.argmin(((places - p) ** 2).sum(axis=1)) for p in points], np.int64)
 
 
-def _weights(graph: Graph, costs: Array) -> object:
-    from scipy.sparse import csr_array
+def shortest(graph: Graph, one: int, other: int, costs: Array) -> Ints | None:
+    """Nodes from one to the other on the way that costs least; None where there is no way."""
+    from vomstudio.extraction.path_kernels import least_cost
 
-    arcs = graph.arcs
-    source = np.repeat(np.arange(arcs.shape[0]), np.diff(arcs.indptr))
-    data = arcs.data * (0.5 * (costs[source] + costs[arcs.indices]))
-    # Two places at no distance still are an arc.
-    data = np.maximum(data, 1e-15)
-    return csr_array((data, arcs.indices, arcs.indptr), shape=arcs.shape)
-
-
-def _path(graph: Graph, one: int, other: int, costs: Array) -> Ints | None:
-    return _shortest(_weights(graph, costs), one, other)
-
-
-def _shortest(weights: object, one: int, other: int, limit: float = np.inf) -> Ints | None:
-    """Nodes from one to the other at no more than this cost; None where there is no way."""
-    from scipy.sparse.csgraph import dijkstra
-
-    distance, before = dijkstra(
-        weights, directed=False, indices=one, return_predecessors=True, limit=limit
-    )
-    if not np.isfinite(distance[other]):
+    n = len(graph.places)
+    before, heap, place = (np.empty(n, np.int32) for _ in range(3))
+    if not least_cost(
+        graph.places, graph.starts, graph.near, costs, one, other, np.full(n, np.inf), before,
+        heap, place,
+    ):  # fmt: skip
         return None
     path = [other]
     while path[-1] != one:

@@ -24,7 +24,6 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array
     from scipy.spatial import cKDTree
 
 Array = npt.NDArray[np.float64]
@@ -41,13 +40,15 @@ _BLOCK = 200_000
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """n nodes: places (n, 3) float64 from the surface's origin on; arcs of lengths in metres, each
-    stored once or twice; colours (n, 3) 0 to 255 or None; fields (n,) by name; rough gives the
-    roughness (n,): how sharply the surface bends there, radians on a mesh and the surface variation
-    of a cloud; row (n,) of the point or vertex of the model, -1 for places within faces."""
+    """n nodes: places (n, 3) float64 from the surface's origin on; the neighbours of node i are
+    near[starts[i]:starts[i + 1]], and it is one of each of theirs; colours (n, 3) 0 to 255 or None;
+    fields (n,) by name; rough gives the roughness (n,): how sharply the surface bends there,
+    radians on a mesh and the surface variation of a cloud; row (n,) of the point or vertex of the
+    model, -1 for places within faces."""
 
     places: Array
-    arcs: csr_array
+    starts: Ints
+    near: npt.NDArray[np.int32]
     colours: Array | None
     fields: Mapping[str, Array]
     rough: Callable[[], Array]
@@ -83,7 +84,7 @@ class SurfaceGraph:
         self.row: Ints = rows[first]
         self._node = np.full(len(points), -1, np.int64)
         self._node[rows] = which
-        self._scratch = np.full(len(self.places), -1, np.int64)
+        self._scratch = np.full(len(self.places), -1, np.int64), np.empty(len(rows), np.int64)
 
     @cached_property
     def tree(self) -> cKDTree:
@@ -109,7 +110,8 @@ class SurfaceGraph:
     @cached_property
     def whole(self) -> Graph:
         """All of it, with the colours of its points."""
-        return self._of_nodes(np.arange(len(self.places)))
+        starts, near = self._neighbours
+        return self._graph(np.arange(len(self.places)), self.places, starts, near)
 
     @cached_property
     def _faces(self) -> Ints:
@@ -123,14 +125,14 @@ class SurfaceGraph:
         return np.asarray((self._faces >= 0).all(axis=1) & (a != b) & (b != c) & (c != a))
 
     @cached_property
-    def _mesh_arcs(self) -> tuple[Ints, Ints]:
-        """(first, second) node of each edge, once, sorted by the first; and its starts are found
-        by searching."""
-        faces = self._faces[self._sound_faces]
-        ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    def _neighbours(self) -> tuple[Ints, npt.NDArray[np.int32]]:
+        """Of each node: starts (n + 1,), and the nodes."""
         n = len(self.places)
-        key = np.unique(ends.min(axis=1) * n + ends.max(axis=1))
-        return key // n, key % n
+        if self.is_mesh:
+            return neighbours_of(*_edges(self._faces[self._sound_faces], n), n)
+        there = self._near >= 0
+        source = np.repeat(np.arange(n), there.sum(axis=1))
+        return neighbours_of(source, self._near[there].astype(np.int64), n)
 
     @cached_property
     def _faces_of(self) -> tuple[Ints, Ints]:
@@ -164,10 +166,7 @@ class SurfaceGraph:
     def prepare(self) -> None:
         """Make what paths need, which takes seconds for millions of points; any thread."""
         _ = self.tree, self.textures
-        if self.is_mesh:
-            _ = self._faces_of if self.textures is not None else self._mesh_arcs
-        else:
-            _ = self._near
+        _ = self._faces_of if self._refines else self._neighbours
 
     # --- a part ------------------------------------------------------------------------------
     def world(self, graph: Graph, nodes: Ints) -> Array:
@@ -178,60 +177,47 @@ class SurfaceGraph:
         found[own >= 0] = points[own[own >= 0]]
         return np.asarray(found)
 
+    @property
+    def _refines(self) -> bool:
+        return self.is_mesh and self.textures is not None
+
     def corridor(self, one: Array, other: Array, stretch: float, margin: float) -> Graph:
         """What lies within an ellipse around two places (3,), from the origin on: all paths from
         one to the other that are at most `stretch` times as long as the straight line, and a
-        margin."""
-        apart = float(np.linalg.norm(other - one))
-        reach = stretch * apart + margin
-        rows = np.asarray(
-            self.tree.query_ball_point((one + other) / 2.0, reach / 2.0, return_sorted=True),
-            np.int64,
-        )
+        margin. Of points and vertices what hangs together with the first place."""
+        reach = stretch * float(np.linalg.norm(other - one)) + margin
+        if not self._refines:
+            return self._corridor_of_nodes(one, other, reach)
+        rows = np.asarray(self.tree.query_ball_point((one + other) / 2.0, reach / 2.0), np.int64)
         near = self.places[rows]
         inside = np.linalg.norm(near - one, axis=1) + np.linalg.norm(near - other, axis=1) <= reach
-        rows = rows[inside]
         ends = np.asarray(self.tree.query(np.stack([one, other]))[1], np.int64)
-        rows = np.union1d(rows, ends)
-        if self.is_mesh and self.textures is not None:
-            return self._refined(rows)
-        return self._of_nodes(rows)
+        return self._refined(np.append(rows[inside], ends))
 
-    def _of_nodes(self, rows: Ints) -> Graph:
-        from scipy.sparse import csr_array
+    def _corridor_of_nodes(self, one: Array, other: Array, reach: float) -> Graph:
+        from vomstudio.extraction.path_kernels import part_of, within
 
-        n, every = len(rows), len(rows) == len(self.places)
-        scratch = self._scratch
-        scratch[rows] = np.arange(n)
-        try:
-            if self.is_mesh:
-                source, target = self._edges_among(rows, every)
-            else:
-                near = self._near[rows]
-                there = near >= 0
-                source = np.repeat(np.arange(n), there.sum(axis=1))
-                target = scratch[near[there]]
-        finally:
-            scratch[rows] = -1
-        kept = target >= 0
-        source, target = source[kept], target[kept]
-        places = self.places[rows]
-        length = np.linalg.norm(places[source] - places[target], axis=1)
-        arcs = csr_array((length, (source, target)), shape=(n, n))
+        starts, near = self._neighbours
+        number, rows = self._scratch
+        first = int(self.tree.query(one)[1])
+        count = within(
+            self.places, starts, near, first, np.array(one, np.float64),
+            np.array(other, np.float64), reach, number, rows,
+        )  # fmt: skip
+        found = np.sort(rows[:count])
+        number[found] = np.arange(count)
+        own_starts = np.empty(count + 1, np.int64)
+        own_near = np.empty(int((starts[found + 1] - starts[found]).sum()), np.int32)
+        length = part_of(starts, near, found, number, own_starts, own_near)
+        number[found] = -1
+        return self._graph(found, self.places[found], own_starts, own_near[:length].copy())
+
+    def _graph(self, rows: Ints, places: Array, starts: Ints, near: npt.NDArray[np.int32]) -> Graph:
         row = self.row[rows]
         return Graph(
-            places, arcs, self._colours_of(row), self._fields_of(row),
+            places, starts, near, self._colours_of(row), self._fields_of(row),
             lambda: self._roughness(rows, places), row,
         )  # fmt: skip
-
-    def _edges_among(self, rows: Ints, every: bool) -> tuple[Ints, Ints]:
-        first, second = self._mesh_arcs
-        if every:
-            return first, second
-        low = np.searchsorted(first, rows)
-        count = np.searchsorted(first, rows, side="right") - low
-        at = np.repeat(low - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
-        return np.repeat(np.arange(len(rows)), count), self._scratch[second[at]]
 
     def _refined(self, rows: Ints) -> Graph:
         """The faces at these nodes, divided until an edge is some pixels long."""
@@ -240,7 +226,9 @@ class SurfaceGraph:
         by_node, starts = self._faces_of
         first, count = starts[rows], starts[rows + 1] - starts[rows]
         at = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
-        faces = np.unique(by_node[at])
+        chosen = np.zeros(len(self._faces), np.bool_)
+        chosen[by_node[at]] = True
+        faces = np.flatnonzero(chosen)
         corners = np.asarray(self.data.faces[faces], np.int64)
         used, which = np.unique(corners, return_inverse=True)
         places = np.asarray(self.data.vertices[used], np.float64) - self.origin
@@ -260,24 +248,16 @@ class SurfaceGraph:
     def _welded_graph(
         self, places: Array, triangles: Ints, colours: Array, extra: Array, row: Ints
     ) -> Graph:
-        from scipy.sparse import csr_array
-
         node = welded(places)
         n = int(node.max()) + 1
         first = np.full(n, -1, np.int64)
         first[node[::-1]] = np.arange(len(node))[::-1]
         number = np.bincount(node, minlength=n)
         mean = np.stack([np.bincount(node, colours[:, i], n) / number for i in range(3)], axis=1)
-        corners = node[triangles]
-        ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
-        key = np.unique(ends.min(axis=1) * n + ends.max(axis=1))
-        source, target = key // n, key % n
-        own = places[first]
-        length = np.linalg.norm(own[source] - own[target], axis=1)
         names = list(self.data.fields)
         return Graph(
-            own,
-            csr_array((length, (source, target)), shape=(n, n)),
+            np.ascontiguousarray(places[first]),
+            *neighbours_of(*_edges(node[triangles], n), n),
             mean,
             {name: extra[first, 1 + i] for i, name in enumerate(names)},
             lambda: extra[first, 0],
@@ -335,6 +315,22 @@ class SurfaceGraph:
         found = np.empty((len(rows), 3)), np.empty(len(rows))
         local_planes(self.places, places, np.ascontiguousarray(near, np.int32), *found)
         return np.nan_to_num(found[1])
+
+
+def neighbours_of(first: Ints, second: Ints, n: int) -> tuple[Ints, npt.NDArray[np.int32]]:
+    """Lists of neighbours of n nodes, as a Graph has them, from the ends of each arc."""
+    from vomstudio.extraction.path_kernels import neighbours
+
+    starts, near = np.zeros(n + 1, np.int64), np.empty(2 * len(first), np.int32)
+    neighbours(np.ascontiguousarray(first), np.ascontiguousarray(second), starts, near)
+    return starts, near
+
+
+def _edges(faces: Ints, n: int) -> tuple[Ints, Ints]:
+    """(first, second) node of each edge of faces (m, 3), once."""
+    ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    key = np.unique(ends.min(axis=1) * n + ends.max(axis=1))
+    return key // n, key % n
 
 
 def _divided(places: Array, extra: Array, triangles: Ints) -> tuple[Array, Array, Ints, int]:

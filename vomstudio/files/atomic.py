@@ -12,16 +12,19 @@ import errno
 import os
 import secrets
 import stat
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from vomstudio.errors import TargetError
+from vomstudio.errors import TargetError, VomError
+from vomstudio.files.disk_troubles import not_written, number_of_failure
 from vomstudio.files.inside import check_beside, check_in_project
 from vomstudio.words import tr
 
-_DISK_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-_FORBIDDEN = {errno.EACCES, errno.EPERM, errno.EROFS}
-_OF_THE_TARGET = _DISK_FULL | _FORBIDDEN | {errno.EIO, errno.ENAMETOOLONG, errno.ENOENT}
+_OF_THE_TARGET = {
+    errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EIO,
+    errno.ENAMETOOLONG, errno.ENOENT,
+}  # fmt: skip
+_OLD = ".old"
 
 
 def check_target(
@@ -44,7 +47,7 @@ def check_target(
     except FileNotFoundError:
         mode = None
     except (OSError, RuntimeError, ValueError) as error:
-        raise _target_error(shown, error) from error
+        raise not_written(shown, error) from error
     parent = target.parent
     if not parent.is_dir():
         said = (
@@ -88,18 +91,23 @@ def atomic_write(path: str | Path, force: bool = False) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def atomic_group(
-    paths: Sequence[str | Path], force: bool = False, inputs: Iterable[str | Path] = ()
+    paths: Sequence[str | Path],
+    force: bool = False,
+    inputs: Iterable[str | Path] = (),
+    named: Collection[str | Path] = (),
 ) -> Iterator[list[Path]]:
     """`atomic_write` for files that belong together: all take their names, or none does.
 
-    Yields a temporary path for each of `paths`, which must be different files. A file system has
-    no rename of several files at once: where a later one fails, the earlier ones are taken back and
-    what was replaced returns. Only a crash between two renames can leave them apart.
+    named: those of `paths`, besides the first, that the user has named; the names of the others
+    are ours. Yields a temporary path for each of `paths`, which must be different files. A file
+    system has no rename of several files at once: where a later one fails, the earlier ones are
+    taken back and what was replaced returns. Only a crash or another failure between two renames
+    can leave them apart.
     """
     given = list(inputs)
-    # The first is the user's; the names of what goes with it are ours.
     for path in paths[1:]:
-        check_beside(path)
+        if path not in named:
+            check_beside(path)
     targets = [check_target(path, force=force, inputs=given) for path in paths]
     if len(set(targets)) < len(targets):
         raise TargetError(
@@ -108,28 +116,71 @@ def atomic_group(
     # Short names of their own: the targets' may already be as long as the file system allows.
     key = secrets.token_hex(6)
     temporaries = [t.with_name(f".vom-{key}-{i}.part{t.suffix}") for i, t in enumerate(targets)]
-    shown = Path(paths[0])
+    shown = dict(zip(temporaries, map(Path, paths), strict=True))
+    at = temporaries[0]
     try:
-        for path, temporary in zip(paths, temporaries, strict=True):
-            shown = Path(path)
-            try:
-                os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
-            except OSError as error:
-                raise _target_error(shown, error) from error
-        shown = Path(paths[0])
+        for at in temporaries:
+            os.close(os.open(at, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+        at = temporaries[0]
         yield temporaries
-        for temporary in temporaries:
-            _flush_to_disk(temporary)
+        for at in temporaries:
+            _flush_to_disk(at)
+        at = temporaries[0]
         _put_in_place(temporaries, targets, key)
-    except OSError as error:
-        if error.errno in _OF_THE_TARGET and _is_about(error, *temporaries, *targets):
-            raise _target_error(shown, error) from error
-        raise
+    except Exception as error:
+        said = _of_the_disk(error, at, shown)
+        if said is None:
+            raise
+        raise said from error
     finally:
-        for temporary in temporaries:
-            temporary.unlink(missing_ok=True)
+        for folder in dict.fromkeys(target.parent for target in targets):
+            # Libraries put files of their own beside what they write.
+            for left in folder.glob(f".vom-{key}-*"):
+                if left.suffix != _OLD:
+                    with contextlib.suppress(OSError):
+                        left.unlink()
     for folder in dict.fromkeys(target.parent for target in targets):
         _flush_folder(folder)
+
+
+def _of_the_disk(error: Exception, at: Path, shown: Mapping[Path, Path]) -> TargetError | None:
+    """What an error says if it is the disk's fault, or names a temporary file; else None.
+
+    shown: targets by their temporary names; at: the one that was being written. Libraries wrap the
+    system's errors, lose their number, or fall over something else after one.
+    """
+    file = getattr(error, "file", None)
+    about = shown.get(Path(file), Path(file)) if file else shown[at]
+    if isinstance(error, VomError) and (
+        not isinstance(error, TargetError) or about not in shown.values()
+    ):
+        return None
+    for cause in _causes(error):
+        if isinstance(cause, OSError) and cause.errno in _OF_THE_TARGET:
+            path = None if cause.filename is None else Path(os.fsdecode(cause.filename))
+            if path is None or path in shown or path in shown.values():
+                return not_written(shown.get(path or at, path or shown[at]), cause)
+    # Errors with a number are of another file; errors of the program are told as such.
+    if isinstance(error, OSError) and error.errno is not None:
+        return None
+    if (number := number_of_failure(about.parent)) is not None:
+        return not_written(about, OSError(number, os.strerror(number)))
+    if isinstance(error, TargetError):
+        said = error.message
+        for temporary, target in shown.items():
+            said = said.replace(str(temporary), str(target)).replace(temporary.name, target.name)
+        return TargetError(said, file=about)
+    return None
+
+
+def _causes(error: BaseException) -> Iterator[BaseException]:
+    """An error, and those that it came of."""
+    seen: set[int] = set()
+    now: BaseException | None = error
+    while now is not None and id(now) not in seen:
+        seen.add(id(now))
+        yield now
+        now = now.__cause__ or now.__context__
 
 
 def _put_in_place(temporaries: list[Path], targets: list[Path], key: str) -> None:
@@ -139,21 +190,37 @@ def _put_in_place(temporaries: list[Path], targets: list[Path], key: str) -> Non
     older: dict[Path, Path] = {}
     placed: list[Path] = []
     try:
-        for i, (temporary, target) in enumerate(zip(temporaries, targets, strict=True)):
+        for i, target in enumerate(targets):
             if target.exists():
-                aside = target.with_name(f".vom-{key}-{i}.old")
-                os.replace(target, aside)
-                older[target] = aside
+                older[target] = _second_name(target, target.with_name(f".vom-{key}-{i}{_OLD}"))
+        for temporary, target in zip(temporaries, targets, strict=True):
             os.replace(temporary, target)
             placed.append(target)
     except BaseException:
         for target in placed:
-            target.unlink(missing_ok=True)
+            if target not in older:
+                with contextlib.suppress(OSError):
+                    target.unlink()
         for target, aside in older.items():
-            os.replace(aside, target)
+            # Where even this fails, the older file stays under the name that it has now.
+            with contextlib.suppress(OSError):
+                if target in placed or not target.exists():
+                    os.replace(aside, target)
+                else:
+                    aside.unlink()
         raise
     for aside in older.values():
-        aside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            aside.unlink()
+
+
+def _second_name(target: Path, aside: Path) -> Path:
+    """Keep what is at `target` as `aside` too; where the system has no second names, instead."""
+    try:
+        os.link(target, aside)
+    except OSError:
+        os.replace(target, aside)
+    return aside
 
 
 def write_bytes(path: str | Path, data: bytes, *, force: bool = False) -> None:
@@ -167,11 +234,6 @@ def _is_same_file(target: Path, given: str | Path) -> bool:
         return target.samefile(given)
     except (OSError, ValueError):  # it is missing, which its reader will say
         return False
-
-
-def _is_about(error: OSError, *paths: Path) -> bool:
-    """Whether the failure is the output's: writes to an open file carry no name."""
-    return error.filename is None or Path(os.fsdecode(error.filename)) in paths
 
 
 def _flush_to_disk(path: Path) -> None:
@@ -188,17 +250,3 @@ def _flush_folder(folder: Path) -> None:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
-
-
-def _target_error(path: Path, error: OSError | RuntimeError | ValueError) -> TargetError:
-    number = getattr(error, "errno", None)
-    if number in _DISK_FULL:
-        said = tr("The disk is full. Free some space, or write elsewhere.")
-    elif number in _FORBIDDEN:
-        said = tr("There is no permission to write here. Choose another folder.")
-    elif number == errno.ENAMETOOLONG:
-        said = tr("This name is too long for the file system. Choose a shorter one.")
-    else:
-        reason = getattr(error, "strerror", None) or error
-        said = tr("The file cannot be written ({reason}). Choose another place.", reason=reason)
-    return TargetError(said, file=path)

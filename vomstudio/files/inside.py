@@ -79,6 +79,16 @@ def make_folder(path: str | Path, root: str | Path | None = None) -> Path:
         check_in_project(path)
     else:
         place_inside(path, root)
+    project = project_of(path)
+    if project is not None and not project.is_dir():
+        # Made again with nothing but a cache in it, it would look like a project.
+        raise TargetError(
+            tr(
+                "The project's folder is no longer there: it was deleted or renamed, or its "
+                "drive was taken away."
+            ),
+            file=project,
+        )
     made = Path(path)
     made.mkdir(parents=True, exist_ok=True)
     return made

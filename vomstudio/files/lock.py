@@ -12,6 +12,7 @@ import sqlite3
 from pathlib import Path
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import check_beside
 from vomstudio.words import to_translate, tr
 
@@ -42,7 +43,8 @@ class FolderLock:
                 if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
                     raise InputError(tr(busy, holder=holder), file=path.parent) from error
                 # A damaged lock protects nobody: whoever holds a sound one has it locked.
-                reason = _remove(path) if attempt == 1 else str(error)
+                reason = reason_of(path.parent, error)
+                reason = (_remove(path) and reason) if attempt == 1 else reason
                 if reason is not None:
                     raise TargetError(tr(unwritable, reason=reason), file=path.parent) from error
 

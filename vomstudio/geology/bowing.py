@@ -28,6 +28,10 @@ FEWEST = 6
 
 LEVEL = 0.05
 _THIN = 0.05
+# A stray point far behind the outcrop is not its edge.
+_EDGE = 0.999
+# Relief, beside the extent, from which on points tell depths.
+_RELIEF = 0.02
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,84 @@ class Bowing:
     def rise_m(self) -> float:
         """How far the edge is off the plane that touches the middle."""
         return abs(self.curvature_per_m) * self.reach_m**2
+
+
+@dataclass(frozen=True)
+class LensBend:
+    """How the errors of lenses may deform a model, 95 %.
+
+    curvature95_per_m : c of the bowing; reach_m : from the middle to the edge of the model;
+    stretch95 : of depths (along the model's normal) beside lengths along the model, relative
+    """
+
+    curvature95_per_m: float
+    reach_m: float
+    stretch95: float
+
+    @property
+    def side_deg(self) -> float:
+        """By how much dips at the edge may differ from those in the middle."""
+        return float(np.degrees(2.0 * self.curvature95_per_m * self.reach_m))
+
+    @property
+    def across_deg(self) -> float:
+        """By how much dips at one edge may differ from those at the opposite one."""
+        return 2.0 * self.side_deg
+
+    @property
+    def stretch_deg(self) -> float:
+        """By how much it may turn planes that are inclined to the model by 45 degrees, the most of
+        all."""
+        return float(np.degrees(self.stretch95 / 2.0))
+
+
+def bowing_deg(lens_across95_deg: float | None, seen: Bowing | None) -> float | None:
+    """By how much dips may differ from edge to edge because the model is bowed: by what residuals
+    show, or else by what the errors of the lenses can do (95 %) and the residuals allow; None where
+    nothing tells of it."""
+    if seen is not None and seen.significant:
+        return seen.across_deg
+    if lens_across95_deg is None:
+        return None
+    if seen is None:
+        return lens_across95_deg
+    return min(lens_across95_deg, 2.0 * (seen.side_deg + seen.side_error95_deg))
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeChange:
+    """turn : (3,) radians, of the model as a whole; growth : relative, along the model; shift :
+    (3,) of its middle; curvature_per_m : c; stretch : relative, of depths beside lengths along the
+    model, 0 where it has no relief
+    """
+
+    turn: Array
+    growth: float
+    shift: Array
+    curvature_per_m: float
+    stretch: float
+
+
+def shape_change(places: Array, moves: Array) -> ShapeChange:
+    """What small moves (n, 3) of the points (n, 3) of a model are as a whole, by least squares.
+
+    Raises numpy.linalg.LinAlgError for what is not finite.
+    """
+    middle, axes, reach = model_shape(places)
+    u, v, w = ((places - middle) @ axes.T).T / reach
+    along = moves @ axes.T
+    columns = [np.ones(len(u)), u, v]
+    relief = float(w.std()) > _RELIEF
+    if relief:
+        columns.append(w)
+    flat = np.linalg.lstsq(np.stack(columns, axis=1), along[:, :2], rcond=None)[0]
+    bent = np.stack([*columns, u**2 + v**2], axis=1)
+    out = np.linalg.lstsq(bent, along[:, 2], rcond=None)[0]
+    growth = float(flat[1, 0] + flat[2, 1]) / 2.0 / reach
+    turns = np.array([out[2], -out[1], (flat[1, 1] - flat[2, 0]) / 2.0]) / reach
+    stretch = float(out[3]) / reach - growth if relief else 0.0
+    shift = np.array([*flat[0], out[0]]) @ axes
+    return ShapeChange(turns @ axes, growth, shift, float(out[-1]) / reach**2, stretch)
 
 
 def bowing_of(
@@ -139,17 +221,22 @@ def bowing_of_turns(
     return Bowing(n, bend / size, error / size, reach, abs(bend) > error)
 
 
-def _shape(places: Array, extent: Array | None) -> tuple[Array, Array, float]:
-    """Middle (3,), axes (3, 3) in rows, the last one the normal that points up and all of them
-    right-handed, and reach of a model."""
-    shape = places if extent is None or len(extent) < FEWEST else extent
-    middle = shape.mean(axis=0)
-    _, _, axes = np.linalg.svd(shape - middle, full_matrices=False)
+def model_shape(points: Array) -> tuple[Array, Array, float]:
+    """Of points (m, 3) all over a model: its middle (3,), axes (3, 3) in rows, the last one the
+    normal that points up and all of them right-handed, and its reach: the distance from the middle,
+    along its mean plane, to its edge, beyond which one point in a thousand lies."""
+    middle = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - middle, full_matrices=False)
     if axes[2, 2] < 0.0:
         axes[2] = -axes[2]
     axes[1] = np.cross(axes[2], axes[0])
-    reach = float(np.linalg.norm((shape - middle) @ axes[:2].T, axis=1).max())
-    return middle, axes, reach
+    away = np.linalg.norm((points - middle) @ axes[:2].T, axis=1)
+    return middle, axes, float(np.quantile(away, _EDGE, method="higher"))
+
+
+def _shape(places: Array, extent: Array | None) -> tuple[Array, Array, float]:
+    """`model_shape` of the model, or, where that is not known, of the places."""
+    return model_shape(places if extent is None or len(extent) < FEWEST else extent)
 
 
 def _last_of(rows: Array, out: Array, rest: Array) -> tuple[float, float]:

@@ -373,8 +373,8 @@ def _bowed(bowed_deg: float | None, arc_deg: float) -> list[str]:
         return []
     return [
         tr(
-            "the model is bowed: dips differ by {bowed:.1f} degrees from edge to edge of it, and "
-            "these poles by {arc:.1f} degrees only: the fold may be the bowing",
+            "the model may be bowed so that dips differ by {bowed:.1f} degrees from edge to edge, "
+            "and these poles differ by {arc:.1f} degrees only: the fold may be the bowing",
             bowed=bowed_deg,
             arc=arc_deg,
         )

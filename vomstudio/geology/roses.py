@@ -1,4 +1,4 @@
-"""Azimuths counted in bins: what a rose diagram shows."""
+"""Azimuths, and dips or plunges, counted in bins: what rose diagrams and histograms show."""
 
 from __future__ import annotations
 
@@ -14,6 +14,9 @@ from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.words import tr
 
 ROSE_OF = ("strike", "dip-direction", "trend")
+HISTOGRAM_OF = ("dip", "plunge")
+LINES_HAVE = ("trend", "plunge")
+"""The others are of planes."""
 _LEVEL_DEG = 1e-6
 """Planes as flat, and lines as steep as this, have no azimuth."""
 
@@ -40,6 +43,57 @@ class Rose:
     left_out: int = 0
 
 
+@dataclass(frozen=True, eq=False)
+class Histogram:
+    """n dips or plunges in bins from 0 to 90 degrees; the upper edge belongs to the last bin.
+
+    shares: (90 / bin_deg,), sum 1. total: sum of the weights. mean_deg, std_deg: weighted mean and
+    standard deviation, None where there is none. left_out: rows without angle or weight.
+    """
+
+    bin_deg: float
+    n: int
+    total: float
+    shares: Array
+    mean_deg: float | None
+    std_deg: float | None
+    left_out: int = 0
+
+
+def histogram_of(
+    angle_deg: npt.ArrayLike, *, bin_deg: float = 10.0, weights: npt.ArrayLike | None = None
+) -> Histogram:
+    """Counts dips or plunges (n,), 0 to 90, each with its weight (n,). A plunge of a line that
+    points up counts as that of its axis. Raises UsageError for bins that do not divide 90 degrees
+    evenly, and for negative weights."""
+    bins = round(90.0 / bin_deg) if math.isfinite(bin_deg) and 1.0 <= bin_deg <= 45.0 else 0
+    if not bins or abs(bins * bin_deg - 90.0) > 1e-9:
+        raise UsageError(
+            tr("The bins must divide 90 degrees evenly, such as 5, 10, 15 or 30."), field="--bin"
+        )
+    a, w, left_out = _counted(np.abs(np.asarray(angle_deg, dtype=np.float64).ravel()), weights)
+    place = np.minimum(np.floor((a + 1e-7) / bin_deg).astype(np.intp), bins - 1)
+    counted = np.bincount(place, w, minlength=bins)
+    total = float(w.sum())
+    if total <= 0:
+        return Histogram(bin_deg, len(a), total, np.zeros(bins), None, None, left_out)
+    mean = float(w @ a) / total
+    effective = total**2 / float(w @ w)
+    std = None
+    if effective > 1.0 + 1e-9:
+        std = math.sqrt(float(w @ (a - mean) ** 2) / total * effective / (effective - 1.0))
+    return Histogram(bin_deg, len(a), total, counted / total, mean, std, left_out)
+
+
+def _counted(values: Array, weights: npt.ArrayLike | None) -> tuple[Array, Array, int]:
+    """Values and weights of the rows that have both, and how many have not. Raises UsageError."""
+    w = np.ones_like(values) if weights is None else np.asarray(weights, dtype=np.float64).ravel()
+    sound = np.isfinite(values) & np.isfinite(w)
+    if (w[sound] < 0).any():
+        raise UsageError(tr("Weights must not be negative."), field="--weight")
+    return values[sound], w[sound], int(len(values) - sound.sum())
+
+
 def rose_of(
     azimuth_deg: npt.ArrayLike,
     *,
@@ -55,12 +109,7 @@ def rose_of(
     """
     bins = bins_of(bin_deg)
     a = np.asarray(azimuth_deg, dtype=np.float64).ravel()
-    w = np.ones_like(a) if weights is None else np.asarray(weights, dtype=np.float64).ravel()
-    sound = np.isfinite(a) & np.isfinite(w)
-    left_out = int(len(a) - sound.sum())
-    a, w = a[sound], w[sound]
-    if (w < 0).any():
-        raise UsageError(tr("Weights must not be negative."), field="--weight")
+    a, w, left_out = _counted(a, weights)
     period = 180.0 if axial else 360.0
     # A hair more, so that 30.000000 that came out as 29.999999 is in the bin it begins.
     place = np.floor((a % 360.0 + 1e-7) / bin_deg).astype(np.intp) % bins
@@ -90,14 +139,24 @@ def bins_of(bin_deg: float) -> int:
 
 
 def azimuths_of(table: OrientationRows, of: str) -> Array:
-    """(n,) strikes (right-hand rule), dip directions or trends; NaN in rows of the other geometry,
-    of horizontal planes and of vertical lines."""
-    if of not in ROSE_OF:
-        raise ValueError(f"unknown azimuth {of!r}; use one of {ROSE_OF}")
-    if of == "trend":
-        steep = np.abs(table.plunge_deg) > 90.0 - _LEVEL_DEG
-        return np.where(table.is_plane | steep, np.nan, table.trend_deg)
-    found = np.where(table.is_plane & (table.dip_deg > _LEVEL_DEG), table.dip_direction_deg, np.nan)
+    """(n,) strikes (right-hand rule), dip directions, trends, dips or plunges; NaN in rows of the
+    other geometry, and azimuths of horizontal planes and of vertical lines."""
+    lines = of in LINES_HAVE
+    azimuth, angle = (
+        (table.trend_deg, table.plunge_deg) if lines else (table.dip_direction_deg, table.dip_deg)
+    )
+    return np.where(table.is_plane != lines, angles_of(azimuth, angle, of), np.nan)
+
+
+def angles_of(azimuth_deg: Array, angle_deg: Array, of: str) -> Array:
+    """(n,) what is counted, of dip directions and dips of planes, or trends and plunges of lines;
+    NaN for azimuths of horizontal planes and of vertical lines."""
+    if of not in (*ROSE_OF, *HISTOGRAM_OF):
+        raise ValueError(f"unknown angle {of!r}; use one of {(*ROSE_OF, *HISTOGRAM_OF)}")
+    if of in HISTOGRAM_OF:
+        return np.asarray(angle_deg, dtype=np.float64)
+    none = np.abs(angle_deg) > 90.0 - _LEVEL_DEG if of == "trend" else ~(angle_deg > _LEVEL_DEG)
+    found = np.where(none, np.nan, azimuth_deg)
     return np.asarray((found - 90.0) % 360.0 if of == "strike" else found)
 
 

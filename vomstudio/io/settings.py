@@ -25,7 +25,10 @@ _RECENT = 10
 class Settings:
     """notation: how planes are written in the window (see geology.notation).
     contour: of the net, one of geology.density.DENSITY_METHODS, empty for none. contour_sigma: of
-    Kamb's methods.
+    Kamb's methods. contour_levels: those typed, empty for round ones. net_view: what the dock of
+    the net shows: "net", or an angle of geology.roses. net_asked: what is drawn on it beside the
+    sets. rose_bin, rose_by_length, rose_by_area: of the roses. figure_style: what the user has
+    changed of printed figures (see products.net.figure_style).
     unclosed: projects that are open, or were when the program last ended without closing them.
     planes_as: "discs", "symbols" or "neither" in 3-D. hidden_columns: of the table, by title.
     window: geometry and panels as the window system keeps them, base64. limits: those of the
@@ -40,6 +43,13 @@ class Settings:
     contour_filled: bool = True
     contour_each_set: bool = False
     contour_sigma: float = 3.0
+    contour_levels: list[float] = field(default_factory=list)
+    net_view: str = "net"
+    net_asked: list[str] = field(default_factory=list)
+    rose_bin: float = 10.0
+    rose_by_length: bool = False
+    rose_by_area: bool = True
+    figure_style: dict[str, Any] = field(default_factory=dict)
     turntable: bool = True
     planes_as: str = "discs"
     hidden_columns: list[str] = field(default_factory=list)

@@ -207,4 +207,59 @@ def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
 
 EXPORT_MODEL = Job("export_model", Lane.PRODUCTS, ModelExport, ExportedModel, _export_model)
 
-JOBS = (IMPORT_LIBRARIES, COMPILE_KERNELS, LOAD_MODEL, PREVIEW_MODEL, COPY_MODEL, EXPORT_MODEL)
+
+@dataclass(frozen=True)
+class ModelCut:
+    """Of the model `path`, kept at hand under `cache`, the faces or points whose bits stand packed
+    in the .npy file `bits` become a model of this name in a folder of its own below `folder`.
+    content_hash : of the file they were chosen on; crs : the file's own, None where it has none"""
+
+    path: Path
+    cache: Path
+    content_hash: str
+    bits: Path
+    crs: str | None
+    folder: Path
+    name: str
+
+
+@dataclass(frozen=True)
+class CutModel:
+    """path : of the piece; warnings : sentences on what the format cannot hold"""
+
+    path: Path
+    warnings: tuple[str, ...]
+
+
+def _cut_model(asked: ModelCut, progress: Progress) -> CutModel:
+    import numpy as np
+
+    from vomstudio.io.models import model_cache
+    from vomstudio.io.models.piece_writing import write_piece
+
+    loaded = model_cache.load(asked.path, model_cache.folder_of(asked.path, asked.cache), progress)
+    path, warnings = write_piece(
+        loaded,
+        np.load(asked.bits, allow_pickle=False),
+        asked.path,
+        asked.content_hash,
+        asked.crs,
+        asked.folder,
+        asked.name,
+        progress,
+    )
+    return CutModel(path, tuple(warnings))
+
+
+CUT_MODEL = Job("cut_model", Lane.FILES, ModelCut, CutModel, _cut_model)
+"""Write a piece of a model as a model of its own."""
+
+JOBS = (
+    IMPORT_LIBRARIES,
+    COMPILE_KERNELS,
+    LOAD_MODEL,
+    PREVIEW_MODEL,
+    COPY_MODEL,
+    EXPORT_MODEL,
+    CUT_MODEL,
+)

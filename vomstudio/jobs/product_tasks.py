@@ -1,4 +1,4 @@
-"""Jobs that make products of a project: GIS layers, orthophotos."""
+"""Jobs that make products of a project: GIS layers, orthophotos, elevation models."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from pathlib import Path
 
 from vomstudio.jobs.job import Job, Lane, Nothing
 from vomstudio.jobs.model_tasks import Matrix
+from vomstudio.products.elevation.results import Wanted, WrittenElevation
 from vomstudio.products.ortho import orthophoto, planning, view_directions
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -90,4 +92,58 @@ def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto
 
 ORTHOPHOTO = Job("orthophoto", Lane.PRODUCTS, OrthophotoOrder, WrittenOrthophoto, _orthophoto)
 
-JOBS = (WRITE_LAYERS, ORTHOPHOTO)
+
+@dataclass(frozen=True)
+class ElevationOrder:
+    """Of the model `path`, kept at hand under `cache`. crs : of World; plane : of reference, dip
+    direction and dip; limit : of a cloud; gsd and limit may be None"""
+
+    path: Path
+    cache: Path
+    to_world: Matrix
+    crs: str | None
+    metric: bool
+    north_known: bool
+    plane: tuple[float, float]
+    gsd: float | None
+    limit: float | None
+    out: Path
+    wanted: Wanted
+
+
+def _elevation(asked: ElevationOrder, progress: Progress) -> WrittenElevation:
+    import numpy as np
+
+    from vomstudio.geology.orientation import Plane
+    from vomstudio.geometry.moving import moved
+    from vomstudio.io.models import model_cache
+    from vomstudio.products.elevation import writing
+    from vomstudio.products.elevation.heights import draw_heights
+    from vomstudio.products.elevation.planning import plan_heights
+
+    folder = model_cache.folder_of(asked.path, asked.cache)
+    loaded = model_cache.load(asked.path, folder, progress)
+    data = moved(loaded.data, asked.to_world)
+    plan = plan_heights(
+        data, Plane(*asked.plane), to_world=np.eye(4), gsd=asked.gsd, metric=asked.metric
+    )
+    heights, limit = draw_heights(data, plan, asked.limit, progress)
+    progress.stage(tr("Writing the elevation model"))
+    return writing.write_elevation(
+        heights,
+        plan,
+        writing.figures_of(heights, plan, limit, asked.crs),
+        asked.out,
+        wanted=asked.wanted,
+        world=asked.crs,
+        north_known=asked.north_known,
+        model=str(asked.path),
+        content_hash=loaded.content_hash,
+        warnings=(*loaded.warnings, *plan.notes),
+        force=True,
+    )
+
+
+ELEVATION = Job("elevation", Lane.PRODUCTS, ElevationOrder, WrittenElevation, _elevation)
+
+JOBS = (WRITE_LAYERS, ORTHOPHOTO, ELEVATION)

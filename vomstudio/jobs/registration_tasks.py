@@ -49,10 +49,12 @@ class HomologousPoint:
 @dataclass(frozen=True)
 class StablePart:
     """What of the reference has stayed where it was: within `near_m` of one of the `places`, inside
-    of a box (low, high), or inside of the polygons of a layer, seen from above."""
+    of a box (low, high), or inside of the polygons of a layer, seen from above; or near a cloud or
+    mesh, as the option --stable has it."""
 
     near_m: float | None = None
     places: tuple[Point, ...] = ()
+    model: StandingModel | None = None
     box: tuple[Point, Point] | None = None
     polygons: Path | None = None
 
@@ -112,7 +114,7 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
             start = with_scale(start, stands.scale, points.mean(axis=0))
     fitted = fit_to_reference(
         points, there, start, spacing=(spacing * start.scale, its_spacing), scale=asked.scale,
-        stable=None if asked.stable is None else _stable(there, asked.stable),
+        stable=None if asked.stable is None else _stable(there, asked.stable, progress),
         progress=progress,
     )  # fmt: skip
     evidence.reference = fitted.observation
@@ -144,7 +146,7 @@ def _pairs(points: tuple[HomologousPoint, ...]) -> Pairs:
     )
 
 
-def _stable(there: Array, part: StablePart) -> npt.NDArray[np.bool_]:
+def _stable(there: Array, part: StablePart, progress: Progress) -> npt.NDArray[np.bool_]:
     """(n,) which of the points (n, 3) of the reference count."""
     import numpy as np
 
@@ -158,6 +160,11 @@ def _stable(there: Array, part: StablePart) -> npt.NDArray[np.bool_]:
         flags &= ((there >= low) & (there <= high)).all(axis=1)
     if part.polygons is not None:
         flags &= stable.in_polygons(there, part.polygons)[0]
+    if part.model is not None:
+        from vomstudio.registration.by_model.starting import points_and_spacing
+
+        mask = in_world(part.model, progress)
+        flags &= stable.near_cloud(there, *points_and_spacing(mask, part.model.path))[0]
     return flags
 
 
@@ -201,6 +208,7 @@ class ComparedModels:
 def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
     import numpy as np
 
+    from vomstudio.files.atomic import atomic_write
     from vomstudio.registration.comparison import compare
     from vomstudio.registration.overlap import crs_doubts
 
@@ -213,7 +221,8 @@ def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
     )  # fmt: skip
     asked.out.parent.mkdir(parents=True, exist_ok=True)
     arrays: dict[str, Any] = found.as_fields()
-    np.savez(asked.out, **arrays)
+    with atomic_write(asked.out, True) as temporary, temporary.open("wb") as file:
+        np.savez(file, **arrays)
     figures = found.as_dict()
     return ComparedModels(figures | {"warnings": [*said, *found.warnings]}, asked.out)
 

@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.errors import GeometryError
 from vomstudio.registration.adjustment import Adjusted, adjust, weighed_rows
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import Observed, Points
+from vomstudio.registration.similarity import fit_robustly
 
 Array = npt.NDArray[np.float64]
 
@@ -24,6 +26,8 @@ Array = npt.NDArray[np.float64]
 _ROUNDING = 1e-9
 # Of the whole set of a right registration one in a thousand is accused.
 _BY_CHANCE = 0.001
+# Points: of fewer nobody can say which agree.
+_FEWEST_TO_HIDE = 7
 
 
 @dataclass(frozen=True)
@@ -76,9 +80,29 @@ def find_blunders(
         # As many as can be named at all: then it is not these that are wrong.
         if total // 3 and _worst(_judged(kinds, out, found)) is not None:
             return []
+    if not named and (hidden := _hidden(kinds)):
+        # Mistakes that hide each other: each is held against those that agree.
+        out = hidden
+        named = {one: Blunder(kinds[one[0]].labels[one[1]], None, None) for one in hidden}
+        _cleared(kinds, out, named, centre, size)
+        return list(named.values())
     if len(out) > 1:
         _cleared(kinds, out, named, centre, size)
     return list(named.values())
+
+
+def _hidden(kinds: Sequence[Observed]) -> list[Single]:
+    """Points that a fit by most of them leaves out; none where they are more than can be named."""
+    total = sum(len(kind.labels) for kind in kinds)
+    found: list[Single] = []
+    for at, kind in enumerate(kinds):
+        if isinstance(kind, Points) and len(kind.labels) >= _FEWEST_TO_HIDE:
+            try:
+                _, agree = fit_robustly(kind.model, kind.world)
+            except GeometryError:
+                continue
+            found += [(at, int(row)) for row in np.flatnonzero(~agree)]
+    return found if len(found) <= total // 3 else []
 
 
 def _cleared(

@@ -4,6 +4,7 @@ nothing is changed."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from itertools import combinations
 
@@ -43,13 +44,55 @@ def doubts_about_points(control: Points, labels: Sequence[str], world: Array) ->
 
     labels, world : of all of them (n, 3), those that only judge among them
     """
+    alike = said_of_like_labels(labels)
     if degrees := said_of_degrees(world):
-        return degrees
+        return [*alike, *degrees]
     far = far_from_others(world)
     if far.any():
-        return said_of_far(labels, world, far)
+        return [*alike, *said_of_far(labels, world, far)]
+    if level := said_of_one_height(control.model, control.world):
+        return [*alike, *level]
     readings = said_of_readings(control.model, control.world, mirrors=False)
-    return readings or said_of_exchanged_labels(control.labels, control.model, control.world)
+    readings = readings or said_of_exchanged_labels(control.labels, control.model, control.world)
+    return [*alike, *readings]
+
+
+def said_of_like_labels(labels: Sequence[str]) -> list[str]:
+    """Of points whose labels differ in capitals, spaces and leading zeros alone."""
+    groups: dict[str, list[str]] = {}
+    for label in labels:
+        # 1-1 is not 11, nor A' (the end of a profile) A.
+        plain = re.sub(r"(?<!\d)[\s_-]+|[\s_-]+(?!\d)", "", label.casefold())
+        plain = re.sub(r"(?<!\d)0+(?=\d)", "", plain)
+        groups.setdefault(plain, []).append(label)
+    twins = [group for plain, group in groups.items() if plain and len(group) > 1]
+    if not twins:
+        return []
+    return [
+        tr(
+            "These labels look like those of one point: {labels}. Keep one, or give them names "
+            "that differ.",
+            labels="; ".join(
+                ", ".join(f"“{label}”" for label in group) for group in twins[:_NAMED]
+            ),
+        )
+    ]
+
+
+def said_of_one_height(model: Array, world: Array) -> list[str]:
+    """Of points that were all given one height, which the model contradicts."""
+    if len(world) < 4 or np.ptp(world[:, 2]) > 0.0:
+        return []
+    miss = _rms(model, world)
+    if miss is None or miss < _FITS * _reach(world):
+        return []
+    return [
+        tr(
+            "All heights are {height:g}, and on the model the points do not lie in one plane: "
+            "heights that were not measured tilt the model. Give the heights of the points.",
+            height=float(world[0, 2]),
+        )
+    ]
 
 
 # --- single ones ------------------------------------------------------------------------------
@@ -198,6 +241,14 @@ def said_of_feet(scale: float, scale_error_95: float | None) -> list[str]:
     if scale_error_95 is None or scale_error_95 > 4 * _SAME_SCALE:
         return []
     near = max(_SAME_SCALE, scale_error_95)
+    if abs(scale / 1000.0 - 1.0) < near:
+        return [
+            tr(
+                "The model grows {times:.1f} times, as from metres to millimetres: if its unit is "
+                "the metre, what was given is in millimetres. Divide it by 1000.",
+                times=scale,
+            )
+        ]
     if abs(scale * _FOOT_M - 1.0) < near:
         return [
             tr(

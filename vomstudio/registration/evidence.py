@@ -48,7 +48,7 @@ from vomstudio.registration.coordinate_checks import (
     said_of_readings,
     said_of_views,
 )
-from vomstudio.registration.level_checks import said_of_level_lines
+from vomstudio.registration.level_evidence import LevelLine, level_lines_of, said_of_level_lines
 from vomstudio.registration.observations import (
     Lengths,
     LevelLines,
@@ -89,6 +89,9 @@ class Evidence:
     north_doubt_deg: float = NORTH_DOUBT_DEG
     """One sigma of what a compass is off for all photos alike."""
     level: LevelTable | None = None
+    """In photos."""
+    level_lines: Sequence[LevelLine] = ()
+    """On the model."""
     compass: CompassTable | None = None
     compass_turn_deg: float = 0.0
     """Added to all azimuths of `compass`."""
@@ -106,7 +109,7 @@ class Evidence:
         """Nothing was given."""
         given = (self.pairs, self.positions, self.attitudes, self.level, self.compass)
         return all(one is None for one in (*given, self.reference)) and not (
-            self.lengths or self.azimuths
+            self.lengths or self.azimuths or self.level_lines
         )
 
     @property
@@ -115,7 +118,7 @@ class Evidence:
         others = (self.positions, self.attitudes, self.level, self.compass)
         if self.pairs is None or any(one is not None for one in others):
             return False
-        if self.bars or self.lengths or self.azimuths:
+        if self.bars or self.lengths or self.azimuths or self.level_lines:
             return False
         return int((~self.pairs.check).sum()) < 3
 
@@ -136,6 +139,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         kinds.append(control)
         every = evidence.pairs
         said += doubts_about_points(control, every.labels, every.world)
+    doubted = bool(said)
     kinds += _lengths(evidence, said)
     if evidence.positions is not None:
         kinds.append(_cameras(evidence, said))
@@ -145,6 +149,8 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         kinds += attitudes.kinds
     if evidence.level is not None:
         kinds.append(_level(evidence, evidence.level, extent, said))
+    if evidence.level_lines:
+        kinds.append(level_lines_of(evidence.level_lines))
     if evidence.compass is not None:
         read = compass_directions(evidence.compass, evidence.compass_turn_deg)
         if evidence.compass.read.is_plane.any():
@@ -157,8 +163,8 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     try:
         placed = place(kinds, check, extent)
     except GeometryError as error:
-        # What looks wrong with the values is the likely cause.
-        raise GeometryError(" ".join([*said, str(error)])) from error
+        # What looks wrong with the values is the cause: where points lie follows from it.
+        raise GeometryError(" ".join(said if doubted else [*said, str(error)])) from error
     said += said_of_feet(placed.scale, placed.scale_error_95)
     said += _said_of_cameras(evidence, kinds, placed)
     if evidence.positions is not None and len(kinds) == 1:
@@ -241,23 +247,6 @@ def _lengths(evidence: Evidence, said: list[str]) -> list[Observed]:
             field="--scale",
         )
     return [Lengths(labels, *ends, np.array(length), np.array(sigma))]
-
-
-def bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float]]:
-    """Scale bars that judge: their names, and how much too long the placed model shows them."""
-    pairs = evidence.pairs
-    if pairs is None:
-        return []
-    places = dict(zip(pairs.labels, pairs.model, strict=True))
-    return [
-        (
-            f"{bar.first} - {bar.second}",
-            float(placed.scale * np.linalg.norm(places[bar.second] - places[bar.first]))
-            - bar.length_m,
-        )
-        for bar in evidence.bars
-        if bar.check
-    ]
 
 
 # --- cameras ----------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.bowing import Bowing, bowing_of
+from vomstudio.geology.bowing import Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.agreement import said_of_disagreement
@@ -85,6 +85,7 @@ def place(
         *said_of_mirrors(points, found.fit),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
+    reach = None if extent is None or not len(extent) else found.fit(extent)
     matrix = np.eye(4)
     matrix[:3, :3] = found.fit.scale * found.fit.rotation
     matrix[:3, 3] = found.fit.translation
@@ -104,6 +105,7 @@ def place(
         warnings=tuple(warnings),
         covariance=tuple(tuple(row) for row in found.covariance.tolist()),
         centre=(float(found.centre[0]), float(found.centre[1]), float(found.centre[2])),
+        reach_m=None if reach is None else model_shape(reach)[2],
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.bowing import Bowing
+from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import Blunder, chosen
 from vomstudio.registration.observations import Observed, Points
@@ -24,7 +24,11 @@ _WARN_DEG = 1.0
 # One sigma, above which figures mean nothing: it could be turned to any side.
 _ANY_DEG = 90.0
 _WORTH_TELLING_DEG = 0.1
+# What may be, and has not been seen, from edge to edge.
+_WORTH_ASKING_DEG = 1.0
 _NO_TURN_RAD = 1e-7
+# Residuals that are left, and the chance of misses as small, below which accuracies are doubted.
+_FEWEST_LEFT, _HARDLY = 3.0, 1e-6
 
 
 def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
@@ -35,6 +39,15 @@ def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
                 "The residuals are {times:.1f} times what the stated accuracies allow: a value may "
                 "be wrong, or the accuracies are too small. All errors were enlarged by as much.",
                 times=found.overdrawn,
+            )
+        )
+    if (times := _too_good(found)) is not None:
+        said.append(
+            tr(
+                "The residuals are {times:,.0f} times smaller than the stated accuracies: these "
+                "may be in another unit, such as millimetres. State them in metres: "
+                "all stated errors rest on them.",
+                times=times,
             )
         )
     if found.ambiguous:
@@ -53,6 +66,20 @@ def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
             )
         )
     return said
+
+
+def _too_good(found: Adjusted) -> float | None:
+    """How many times smaller the misses are than what was stated, where chance does not make them
+    so; None where they are as they should be."""
+    from scipy.stats import chi2
+
+    stated = found.rows.sigma
+    if not len(stated) or not np.isfinite(stated).all() or found.redundancy < _FEWEST_LEFT:
+        return None
+    squares = float(((found.rows.misses / stated) ** 2).sum())
+    if not squares > 0.0 or chi2.cdf(squares, found.redundancy) > _HARDLY:
+        return None
+    return float(np.sqrt(found.redundancy / squares))
 
 
 def said_of_points(
@@ -237,6 +264,43 @@ def said_of_bowing(found: Bowing | None, *, photos: bool = False) -> list[str]:
             across=found.across_deg,
         )
     ]
+
+
+def said_of_lenses(bend: LensBend | None, seen: Bowing | None) -> list[str]:
+    """How far the errors of the lenses may deform a model, where that is worth telling. seen : the
+    bowing by residuals"""
+    return [] if bend is None else said_of_lens_bend(bend.across_deg, bend.stretch95, seen)
+
+
+def said_of_lens_bend(
+    across95_deg: float, stretch95: float | None, seen: Bowing | None
+) -> list[str]:
+    """The same of a registration's record."""
+    said = []
+    across = bowing_deg(across95_deg, seen)
+    bent = seen is not None and seen.significant
+    if across is not None and not bent and across > _WORTH_ASKING_DEG:
+        said.append(
+            tr(
+                "The errors of the lenses (95 %) can bow the model so that dips at an edge differ "
+                "by {side:.1f}° from those in the middle, and by {across:.1f}° from those at the "
+                "opposite edge. A fold whose limbs differ by less may be the bowing. Calibrate the "
+                "lens, or add oblique photos or control.",
+                side=across / 2.0,
+                across=across,
+            )
+        )
+    turn = float(np.degrees((stretch95 or 0.0) / 2.0))
+    if turn > _WORTH_ASKING_DEG / 2.0:
+        said.append(
+            tr(
+                "The errors of the lenses (95 %) can stretch depths by {share:.1f} %, which turns "
+                "planes that are inclined to the outcrop's face by up to {turn:.1f}°.",
+                share=100.0 * (stretch95 or 0.0),
+                turn=turn,
+            )
+        )
+    return said
 
 
 def said_of_mirrors(points: Points | None, fit: Similarity) -> list[str]:

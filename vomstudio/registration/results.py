@@ -93,6 +93,7 @@ class Placed(Shown):
         leave)
     covariance : (7, 7) of turns about east, north and up (rad), a relative change of scale and a
         shift (m), about `centre` (World); one sigma of a normal distribution with the same 95 %
+    reach_m : from the middle of the model to its edge, None where only the points are known
     """
 
     matrix: tuple[tuple[float, ...], ...]
@@ -110,6 +111,7 @@ class Placed(Shown):
     warnings: tuple[str, ...]
     covariance: tuple[tuple[float, ...], ...]
     centre: tuple[float, float, float]
+    reach_m: float | None = None
 
     def __call__(self, points: npt.ArrayLike) -> Array:
         """(n, 3) World of model points (n, 3)."""
@@ -119,5 +121,5 @@ class Placed(Shown):
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command."""
         told = asdict(self)
-        del told["covariance"], told["centre"]
+        del told["covariance"], told["centre"], told["reach_m"]
         return told

@@ -9,7 +9,7 @@ import numpy as np
 from vomstudio.document.records import Registration
 from vomstudio.document.registration_errors import bowing_of_registration
 from vomstudio.geology.orientation import Line
-from vomstudio.registration.remarks import said_of_bowing, said_of_turn
+from vomstudio.registration.remarks import said_of_bowing, said_of_lens_bend, said_of_turn
 from vomstudio.registration.scatter import scale_warning
 from vomstudio.words import to_translate, tr
 
@@ -62,7 +62,16 @@ def summary_of(registration: Registration) -> Summary:
             side=bowing.side_deg,
             error=bowing.side_error95_deg,
         )
-        facts.append((tr("Bowing, 95 %"), said))
+        facts.append((tr("Bowing by residuals, 95 %"), said))
+    if registration.lens_bowing95_deg is not None:
+        said = tr(
+            "dips at the edge up to {side:.2g}° from the middle",
+            side=registration.lens_bowing95_deg / 2.0,
+        )
+        facts.append((tr("Bowing by the lenses' errors, 95 %"), said))
+    if registration.lens_stretch95:
+        share = tr("up to {share:.2g} %", share=100.0 * registration.lens_stretch95)
+        facts.append((tr("Depths stretched by the lenses' errors, 95 %"), share))
     return Summary(sentence, tuple(facts), tuple(_warnings(registration)))
 
 
@@ -99,4 +108,8 @@ def _warnings(registration: Registration) -> list[str]:
         said.append(tr("No check points judge the model independently of those that placed it."))
     if registration.scale_error is not None:
         said += filter(None, [scale_warning(registration.scale_error)])
-    return [*said, *said_of_bowing(bowing_of_registration(registration))]
+    seen = bowing_of_registration(registration)
+    said += said_of_bowing(seen)
+    if registration.lens_bowing95_deg is not None:
+        said += said_of_lens_bend(registration.lens_bowing95_deg, registration.lens_stretch95, seen)
+    return said

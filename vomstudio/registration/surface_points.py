@@ -12,11 +12,19 @@ from vomstudio.geometry.mesh import Mesh
 Array = npt.NDArray[np.float64]
 
 _MOST = 20_000_000
+_FEW = 20_000
 
 
 def points_of(data: Mesh | PointCloud) -> Array:
     """(n, 3) as they stand in the file, those that stand twice too."""
     return data.vertices if isinstance(data, Mesh) else data.points
+
+
+def some_points(data: Mesh | PointCloud) -> Array:
+    """(n, 3) finite ones, spread over all of it: enough to tell how far it reaches."""
+    points = points_of(data)
+    some = np.asarray(points[:: max(1, len(points) // _FEW)], np.float64)
+    return some[np.isfinite(some).all(axis=1)]
 
 
 def surface_points(data: Mesh | PointCloud, spacing: float, seed: int = 0) -> tuple[Array, int]:

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, TargetError, UsageError
+from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.names import in_unicode, utf8_name
 from vomstudio.files.regular import read_json
 from vomstudio.progress import Progress, Silent
@@ -112,7 +113,8 @@ def take_frames(
             part = Path(tempfile.mkdtemp(prefix=".vom-frames-", dir=parent))
         except OSError as error:
             raise TargetError(
-                tr("This folder cannot be written ({error}).", error=error.strerror), file=folder
+                tr("This folder cannot be written ({error}).", error=reason_of(parent, error)),
+                file=folder,
             ) from error
         try:
             report = _choose_frames(source, target, part, fps, progress)
@@ -132,7 +134,7 @@ def take_frames(
             _put_in_place(part, target, report)
         except OSError as error:
             raise TargetError(
-                tr("The frames cannot be written ({error}).", error=error.strerror),
+                tr("The frames cannot be written ({error}).", error=reason_of(parent, error)),
                 file=folder,
             ) from error
         finally:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy.typing as npt
 
 from vomstudio.geology.orientation import Plane
+from vomstudio.geology.plane_bands import PlaneBand, band_of
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.plane_figures import Method
@@ -24,10 +25,12 @@ AS_GIVEN = "as given"
 
 @dataclass(frozen=True)
 class FittedPlanes:
-    """rows : of the orientation table; skipped : id and reason of each group without a plane"""
+    """rows : of the orientation table; skipped : id and reason of each group without a plane
+    bands : of the planes that a straight group allows, by its id"""
 
     rows: list[Row]
     skipped: list[dict[str, str]]
+    bands: Mapping[Any, PlaneBand]
 
 
 def fitted_planes(
@@ -54,12 +57,16 @@ def fitted_planes(
     fits = batch.rows()
     rows: list[Row] = []
     skipped: list[dict[str, str]] = []
+    bands: dict[Any, PlaneBand] = {}
     # All at once: single vectors cost a hundred times as much.
     planes = iter(Plane.from_normals([fit.normal for fit in fits if fit.error is None]))
     for name, fit in zip(ids, fits, strict=True):
         if fit.error is not None:
             skipped.append({"id": name, "reason": fit.error})
             continue
+        band = band_of(fit, resolution_m=resolution_m)
+        if band is not None:
+            bands[name] = band
         verdict = judge(fit, resolution_m=resolution_m, outcrop_normal=None, thresholds=thresholds)
         own: dict[str, Any] = {column: known.get(name) or None for column, known in words.items()}
         rows.append(
@@ -68,4 +75,4 @@ def fitted_planes(
                 plane=next(planes), **own,
             )
         )  # fmt: skip
-    return FittedPlanes(rows, skipped)
+    return FittedPlanes(rows, skipped, bands)

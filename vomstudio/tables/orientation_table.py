@@ -47,8 +47,9 @@ UNITS = (
 )
 
 
-_PORTION = 4096
-"""So many rows are written at a time: the cells of more would only take memory."""
+_PORTION = 256
+"""So many rows are made and written at a time: what they hold stays near the processor while one
+column after the other goes through it, which of 50,000 at once took twice as long."""
 _NUMBERS = {float, NoneType}
 _WORDS = {str, NoneType}
 _AS_THEY_ARE = {str, bool, int, NoneType}
@@ -64,11 +65,16 @@ def row_of(subject: Subject, figures: Iterable[Figure]) -> Row:
 
 def rows_of(subjects: Sequence[Subject], figures: Iterable[Figure]) -> list[Row]:
     """`row_of` of many subjects with the same figures, in a fifth of the time: column by column."""
-    columns: dict[str, list[Any]] = dict.fromkeys(COLUMNS, [None] * len(subjects))
-    for name, value in _with_column(tuple(figures)):
-        columns[name] = _plain_column([value(subject) for subject in subjects])
-    rows = zip(*columns.values(), strict=True)
-    return [dict(zip(COLUMNS, values, strict=True)) for values in rows]
+    rows: list[Row] = []
+    wanted = _with_column(tuple(figures))
+    for first in range(0, len(subjects), _PORTION):
+        portion = subjects[first : first + _PORTION]
+        columns: dict[str, list[Any]] = dict.fromkeys(COLUMNS, [None] * len(portion))
+        for name, value in wanted:
+            columns[name] = _plain_column([value(subject) for subject in portion])
+        each = zip(*columns.values(), strict=True)
+        rows += [dict(zip(COLUMNS, values, strict=True)) for values in each]
+    return rows
 
 
 @lru_cache(maxsize=64)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.document.records import Feature, Model, OnAModel, Record, Registration, get
-from vomstudio.document.registration_errors import bowing_of_registration
+from vomstudio.document.registration_errors import may_be_bowed_deg
 
 MARK = "registration:"
 
@@ -24,7 +24,8 @@ def registrations_of(
     """The registrations of the models that features are on, as far as their error is known.
 
     models : their names; rotation_covariance_deg2 : (3, 3) about east, north and up, degrees
-    squared; bowed_deg : by how much dips differ from edge to edge, where that is shown
+    squared; bowed_deg : by how much dips may differ from edge to edge, where
+    that is known
     """
     ids = dict.fromkeys(f.model_id for f in features if isinstance(f, OnAModel))
     found: dict[str, tuple[Registration, list[str]]] = {}
@@ -39,9 +40,9 @@ def registrations_of(
         if covariance is not None:
             degrees = covariance * np.degrees(1.0) ** 2
             own: dict[str, Any] = {"models": models, "rotation_covariance_deg2": degrees.tolist()}
-            bowing = bowing_of_registration(registration)
-            if bowing is not None and bowing.significant:
-                own["bowed_deg"] = bowing.across_deg
+            bowed = may_be_bowed_deg(registration)
+            if bowed is not None:
+                own["bowed_deg"] = bowed
             told.append(own)
     return told
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,7 +15,7 @@ from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.moment_planes import fit_moments
-from vomstudio.geometry.patches import moments, outline, runs_of
+from vomstudio.geometry.patches import Moments, moments, outline, runs_of
 from vomstudio.tools.interaction_types import Area, Hit
 from vomstudio.tools.painted_area import DOTS, known_ids, local_corners
 
@@ -88,29 +89,12 @@ class Stroke:
     def figures(self, ids: npt.NDArray[np.int64], *, whole: bool) -> dict[str, Any]:
         """The fields of a patch that follow from its ids, by name; `whole` with those that only a
         record needs."""
+        if whole:
+            return record_figures(self.surface, ids)
         points, weights = self.surface.weighted(ids)
-        known = moments(points, weights)
-        figures = {
-            "n": known.n,
-            "mean": known.mean,
-            "scatter": known.scatter,
-            "n_effective": known.n_effective,
-            "area": self.surface.area_of(ids),
-            "resolution": self.resolution,
-            "rule": SURROUNDINGS_RULE,
-        }
-        if not whole:
-            if self.quick:
-                figures["resolution"] = self.surface.resolution_near(points)
-            return figures
-        ring: tuple[Any, ...] = ()
-        try:
-            fit = fit_moments(known.n, known.mean, known.scatter)
-            ring = outline(points, fit.normal)
-        except VomError:
-            pass
-        spacing = self.surface.resolution_near(points)
-        return {**figures, "runs": runs_of(ids), "outline": ring, "resolution": spacing}
+        figures = _moments_and_area(self.surface, ids, moments(points, weights))
+        spacing = self.surface.resolution_near(points) if self.quick else self.resolution
+        return {**figures, "resolution": spacing}
 
     # --- live figures ------------------------------------------------------------------------
     def due(self, now: float) -> bool:
@@ -132,3 +116,31 @@ class Stroke:
             self.touched = [self.touched[0][::2]]
             self.stride *= 2
         return Area(self.origin, self.touched[0], np.zeros((0, 2, 3), np.float32))
+
+
+def record_figures(surface: PaintSurface, ids: npt.NDArray[np.int64]) -> dict[str, Any]:
+    """The fields of a patch that follow from the ids (k,) of its faces or points, by name."""
+    points, weights = surface.weighted(ids)
+    known = moments(points, weights)
+    ring: tuple[Any, ...] = ()
+    with contextlib.suppress(VomError):
+        ring = outline(points, fit_moments(known.n, known.mean, known.scatter).normal)
+    return {
+        **_moments_and_area(surface, ids, known),
+        "runs": runs_of(ids),
+        "outline": ring,
+        "resolution": surface.resolution_near(points),
+    }
+
+
+def _moments_and_area(
+    surface: PaintSurface, ids: npt.NDArray[np.int64], known: Moments
+) -> dict[str, Any]:
+    return {
+        "n": known.n,
+        "mean": known.mean,
+        "scatter": known.scatter,
+        "n_effective": known.n_effective,
+        "area": surface.area_of(ids),
+        "rule": SURROUNDINGS_RULE,
+    }

@@ -24,7 +24,8 @@ class Button(enum.Enum):
 
 class Pointer(enum.Enum):
     """MOVE without a button held; CLICK is press and release within 4 pixels; the DRAG kinds come
-    only for a button that the viewport leaves to the tool (a vertex handle under the cursor)."""
+    only for a button that the viewport leaves to the tool (a vertex handle under the cursor);
+    WHEEL only with Ctrl or Shift, for a tool that has asked for it."""
 
     MOVE = "move"
     CLICK = "click"
@@ -32,6 +33,7 @@ class Pointer(enum.Enum):
     DRAG_START = "drag_start"
     DRAG_MOVE = "drag_move"
     DRAG_END = "drag_end"
+    WHEEL = "wheel"
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,8 @@ class PointerEvent:
     """Pixels are logical (device independent), from the viewport's top left corner.
 
     `handle` is the index of the preview's vertex handle under the cursor, or None. `more`: another
-    one of the same drag follows at once, so nothing needs to be shown yet.
+    one of the same drag follows at once, so nothing needs to be shown yet. `turns`: notches of the
+    wheel, positive away from the user.
     """
 
     kind: Pointer
@@ -67,6 +70,7 @@ class PointerEvent:
     hit: Hit | None = None
     handle: int | None = None
     more: bool = False
+    turns: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +101,20 @@ class BrushRing:
     removes: bool = False
 
 
+@dataclass(frozen=True)
+class Outline:
+    """A shape that is being drawn over the picture.
+
+    pixels : its corners in order, logical, from the viewport's top left corner
+    closed : the last is joined with the first
+    takes_away : what lies inside will be taken away
+    """
+
+    pixels: tuple[tuple[float, float], ...]
+    closed: bool
+    takes_away: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class Preview:
     """What an unfinished tool shows, all in World (float64).
@@ -111,7 +129,8 @@ class Preview:
     reading : lines of text beside the cursor, the first the most important
     verdict : "good", "doubtful", "poor" or None where nothing can be judged yet
     brush : the brush over the surface, or None
-    area : what the brush has touched since it was put down, or None
+    area : what the brush has touched since it was put down, or what is chosen, or None
+    outline : the shape that is being drawn around what will be chosen, or None
     """
 
     line: npt.NDArray[np.float64]
@@ -125,3 +144,4 @@ class Preview:
     area: Area | None = None
     path: npt.NDArray[np.float64] | None = None
     ahead: npt.NDArray[np.float64] | None = None
+    outline: Outline | None = None

@@ -13,6 +13,9 @@ from vomstudio.tools.interaction_types import Area
 
 # Number of points that show where a patch of a cloud is; more would only cover each other.
 DOTS = 20_000
+# Of what is being chosen, so many faces are drawn as such, and so many with a line around them.
+MOST_FILLED = 120_000
+MOST_BORDERED = 30_000
 
 
 def known_ids(patch: Painted, count: int) -> npt.NDArray[np.int64]:
@@ -53,3 +56,23 @@ def area_of(patch: Painted, model: Model, surface: PaintSurface) -> Area | None:
         local_corners(corners, model, origin),
         local_corners(border, model, origin),
     )
+
+
+def chosen_area(ids: npt.NDArray[np.int64], model: Model, surface: PaintSurface) -> Area:
+    """Faces or points as they are drawn while they are being chosen: at once, however many. Of
+    many faces there are dots, of all but few no border."""
+    border = np.zeros((0, 2, 3))
+    if surface.element == "face" and len(ids) <= MOST_BORDERED:
+        border = surface.border(ids)
+    if surface.element == "face" and len(ids) <= MOST_FILLED:
+        corners = surface.corners(ids)
+    elif surface.element == "face":
+        corners = surface.corners(_some(ids)).mean(axis=1)
+    else:
+        corners = surface.corners(_some(ids))
+    origin = transform.apply(model.to_world, corners.reshape(-1, 3)[:1])[0]
+    return Area(origin, local_corners(corners, model, origin), local_corners(border, model, origin))
+
+
+def _some(ids: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    return ids[:: max(1, len(ids) // DOTS)]

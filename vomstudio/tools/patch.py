@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -236,9 +236,8 @@ class PatchTool:
             if patch is not None:
                 session.apply(edits.delete(session.records, [patch.id]))
             return
-        painted = replace(
-            patch or _new_patch(self._context, stroke), **stroke.figures(ids, whole=True)
-        )
+        begun = patch or new_patch(self._context, stroke.model, stroke.surface.element)
+        painted = replace(begun, **stroke.figures(ids, whole=True))
         if patch is None:
             session.apply(edits.add_features(session.records, [painted]))
             self._id, self._before = painted.id, None
@@ -256,7 +255,7 @@ class PatchTool:
         if not len(ids):
             self._live, stroke.measured = None, stroke.count
             return
-        patch = self.current or _new_patch(self._context, stroke)
+        patch = self.current or new_patch(self._context, stroke.model, stroke.surface.element)
         self._live = self._context.measure(replace(patch, **stroke.figures(ids, whole=False)))
         stroke.note_measured(started)
 
@@ -446,15 +445,16 @@ _PAINTED = ("runs", "n", "mean", "scatter", "n_effective", "outline", "area", "r
             "rule")  # fmt: skip
 
 
-def _new_patch(context: ToolContext, stroke: Stroke) -> Patch:
+def new_patch(context: ToolContext, model: Model, element: Literal["face", "point"]) -> Patch:
+    """A patch of nothing yet, of the type and set that come next."""
     zero = (0.0, 0.0, 0.0)
     return Patch(
         id=edits.new_id("patch"),
         name="",
         type_id=context.next_type_id,
-        model_id=stroke.model.id,
-        model_hash=stroke.model.content_hash,
-        element=stroke.surface.element,
+        model_id=model.id,
+        model_hash=model.content_hash,
+        element=element,
         runs=(),
         n=0,
         mean=zero,

@@ -12,6 +12,7 @@ from vomstudio.geometry.brush import PaintSurface
 from vomstudio.tools.followed_line import PathFinder
 from vomstudio.tools.interaction_types import PointerEvent, Preview
 from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.outcrop_elements import OutcropElements
 
 
 class Tool(Protocol):
@@ -91,6 +92,10 @@ class ToolContext(Protocol):
     @property
     def paths(self) -> PathFinder:
         """Finds the ways that lines follow over models."""
+
+    @property
+    def elements(self) -> OutcropElements:
+        """The faces and points of the models that are shown, and how they are looked at."""
 
     def measure(self, feature: Feature) -> Measurement:
         """The live figures of a feature that is not in the document."""

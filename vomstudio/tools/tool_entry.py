@@ -12,7 +12,8 @@ from vomstudio.words import tr
 class ToolEntry:
     """tool : its class, made with a `ToolContext` alone; label, tip : noted for translation, label
     with "&" before its mnemonic; icon : of Material Design Icons; key : shortcut in the viewport;
-    order : of its button among those of the other tools
+    order : of its button among those of the other tools; takes_keys : it has a use for Shift with
+    the left button, which else pans, and for the wheel with Ctrl or Shift
     """
 
     tool: type[Any]
@@ -21,6 +22,7 @@ class ToolEntry:
     key: str
     tip: str
     order: int
+    takes_keys: bool = False
 
     @property
     def name(self) -> str:

@@ -43,6 +43,7 @@ from vomstudio.progress import Progress, Silent
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import with_warnings
 from vomstudio.registration.results import Placed
+from vomstudio.registration.surface_points import some_points
 from vomstudio.tools.local_surface import around, measured_anew, of_earlier_rules
 from vomstudio.words import tr
 from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
@@ -97,6 +98,7 @@ class HeadlessProject:
         self._progress = progress or Silent()
         self._surfaces: dict[str, Surface | None] = {}
         self._bounds: dict[str, npt.NDArray[np.float64]] = {}
+        self._extents: dict[str, npt.NDArray[np.float64]] = {}
 
     @classmethod
     @contextlib.contextmanager
@@ -185,6 +187,7 @@ class HeadlessProject:
         self.session.apply(edits.add_model(self.session.records, model))
         self._surfaces[model.id] = surface_of(loaded.data)
         self._bounds[model.id] = loaded.data.bounds
+        self._extents[model.id] = some_points(loaded.data)
         return AddedModel(model, True, (*loaded.warnings, *placement.warnings))
 
     def add_picks(
@@ -250,7 +253,8 @@ class HeadlessProject:
         GeometryError.
         """
         self._surface(model)
-        placed = placed_by_points(pairs, self._bounds.get(model.id), model, crs)
+        bounds, extent = self._bounds.get(model.id), self._extents.get(model.id)
+        placed = placed_by_points(pairs, bounds, model, crs, extent)
         return self._placed(model, placed, registration_of(placed, pairs, model, crs))
 
     def fit_to_reference(
@@ -400,6 +404,7 @@ class HeadlessProject:
                 if loaded.content_hash == model.content_hash:
                     found = surface_of(loaded.data)
                     self._bounds[model.id] = loaded.data.bounds
+                    self._extents[model.id] = some_points(loaded.data)
                 else:
                     why = tr(
                         "{file} has changed since features were measured on {model}.",

@@ -72,15 +72,16 @@ class Models:
         name: str | None = None,
         like: str | None = None,
         then: Callable[[str], None] = lambda _: None,
+        label: str = "",
     ) -> None:
         """name: of its record; None for that of the file. like: a model whose frame it shares.
-        then: called with its id once it is there."""
+        then: called with its id once it is there. label: of the edit, "" for the usual one."""
         path = path.resolve()
         self._loader.load(
             str(path),
             path,
             self._projects.project.cache,
-            lambda opened: self._add(path, opened, name or name_of(path), like, then),
+            lambda opened: self._add(path, opened, name or name_of(path), like, then, label),
         )
 
     def load(self, model: Model) -> None:
@@ -164,6 +165,7 @@ class Models:
         name: str,
         like: str | None,
         then: Callable[[str], None],
+        label: str,
     ) -> None:
         models = self._projects.of(Model)
         same = [m for m in models if m.content_hash == opened.content_hash]
@@ -182,7 +184,7 @@ class Models:
         model = new_model(name, stored, opened.kind, opened.content_hash, placement)
         # The data first: an edit that brings a model without data would read the file again.
         self.open[model.id] = opened
-        if not self._editing.attempt(edits.add_model, model):
+        if not self._editing.attempt(edits.add_model, model, label):
             del self.open[model.id]
             return
         self._preferences.remember(path)

@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vomstudio.errors import VomError
+from vomstudio.io.project.journal_ground import NotWritten
 from vomstudio.signals import Signal
+
+SAVE_AS = "save_as"
+"""The command that helps where a project cannot be written."""
 
 
 @dataclass(frozen=True)
@@ -41,5 +45,6 @@ class Notices:
         self.told.emit(Notice(text, level))
 
     def fail(self, error: VomError) -> None:
-        """The message of an error."""
-        self.told.emit(Notice(str(error), "error"))
+        """The message of an error, with what helps where a project cannot be written."""
+        helps = SAVE_AS if isinstance(error, NotWritten) else ""
+        self.told.emit(Notice(str(error), "error", helps))

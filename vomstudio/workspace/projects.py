@@ -12,9 +12,10 @@ from vomstudio.document.session import Session
 from vomstudio.files.user_folders import home_is_writable
 from vomstudio.io.project.folder import Project, create_untitled, is_free, untitled_projects
 from vomstudio.io.project.journal import NAME as JOURNAL
+from vomstudio.io.project.journal_ground import Trouble
 from vomstudio.signals import Signal
 from vomstudio.words import tr
-from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.notices import SAVE_AS, Notice, Notices
 from vomstudio.workspace.owner_thread import Aside, in_the_way
 from vomstudio.workspace.preferences import Preferences
 
@@ -145,6 +146,7 @@ class Projects:
         if self._project is not None:
             self.leave()
         self._project, self.measurements = project, measurements
+        project.wait_in_memory(self._tell_trouble)
         project.session.changed.connect(self.edited.emit)
         project.session.history_changed.connect(lambda _: self.history_changed.emit())
         self._mark_open(True)
@@ -160,6 +162,30 @@ class Projects:
         project = self.project
         self._preferences.mark_open(project.folder, is_open and not project.untitled)
 
+    # --- where it cannot be written ----------------------------------------------------------
+    def _tell_trouble(self, trouble: Trouble | None) -> None:
+        if trouble is None:
+            self._notices.tell(Notice(tr("All steps are on the disk again."), "warning"))
+            return
+        if trouble.lost:
+            said = tr(
+                "{trouble} What you do is kept in memory only, until you save the project "
+                "elsewhere.",
+                trouble=trouble.sentence,
+            )
+        else:
+            said = tr(
+                "{trouble} What you do is kept in memory only, until it can be written or you save "
+                "the project elsewhere.",
+                trouble=trouble.sentence,
+            )
+        self._notices.tell(Notice(f"{self.project.folder}: {said}", "error", SAVE_AS))
+
+    @property
+    def kept(self) -> bool:
+        """Every step is on the disk, where the project was opened."""
+        return self.project.trouble is None
+
     # --- keeping -----------------------------------------------------------------------------
     def save(self) -> None:
         """Mark the present state as saved. Raises VomError."""
@@ -171,7 +197,7 @@ class Projects:
         """Raises TargetError."""
         self._mark_open(False)
         try:
-            self.project.save_as(folder)
+            left_out = self.project.save_as(folder)
         finally:
             self._mark_open(True)
         self._preferences.remember(folder)
@@ -179,10 +205,13 @@ class Projects:
         self.history_changed.emit()
         self.saved.emit()
         self._notices.info(tr("The project was saved as {folder}.", folder=folder))
+        for sentence in left_out:
+            self._notices.warn(sentence)
 
     def discard(self) -> None:
         """Undo what was not saved; it stays in the history. Raises VomError."""
-        if self.session.dirty:
+        # What cannot be written stays on the disk as it is: unsaved, and restored next time.
+        if self.session.dirty and self.kept:
             self.session.discard_unsaved()
 
     @property

@@ -117,15 +117,20 @@ def _by_two(points: Sequence[ControlPoint], model: Model) -> npt.NDArray[np.floa
 
 
 def placed_by_points(
-    pairs: Pairs, bounds: npt.NDArray[np.float64] | None, model: Model, crs: str | None
+    pairs: Pairs,
+    bounds: npt.NDArray[np.float64] | None,
+    model: Model,
+    crs: str | None,
+    extent: npt.NDArray[np.float64] | None = None,
 ) -> Placed:
     """The placement by points on a model, with what their coordinates look like.
 
     bounds : (2, 3) of the model in its file's frame, None where they are not known; crs : of the
-    points. Raises GeometryError, also for points that are far off the model.
+    points; extent : (n, 3) points all over the model, in its file's frame. Raises GeometryError,
+    also for points that are far off the model.
     """
     require_on_model(pairs.model, bounds)
-    placed = register(Evidence(pairs=pairs))
+    placed = register(Evidence(pairs=pairs), extent)
     said = said_of_area(pairs.world, crs)
     # A model that was registered before stands there by that, not by its file.
     by_file = model.registration is None and model.frame.crs == crs
@@ -169,6 +174,10 @@ def registration_of(
         control=() if pairs is None else _points(placed, pairs),
         covariance=placed.covariance,
         centre=placed.centre,
+        reach_m=placed.reach_m,
+        # In degrees and shares: no similarity changes what a lens did.
+        lens_bowing95_deg=None if before is None else before.lens_bowing95_deg,
+        lens_stretch95=None if before is None else before.lens_stretch95,
     )
 
 

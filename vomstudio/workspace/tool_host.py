@@ -19,6 +19,7 @@ from vomstudio.words import tr, tr_n
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.outcrop_elements import OutcropElements
 from vomstudio.workspace.path_finding import PathFinding
 from vomstudio.workspace.plane_summary import plane_text
 from vomstudio.workspace.preferences import Preferences
@@ -47,6 +48,7 @@ class ToolHost:
         preferences: Preferences,
         notices: Notices,
         paths: PathFinding,
+        elements: OutcropElements,
     ) -> None:
         self.changed: Signal[()] = Signal()
         self.undo_changed: Signal[()] = Signal()
@@ -56,7 +58,7 @@ class ToolHost:
         self.let_go: Signal[Discarded] = Signal()
         self._projects, self._models, self._derived = projects, models, derived
         self._selection, self._preferences, self._notices = selection, preferences, notices
-        self.paths = paths
+        self.paths, self.elements = paths, elements
         self.active_name = NAVIGATE
         self.next_type_id = "bedding"
         self.next_set = ""

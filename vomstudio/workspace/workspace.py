@@ -18,9 +18,11 @@ from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.facet_proposals import FacetProposals
 from vomstudio.workspace.history import History
 from vomstudio.workspace.layer_export import GisLayers
+from vomstudio.workspace.model_cutting import ModelCutting
 from vomstudio.workspace.model_loading import ModelLoader
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
+from vomstudio.workspace.outcrop_elements import OutcropElements
 from vomstudio.workspace.owner_thread import Aside, Call, Later, Post, in_the_way
 from vomstudio.workspace.path_finding import PathFinding
 from vomstudio.workspace.photos import PhotoLinks
@@ -68,6 +70,13 @@ class Workspace:
         self.models = Models(
             self.projects, self.editing, self.loader, self.jobs, self.preferences, self.notices
         )
+        self.elements = OutcropElements(
+            self.projects,
+            self.models,
+            self.visibility,
+            hand_over,
+            ModelCutting(self.projects, self.models, self.jobs, self.notices),
+        )
         self.tools = ToolHost(
             self.projects,
             self.models,
@@ -76,6 +85,7 @@ class Workspace:
             self.preferences,
             self.notices,
             PathFinding(self.models, hand_over),
+            self.elements,
         )
         self.surroundings = Surroundings(
             self.projects, self.models, self.editing, self.notices, hand_over
@@ -141,6 +151,7 @@ class Workspace:
         self.loader.forget_all()
         self.layers.write_pending()
         self.tools.forget()
+        self.elements.forget()
         self.history.forget()
         self.models.open.clear()
 
@@ -154,7 +165,7 @@ class Workspace:
         """Whether closing now would discard work that the user may want to save."""
         session, is_open = self.projects.session, self.tools.open_tool is not None
         made = self.projects.unsaved_reconstructions
-        if not session.dirty and not is_open and not made:
+        if self.projects.kept and not session.dirty and not is_open and not made:
             return False
         return bool(session.features()) or is_open or not self.projects.project.untitled or made
 

@@ -1,10 +1,15 @@
-"""Models of files in World, for commands that work with two of them."""
+"""Models of files in World: as the file says, as the user does, or as they stand in a project."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.records import Model
+from vomstudio.errors import UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moving import moved
@@ -13,13 +18,16 @@ from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.photos.cameras_file import scale_known
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 
 
 @dataclass(frozen=True, eq=False)
 class WorldModel:
     """data : in World, metres; crs : of World, None for a local frame
-    metric : its file states its unit; warnings : of its reader
+    metric : its unit is known; warnings : of its reader
+    to_world : (4, 4) from the frame of its file
+    in_project : the record by which it stands in a project; None where it stands as its file says
     """
 
     data: Mesh | PointCloud
@@ -27,23 +35,96 @@ class WorldModel:
     metric: bool
     warnings: tuple[str, ...]
     loaded: LoadedModel
+    to_world: npt.NDArray[np.float64]
+    in_project: Model | None = None
 
     @property
     def placed(self) -> bool:
         """Whether north and Up are those of the Earth: not of a model that was made of photos
         without control points or GPS."""
+        if self.in_project is not None:
+            return self.in_project.frame.has_north
         return self.crs is not None or scale_known(self.loaded.path) is not False
 
 
 def read_in_world(
-    path: str | Path, progress: Progress | None = None, declared: DeclaredFrame | None = None
+    path: str | Path,
+    progress: Progress | None = None,
+    declared: DeclaredFrame | None = None,
+    project: str | Path | None = None,
 ) -> WorldModel:
     """The model in a file, as its file says that it stands; one that says nothing as declared, else
-    as local, in metres, z up. Raises InputError, UsageError, Cancelled."""
+    as local, in metres, z up. project : a folder; the model then stands as it does there. Raises
+    InputError, UsageError, Cancelled."""
     declared = declared or DeclaredFrame()
+    check_place(declared, project)
     loaded = read_model(path, progress)
+    if project is not None:
+        return as_in_project(loaded, model_in(project, loaded))
     turned = loaded.turned_about is not None
     frame = declared_frame(loaded.path, loaded.crs, turned, declared).frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
     metric = loaded.unit_m is not None or frame.crs is not None or declared.unit is not None
-    return WorldModel(moved(loaded.data, frame.to_world()), crs, metric, loaded.warnings, loaded)
+    matrix = np.asarray(frame.to_world(), np.float64)
+    data = moved(loaded.data, matrix)
+    return WorldModel(data, crs, metric, loaded.warnings, loaded, matrix)
+
+
+def read_beside(
+    path: str | Path, progress: Progress | None = None, project: str | Path | None = None
+) -> WorldModel:
+    """The model that another one is held against: as it stands in the project where that has it,
+    else as its file says. Raises as `read_in_world`."""
+    if project is None:
+        return read_in_world(path, progress)
+    loaded = read_model(path, progress)
+    models = _models_of(project)
+    if any(model.content_hash == loaded.content_hash for model in models):
+        return as_in_project(loaded, model_in(project, loaded))
+    return read_in_world(path, progress)
+
+
+def check_place(declared: DeclaredFrame, project: str | Path | None) -> None:
+    """Raises UsageError where a model would stand in two ways."""
+    if project is None or declared == DeclaredFrame():
+        return
+    given = [name for name in ("crs", "up", "unit") if getattr(declared, name) is not None]
+    raise UsageError(
+        tr("With --project the model stands as it does there. Leave out the other option."),
+        field=f"--{given[0]}",
+    )
+
+
+def model_in(project: str | Path, loaded: LoadedModel) -> Model:
+    """The record of a file's model in a project, which may be open in a window. Raises InputError
+    for what is no project, UsageError where it does not have this model."""
+    models = _models_of(project)
+    same = [model for model in models if model.content_hash == loaded.content_hash]
+    if not same:
+        raise UsageError(
+            tr(
+                "No model of this project is this file. It has {names}.",
+                names=", ".join(f"{model.name} ({model.path})" for model in models) or tr("none"),
+            ),
+            file=Path(project),
+            field="--project",
+        )
+    named = [model for model in same if Path(model.path).name == loaded.path.name]
+    return (named or same)[0]
+
+
+def _models_of(project: str | Path) -> list[Model]:
+    from vomstudio.io.project.folder import project_folder
+    from vomstudio.io.project.journal import read_replay
+
+    records = read_replay(project_folder(Path(project))).records
+    return [record for record in records.values() if isinstance(record, Model)]
+
+
+def as_in_project(loaded: LoadedModel, model: Model) -> WorldModel:
+    """A model that was read, by its record."""
+    frame = model.frame
+    crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
+    matrix = np.asarray(model.to_world, np.float64)
+    data = moved(loaded.data, matrix)
+    return WorldModel(data, crs, frame.has_metres, loaded.warnings, loaded, matrix, model)

@@ -90,3 +90,15 @@ def test_a_broken_package_does_not_stop_ours(
     path = tmp_path / "control.csv"
     path.write_text("label,x,y,z\nA,1,2,3\n")
     assert read_control(path) == [ControlPoint("A", (1.0, 2.0, 3.0))]
+
+
+def test_the_marks_of_micmac_are_found_by_what_is_in_them(tmp_path: Path) -> None:
+    points, marks = tmp_path / "Ground-Pts3D.xml", tmp_path / "measures.XML"
+    points.write_text("<DicoAppuisFlottant></DicoAppuisFlottant>")
+    (tmp_path / "camera.xml").write_text("<ExportAPERO></ExportAPERO>")
+    assert marks_beside(points) == tmp_path / "marks.csv"
+    marks.write_text("<SetOfMesureAppuisFlottants></SetOfMesureAppuisFlottants>")
+    assert marks_beside(points) == marks
+    # Of two files nobody knows which.
+    (tmp_path / "other.xml").write_text("<SetOfMesureAppuisFlottants></SetOfMesureAppuisFlottants>")
+    assert marks_beside(points) == tmp_path / "marks.csv"

@@ -153,3 +153,19 @@ def test_nothing_is_picked_beside_the_model_or_off_the_photo() -> None:
     assert photos.pick(0, (-3.0, 500.0)) is None
     assert photos.sightings(np.zeros((0, 3))) == []
     assert len(photos.course(0, CORNER[None])[0]) == 0
+
+
+def test_many_pixels_lead_where_each_of_them_does() -> None:
+    _, photos = sheet_and_photos()
+    rng = np.random.default_rng(0)
+    size = photos.views[0].intrinsics
+    pixels = rng.uniform(0.0, [size.width, size.height], (60, 2))
+    found = photos.places_under(0, pixels)
+    for pixel, place in zip(pixels, found, strict=True):
+        seen = photos.pick(0, pixel)
+        if seen is None:
+            assert np.isnan(place).all()
+        else:
+            assert np.allclose(place, seen.position, atol=1e-9)
+    assert np.isfinite(found[:, 0]).any()
+    assert np.isnan(photos.places_under(0, [[-5.0, 10.0]])).all()

@@ -50,9 +50,15 @@ def flight(width: float = 60, rows: int = 3, columns: int = 5) -> list[View]:
     ]
 
 
-def made(views: list[View]) -> Made:
+def made(views: list[View], points: np.ndarray | None = None) -> Made:
     photos = [MadePhoto(Path(view.name), view.name) for view in views]
-    return Made(photos, [], views, face(60))
+    return Made(photos, [], views, face(60) if points is None else points)
+
+
+def level() -> np.ndarray:
+    """Ground below a flight, as wide as that."""
+    x, y = np.meshgrid(np.linspace(-30, 30, 9), np.linspace(-20, 20, 7))
+    return np.column_stack([x.ravel(), y.ravel(), 0.3 * np.sin(x.ravel() + 2 * y.ravel())])
 
 
 def test_good_positions_place_the_scene() -> None:
@@ -95,7 +101,7 @@ def test_noise_is_estimated_and_its_tilt_is_what_happens() -> None:
 
 
 def test_the_covariance_holds_the_stated_turns_and_is_about_the_cameras() -> None:
-    ground = made(flight())
+    ground = made(flight(), level())
     _, report = place_by_gps(scene_of(ground.views, ground.points), ground.with_gps(2.0, seed=1))
     turns = np.degrees(np.sqrt(np.diag(report.covariance)[:3]))
     assert turns == pytest.approx(report.rotation_error_deg)
@@ -107,7 +113,7 @@ def test_the_covariance_holds_the_stated_turns_and_is_about_the_cameras() -> Non
 
 def test_a_block_that_is_bowed_says_so_in_degrees() -> None:
     """Cameras that stand 2 mm m^-2 too low at the edges: 2 c r is 8 degrees at 36 m."""
-    ground = made(flight())
+    ground = made(flight(), level())
     photos = []
     for photo, view in zip(ground.with_gps(0.03, seed=2), ground.views, strict=True):
         x, y = view.centre[:2]

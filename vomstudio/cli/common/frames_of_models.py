@@ -25,6 +25,14 @@ def add_frame(parser: Parser) -> None:
     )
 
 
+def add_project(parser: Parser) -> None:
+    parser.add_argument(
+        "--project",
+        metavar="PROJECT",
+        help=tr("the model stands as it does in this project, registered or declared"),
+    )
+
+
 def declared_of(args: argparse.Namespace) -> DeclaredFrame:
     from vomstudio.workspace.frame_declaration import DeclaredFrame
 

@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from vomstudio.tables.numbers_text import azimuth as azimuth
+from vomstudio.tables.numbers_text import figures as figures
+from vomstudio.tables.numbers_text import number as number
+
 
 def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Columns under their heads and units, aligned: numbers to the right, words to the left."""
@@ -22,26 +26,6 @@ def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[st
         ]
         out.append("  ".join(cells).rstrip())
     return "\n".join(out)
-
-
-def number(value: Any, decimals: int) -> str:
-    """A number with its decimals, `-` where it is undefined."""
-    return "-" if value is None else f"{value:.{decimals}f}"
-
-
-def figures(value: Any, digits: int = 4) -> str:
-    """A number of any size with its significant digits."""
-    if value is None:
-        return "-"
-    return f"{value:.{digits}g}" if 1e-3 <= abs(value) < 1e6 or value == 0 else f"{value:.3e}"
-
-
-def azimuth(value: Any, decimals: int = 1) -> str:
-    """Three digits before the point, as geologists write a direction."""
-    if value is None:
-        return "-"
-    turned = round(value, decimals) % 360.0
-    return f"{turned:0{4 + decimals if decimals else 3}.{decimals}f}"
 
 
 def inclination(value: Any, decimals: int = 1) -> str:

@@ -42,6 +42,10 @@ class Registration:
     sigma, as a share. rms_control_m, rms_check_m: of what is left over at the points. control: by
     which it was found. covariance: 7x7 of turns about east, north and up (rad), a relative change
     of scale and a shift (m), about `centre` in World, None where only the three errors are known.
+    reach_m: from the middle of the model to its edge (`geology.bowing.model_shape`); None where
+    only its points are known. lens_bowing95_deg, lens_stretch95: what the errors of the lenses of a
+    model made here can do, 95 %: by how much dips differ from edge to edge, and depths beside
+    lengths, as a share; None where not known.
     """
 
     id: str
@@ -57,6 +61,9 @@ class Registration:
     control: tuple[RegistrationPoint, ...] = ()
     covariance: tuple[tuple[float, ...], ...] | None = None
     centre: Point | None = None
+    reach_m: float | None = None
+    lens_bowing95_deg: float | None = None
+    lens_stretch95: float | None = None
 
     def to_world(self) -> Matrix:
         """4x4 similarity from the file to World."""

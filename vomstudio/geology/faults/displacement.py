@@ -16,25 +16,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes, planes_to_normals
+from vomstudio.geometry.tilts import Z95
+from vomstudio.reprs import Shown
 from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
-_Z95 = 1.959963984540054
-_CONE95 = math.sqrt(-2.0 * math.log(0.05))
-"""Half-angle of the cone that holds 95 % of a direction, in standard deviations along one axis."""
 _STEP = 1e-6
 _PARALLEL_DEG = 5.0
-
-
-@dataclass(frozen=True)
-class Measured:
-    """value, and half of its 95 % interval, by itself; None where nothing is known of errors"""
-
-    value: float
-    error95: float | None
 
 
 @dataclass(frozen=True)
@@ -185,8 +177,8 @@ def separations(
     )
 
 
-@dataclass(frozen=True)
-class ThreePoints:
+@dataclass(frozen=True, repr=False)
+class ThreePoints(Shown):
     """The plane through three points, with the 95 % errors of its dip and dip direction, each by
     itself, and the half-angle of its 95 % cone in the worst direction; None where nothing is known
     of the points' errors. A dip direction uncertain by more than 90 degrees is None."""
@@ -196,10 +188,36 @@ class ThreePoints:
     dip_direction_error_deg: float | None
     max_error95_deg: float | None
 
+    @property
+    def dip_direction_deg(self) -> float:
+        return self.plane.dip_direction_deg
+
+    @property
+    def dip_deg(self) -> float:
+        return self.plane.dip_deg
+
+    @property
+    def strike_rhr_deg(self) -> float:
+        return self.plane.strike_rhr_deg
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return {
+            "dip_direction_deg": self.dip_direction_deg,
+            "dip_deg": self.dip_deg,
+            "strike_rhr_deg": self.strike_rhr_deg,
+            "dip_error_deg": self.dip_error_deg,
+            "dip_direction_error_deg": self.dip_direction_error_deg,
+            "max_confidence95_deg": self.max_error95_deg,
+        }
+
 
 def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreePoints:
     """The three-point problem: points (3, 3) in World on one surface, sigma_m the standard
-    deviation of each coordinate. Raises GeometryError for points on one line."""
+    deviation of each coordinate. Raises GeometryError for points on one line, UsageError for a
+    negative sigma."""
+    if not sigma_m >= 0:
+        raise UsageError(tr("Errors must not be negative."), field="--sigma")
     p = np.asarray(points, np.float64)
     if p.shape != (3, 3) or not np.isfinite(p).all():
         raise GeometryError(tr("Three points with finite x, y, z are needed."))
@@ -222,10 +240,10 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
 
     slope = _slopes(tilts, (p - p.mean(axis=0)).ravel(), _STEP * longest)
     cov = sigma_m**2 * slope @ slope.T
-    dip_error = _Z95 * math.sqrt(cov[0, 0])
+    dip_error = Z95 * math.sqrt(cov[0, 0])
     sine = math.sin(math.radians(plane.dip_deg))
-    turn = _Z95 * math.sqrt(cov[1, 1]) / sine if sine > 1e-9 else math.inf
-    worst = _CONE95 * math.sqrt(float(np.linalg.eigvalsh(cov)[-1]))
+    turn = Z95 * math.sqrt(cov[1, 1]) / sine if sine > 1e-9 else math.inf
+    worst = CONE95 * math.sqrt(float(np.linalg.eigvalsh(cov)[-1]))
     return ThreePoints(
         plane,
         math.degrees(dip_error),
@@ -277,7 +295,7 @@ def _spread(errors: Errors, **cones: float) -> Floats:
     parts = [np.full(6, errors.sigma_m)]
     for name, value in cones.items():
         one = math.radians(value)
-        parts.append(np.array([one / _Z95]) if name == "rake95" else np.full(2, one / _CONE95))
+        parts.append(np.array([one / Z95]) if name == "rake95" else np.full(2, one / CONE95))
     return np.concatenate(parts)
 
 
@@ -293,7 +311,7 @@ def _propagated(f: Callable[[Floats], Floats], at: Floats, spread: Floats) -> tu
 
 
 def _measured(value: float, sigma: float, errors: Errors) -> Measured:
-    return Measured(value, _Z95 * sigma if errors.known else None)
+    return Measured(value, Z95 * sigma if errors.known else None)
 
 
 def _displacement(

@@ -13,11 +13,21 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError, UsageError, VomError
 from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
 from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.populations.set_statistics import set_statistics
 from vomstudio.geology.sets.axial_mixture import (
     LEAST_MEMBERS,
     Mixture,
     clusters_from_seeds,
     propose_clusters,
+)
+from vomstudio.geology.sets.discontinuities import (
+    Arrangement,
+    Discontinuity,
+    OnScanline,
+    Pieces,
+    arrange,
+    on_scanline,
+    rests_on,
 )
 from vomstudio.geology.statistics import fisher
 from vomstudio.reprs import Shown
@@ -25,6 +35,7 @@ from vomstudio.words import tr, tr_n
 
 Floats = npt.NDArray[np.float64]
 
+LEVEL = 0.05
 MOST_SETS = 8
 """Looked for where nothing is said."""
 
@@ -42,8 +53,32 @@ class ProposedSet:
     dip_deg: float
     kappa: float | None
     cone95_deg: float | None
-    spacing_m: float | None
-    spacing_cv: float | None
+    spacing_m: float | None = None
+    spacing_cv: float | None = None
+
+
+@dataclass(frozen=True)
+class SetFit:
+    """How well two models describe a set, and which one does. fisher_p, kent_p : of a misfit as
+    large, were it so; None for too few. beta_over_kappa, elongated_p : of Kent's, and the chance of
+    a set as long as this, were it as long as wide. better : "fisher" or "kent", None where neither
+    could be fitted, with the reason"""
+
+    better: str | None
+    fisher_p: float | None
+    kent_p: float | None
+    beta_over_kappa: float | None
+    elongated_p: float | None
+    reason: str | None
+
+
+@dataclass(frozen=True)
+class DescribedSet(Arrangement, ProposedSet):
+    """A set with the arrangement of its planes in space; the spacing is that of its
+    discontinuities. scanline : None where none was asked for"""
+
+    fit: SetFit | None = None
+    scanline: OnScanline | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -51,7 +86,8 @@ class SetProposal(Shown):
     """n planes, of which `unassigned` are in no set; criteria : integrated completed likelihood of
     0, 1, 2... sets, the less the better, empty where seeds were given; assignment : (n,) of the
     rows that were used, the name of the set, "" for none, with its probability; rows : (n,) their
-    places in the table"""
+    places in the table; discontinuities : of all sets, where places are known; discontinuity :
+    (n,) the id of that of each row, "" for none; empty where nothing but places is known"""
 
     n: int
     sets: tuple[ProposedSet, ...]
@@ -63,11 +99,13 @@ class SetProposal(Shown):
     assignment: tuple[str, ...] = field(default=())
     probability: tuple[float, ...] = field(default=())
     rows: tuple[int, ...] = field(default=())
+    discontinuities: tuple[Discontinuity, ...] = field(default=())
+    discontinuity: tuple[str, ...] = field(default=())
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON; rows one by one stand in the table."""
         made = asdict(self)
-        for name in ("assignment", "probability", "rows"):
+        for name in ("assignment", "probability", "rows", "discontinuity"):
             made.pop(name)
         return made
 
@@ -76,11 +114,14 @@ def propose_sets(
     table: OrientationRows,
     *,
     most: int | None = None,
+    exactly: int | None = None,
     seeds: Sequence[Plane] = (),
-    places: Floats | None = None,
+    pieces: Pieces | None = None,
+    scanline: Floats | None = None,
 ) -> SetProposal:
-    """most : sets looked for at most, MOST_SETS without it; seeds : planes, one for each set, in
-    place of a proposed number; places : (rows of the table, 3) in metres, NaN where unknown.
+    """most : sets looked for at most, MOST_SETS without it; exactly : this number; seeds : planes,
+    one for each set, in place of a proposed number; pieces : of all rows of the table; scanline :
+    (2, 3) ends, m.
 
     Sets are named S1, S2... by their size, or in the order of the seeds. Lines are left out. Raises
     GeometryError for tables without planes, UsageError for numbers that cannot be.
@@ -94,8 +135,14 @@ def propose_sets(
         warnings.append(
             tr_n("{count} line is left out.", "{count} lines are left out.", len(table) - len(rows))
         )
-    where = None if places is None else places[rows]
-    found = sets_among(table.vectors()[rows], most=most, seeds=seeds, places=where)
+    if scanline is not None and pieces is None:
+        raise UsageError(
+            tr("A scanline needs to know where the planes are: columns x, y, z."),
+            field="--scanline",
+        )
+    poles = table.vectors()[rows]
+    found = sets_among(poles, most=most, exactly=exactly, seeds=seeds)
+    found = described(found, poles, None if pieces is None else pieces.rows(rows), scanline)
     warnings += found.warnings
     if not found.sets and not seeds:
         warnings.append(
@@ -111,6 +158,83 @@ def propose_sets(
         dropped_lines=tuple(table.dropped),
         warnings=tuple(warnings),
         rows=tuple(int(row) for row in rows),
+    )
+
+
+def given_sets(means: Floats, poles: Sequence[Floats], group: npt.ArrayLike) -> SetProposal:
+    """Sets whose poles (k, 3) are known, S1, S2... in their order, of planes with poles (n, 3) and
+    groups (n,), -1 for none. Sets without a plane are left out. The mean of each is the one given;
+    kappa and cone are of its planes."""
+    of = np.asarray(group, np.int64)
+    all_ = np.asarray(poles, np.float64).reshape(-1, 3)
+    sets = []
+    for j, mean in enumerate(means):
+        own = all_[of == j]
+        if not len(own):
+            continue
+        plane = Plane.from_normal(mean)
+        found = _described(f"S{j + 1}", own, None)
+        sets.append(
+            replace(found, dip_direction_deg=plane.dip_direction_deg, dip_deg=plane.dip_deg)
+        )
+    return SetProposal(
+        n=len(all_),
+        sets=tuple(sets),
+        unassigned=int(np.sum(of < 0)),
+        criteria=(),
+        convention="",
+        dropped_lines=(),
+        warnings=(),
+        assignment=tuple(f"S{j + 1}" if j >= 0 else "" for j in of.tolist()),
+        probability=(1.0,) * len(all_),
+        rows=tuple(range(len(all_))),
+    )
+
+
+def described(
+    found: SetProposal, poles: Floats, pieces: Pieces | None, scanline: Floats | None = None
+) -> SetProposal:
+    """The proposal for poles (n, 3) with how well models fit its sets and how their planes stand in
+    space. scanline : (2, 3) ends, m, only with pieces"""
+    face = None if pieces is None else rests_on(pieces)
+    of = np.array(found.assignment)
+    sets: list[ProposedSet] = []
+    all_: list[Discontinuity] = []
+    ids = np.full(len(poles), "", dtype=object)
+    for one in found.sets:
+        own = np.flatnonzero(of == one.name)
+        normal = Plane(one.dip_direction_deg, one.dip_deg).normal()
+        arrangement, line = Arrangement(), None
+        if pieces is not None:
+            members = pieces.rows(own)
+            arrangement, planes, number = arrange(one.name, normal, poles[own], members, face)
+            all_ += planes
+            ids[own] = ["" if k < 0 else planes[k].id for k in number.tolist()]
+            if scanline is not None:
+                line = on_scanline(normal, poles[own], members.places, scanline)
+        sets.append(
+            DescribedSet(
+                **{**vars(one), **vars(arrangement)}, fit=fit_of(poles[own]), scanline=line
+            )
+        )
+    told = ids.tolist() if pieces is not None and pieces.are_more_than_places else []
+    return replace(found, sets=tuple(sets), discontinuities=tuple(all_), discontinuity=tuple(told))
+
+
+def fit_of(poles: Floats) -> SetFit:
+    """Of one set (n, 3): Fisher's (1953) and Kent's (1982) distribution."""
+    told = set_statistics(poles)
+    one, other = told.fisher, told.kent
+    better = None
+    if one is not None and one.kappa is not None:
+        better = "kent" if other is not None and other.elongated_p < LEVEL else "fisher"
+    return SetFit(
+        better,
+        None if one is None else one.fit_p,
+        None if other is None else other.fit_p,
+        None if other is None else other.beta / other.kappa,
+        None if other is None else other.elongated_p,
+        None if better is not None else told.fisher_reason,
     )
 
 

@@ -31,7 +31,7 @@ def tabulate(rows, begins, names, ends):  # type: ignore[no-untyped-def]
 
 
 @part
-def first_of(keys, wanted, low, high):  # type: ignore[no-untyped-def]
+def first_not_below(keys, wanted, low, high):  # type: ignore[no-untyped-def]
     """The first of sorted keys in a range that is not below the wanted one."""
     while low < high:
         middle = (low + high) // 2
@@ -128,7 +128,7 @@ def planes_near(  # type: ignore[no-untyped-def]
                 if names[slot] == -1:
                     continue
                 stop = ends[slot, 1]
-                at = first_of(cells, i0, ends[slot, 0], stop)
+                at = first_not_below(cells, i0, ends[slot, 0], stop)
                 while at < stop and cells[at] <= i1:
                     dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
                     at += 1
@@ -193,7 +193,7 @@ def along_axes(  # type: ignore[no-untyped-def]
                     if names[slot] == -1:
                         continue
                     stop = ends[slot, 1]
-                    at = first_of(cells, i0, ends[slot, 0], stop)
+                    at = first_not_below(cells, i0, ends[slot, 0], stop)
                     while at < stop and cells[at] <= i1:
                         dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
                         at += 1

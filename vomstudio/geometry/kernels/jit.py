@@ -98,3 +98,23 @@ def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
     """The array as a kernel's signature wants it: contiguous, of this type, and writable; copied
     only where it is not (one mapped from a file is read-only)."""
     return np.require(array, dtype, ["C_CONTIGUOUS", "WRITEABLE"])
+
+
+class _Borrowed:
+    """Memory of an array under another flag, for as long as the array is needed."""
+
+    def __init__(self, array: npt.NDArray[Any]) -> None:
+        self.array = array
+        self.__array_interface__ = {
+            **array.__array_interface__,
+            "data": (array.__array_interface__["data"][0], False),
+        }
+
+
+def for_reading(array: npt.ArrayLike, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
+    """As `for_kernels`, for kernels that do not write to it: an array that is merely read-only, as
+    one mapped from a file, is not copied. To write to the result ends the process."""
+    wanted = np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
+    if wanted.flags.writeable or not wanted.size:
+        return for_kernels(wanted, dtype)
+    return np.asarray(_Borrowed(wanted))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geometry.kernels.cells import cell_of, first_of, slot_of
+from vomstudio.geometry.kernels.cells import cell_of, first_not_below, slot_of
 from vomstudio.geometry.kernels.jit import kernel, part
 
 _FEWEST = 10
@@ -79,7 +79,7 @@ def curvatures_near(  # type: ignore[no-untyped-def]
                 if names[slot] == -1:
                     continue
                 stop = ends[slot, 1]
-                at = first_of(cells, i0, ends[slot, 0], stop)
+                at = first_not_below(cells, i0, ends[slot, 0], stop)
                 while at < stop and cells[at] <= i1:
                     dx, dy, dz = points[at, 0] - x, points[at, 1] - y, points[at, 2] - z
                     at += 1

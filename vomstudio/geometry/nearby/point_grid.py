@@ -62,7 +62,8 @@ class PointGrid:
     def __init__(self, points: Array, cell: float) -> None:
         from vomstudio.geometry.kernels.cells import tabulate
 
-        sound = points[np.isfinite(points).all(axis=1)]
+        finite = np.isfinite(points).all(axis=1)
+        sound = points[finite]
         self.corner: Array = np.floor(sound.min(axis=0)) if len(sound) else np.zeros(3)
         local = sound - self.corner
         high = local.max(axis=0) if len(sound) else np.zeros(3)
@@ -70,6 +71,7 @@ class PointGrid:
         self.counts = np.floor(high / self.cell).astype(np.int64) + 1
         keys = self._cells_of(local)
         order = np.argsort(keys, kind="stable")
+        self._order_given = order if finite.all() else np.flatnonzero(finite)[order]
         self._points = for_kernels(local[order], np.float64)
         rows, columns = np.divmod(keys[order], self.counts[0])
         self._columns = for_kernels(columns, np.int32)
@@ -82,6 +84,11 @@ class PointGrid:
             self._names,
             self._ends,
         )
+
+    def tables(self) -> tuple[Array, npt.NDArray[np.int32], Ints, Ints, Ints]:
+        """The points less `corner`, sorted by their cells; the cell of each along x; names and ends
+        of rows of cells, as `kernels.cells.slot_of` looks them up; and which points these are."""
+        return (*self._sorted(), self._order_given)
 
     def planes(self, places: Array, radius: float, progress: Progress | None = None) -> LocalPlanes:
         """Of the points within `radius` of each of the places (k, 3).

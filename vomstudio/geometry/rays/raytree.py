@@ -136,9 +136,14 @@ class RayTree:
 
     def position(self, index: int, weights: Array) -> Array:
         """(3,) of a hit, from the model's own coordinates."""
+        return np.asarray(self.positions(np.array([index]), weights[None])[0])
+
+    def positions(self, index: npt.NDArray[np.int64], weights: Array) -> Array:
+        """(n, 3) of hits, from the model's own coordinates."""
         if isinstance(self.data, Mesh):
-            return np.asarray(weights @ self._points[self._faces[index]] + self.corner)
-        return np.asarray(self.data.points[index], np.float64)
+            corners = self._points[self._faces[index]]
+            return np.asarray(np.einsum("nk,nkc->nc", weights, corners) + self.corner)
+        return np.array(self.data.points[index], np.float64)
 
     def normal(self, index: int) -> Array | None:
         """(3,) unit normal of a face or point; None where it has none."""

@@ -38,7 +38,13 @@ def crs_of(path: str | Path) -> str | None:
 
 def marks_beside(control: Path) -> Path:
     """Where the marks of a control file are unless another file is named: in it, or beside it."""
-    return control if choose_format(control).holds_marks else control.with_name(MARKS)
+    format_ = choose_format(control)
+    if format_.holds_marks:
+        return control
+    usual = control.with_name(MARKS)
+    if not usual.is_file() and format_.marks_beside is not None:
+        return format_.marks_beside(control) or usual
+    return usual
 
 
 def find_control(photos: Path) -> tuple[Path, Path] | None:

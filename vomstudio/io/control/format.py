@@ -22,6 +22,8 @@ class ControlFormat:
     found_as : names under which its files are looked for beside the photos
     certain : False where a file that matches may be of another format that knows it better
     extensions : that its files usually have, for file dialogs
+    marks_beside : the file in the same folder that holds the marks of a file of points; None where
+        none does, or several do
 
     All raise InputError, with line and column or element, for what is wrong in a file.
     """
@@ -35,3 +37,4 @@ class ControlFormat:
     found_as: tuple[str, ...] = ()
     certain: bool = True
     extensions: tuple[str, ...] = ()
+    marks_beside: Callable[[Path], Path | None] | None = None

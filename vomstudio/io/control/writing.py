@@ -8,11 +8,14 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.backup import set_aside
 from vomstudio.files.inside import check_beside
 from vomstudio.files.spreadsheet_cells import guarded
+from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.words import tr
 
@@ -35,6 +38,22 @@ def write_control(
     ]  # fmt: skip
     comment = f"# {crs}\n" if crs is not None and _CRS.fullmatch(f"# {crs}") else ""
     return _write(path, ["label", "x", "y", "z", "sigma", "use"], rows, comment)
+
+
+def write_pairs(path: Path, pairs: Pairs) -> Path | None:
+    """Write points found on a model as the table that `register --pairs` reads. Returns as
+    `write_control`, raises TargetError."""
+    has_sigma = bool(np.isfinite(pairs.sigma).any())
+    head = ["label", "model_x", "model_y", "model_z", "x", "y", "z", "use"]
+    head += ["sigma_x", "sigma_y", "sigma_z"] if has_sigma else []
+    rows = []
+    for k, label in enumerate(pairs.labels):
+        places = [*pairs.model[k].tolist(), *pairs.world[k].tolist()]
+        row = [guarded(label), *map(_digits, places), "check" if pairs.check[k] else "control"]
+        if has_sigma:
+            row += ["" if np.isnan(v) else _digits(v) for v in pairs.sigma[k].tolist()]
+        rows.append(row)
+    return _write(path, head, rows)
 
 
 def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:

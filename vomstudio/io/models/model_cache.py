@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import make_folder
 from vomstudio.files.regular import read_json
 from vomstudio.geometry.cloud import PointCloud
@@ -86,7 +87,7 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         raise TargetError(
             tr(
                 "The cache cannot be written ({reason}). Free its disk or move the project.",
-                reason=error.strerror,
+                reason=reason_of(folder.parent, error),
             ),
             file=folder,
         ) from error
@@ -110,7 +111,7 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         raise TargetError(
             tr(
                 "The cache cannot be written ({reason}). Free its disk or move the project.",
-                reason=error.strerror,
+                reason=reason_of(folder.parent, error),
             ),
             file=folder,
         ) from error

@@ -6,16 +6,19 @@ written again; undoing finds it where it was. `compact` alone removes those that
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from pathlib import Path
 
-from vomstudio.document.records import Asset
+from vomstudio.document.edit import Edit
+from vomstudio.document.records import Asset, Mask
 from vomstudio.errors import InputError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.inside import make_folder
 from vomstudio.words import tr
 
 FOLDER = "assets"
+_MOST_HELD = 64 * 1024 * 1024
 
 
 def keep_asset(project: Path, data: bytes, suffix: str) -> Asset:
@@ -46,3 +49,39 @@ def is_sound(path: Path) -> bool:
     """Whether an asset holds what its name says."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest() == path.stem
+
+
+class HeldAssets:
+    """The content of a project's assets in memory, for the case that its folder goes away while it
+    is open: masks are hours of work."""
+
+    def __init__(self) -> None:
+        self._held: dict[str, bytes] = {}
+        self._bytes = 0
+
+    def hold_all(self, project: Path) -> None:
+        """Hold what is there, up to a limit."""
+        folder = project / FOLDER
+        if folder.is_dir():
+            for path in folder.iterdir():
+                self._take(project, f"{FOLDER}/{path.name}")
+
+    def hold(self, project: Path, edit: Edit) -> None:
+        """Hold what an edit names for the first time."""
+        for record in edit.after.values():
+            if isinstance(record, Mask):
+                self._take(project, record.file.path)
+
+    def _take(self, project: Path, name: str) -> None:
+        if name in self._held or self._bytes > _MOST_HELD:
+            return
+        with contextlib.suppress(OSError, InputError):
+            self._held[name] = asset_path(project, Asset(name, 0)).read_bytes()
+            self._bytes += len(self._held[name])
+
+    def write(self, project: Path) -> None:
+        """Into another folder, what is not there yet. Raises TargetError, OSError."""
+        for name, data in self._held.items():
+            if not (project / name).is_file():
+                (project / FOLDER).mkdir(exist_ok=True)
+                write_bytes(project / name, data)

@@ -9,6 +9,8 @@ closed, so that the compaction itself can be taken back.
 from __future__ import annotations
 
 import contextlib
+import errno
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,10 +20,12 @@ from vomstudio.document.codec import encode_edit
 from vomstudio.document.edit import Edit
 from vomstudio.document.journal import RowKind
 from vomstudio.document.session import Session
-from vomstudio.errors import DocumentError, TargetError
+from vomstudio.errors import DocumentError, TargetError, VomError
+from vomstudio.files.disk_troubles import not_written, reason_of
 from vomstudio.files.inside import make_folder
 from vomstudio.io.project.assets import FOLDER
 from vomstudio.io.project.journal import NAME, SqliteJournal
+from vomstudio.io.project.journal_ground import NotWritten, head_of
 from vomstudio.io.project.verify import assets_of
 from vomstudio.words import tr
 
@@ -59,10 +63,9 @@ def plan(folder: Path, session: Session, journal: SqliteJournal) -> Plan:
 
 @dataclass(frozen=True)
 class Compacted:
-    """The new journal, in which the session goes on. numbers: of its rows by those of before;
-    last: the number of its last row when it was made."""
+    """numbers: of the rows of the new journal by those of before; last: the number of its last row
+    when it was made."""
 
-    journal: SqliteJournal
     numbers: Mapping[int, int]
     last: int
 
@@ -72,6 +75,8 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
     not saved, TargetError where it cannot be written; then nothing has changed."""
     if session.dirty:
         raise DocumentError(tr("Save the project first: what is not saved must stay reachable."))
+    if journal.waits:
+        raise DocumentError(tr("Some steps are in memory only. Save the project elsewhere first."))
     if session.problems:
         raise DocumentError(
             tr(
@@ -80,67 +85,98 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
             )
         )
     new = folder / NEW
-    numbers = write_anew(new, session, journal)
-    journal.copy_to(folder / BEFORE)
-    taken = put_in_place(new, folder, session, journal, numbers)
+    try:
+        numbers = write_anew(new, session, journal)
+        journal.copy_to(folder / BEFORE)
+        put_in_place(new, folder, session, journal, numbers)
+    except TargetError:
+        remove(new)
+        remove(folder / BEFORE)
+        raise
     aside = folder / _PUT_ASIDE
-    for path in _unused(folder, session):
-        make_folder(aside, folder)
-        with contextlib.suppress(OSError):
+    # What stays where it was does no harm.
+    with contextlib.suppress(OSError, TargetError):
+        for path in _unused(folder, session):
+            make_folder(aside, folder)
             path.replace(aside / path.name)
-    return Compacted(taken, numbers, taken.last)
+    return Compacted(numbers, journal.last)
 
 
-def write_anew(new: Path, session: Session, journal: SqliteJournal) -> dict[int, int]:
+def write_anew(
+    new: Path,
+    session: Session,
+    journal: SqliteJournal | None,
+    settings: Mapping[str, Any] | None = None,
+) -> dict[int, int]:
     """A journal of what can be reached and no more; the numbers of its rows by those of before.
+    journal: of before, with times and versions, where it can be read; settings: of now, where not.
     Raises TargetError."""
     remove(new)
     numbers: dict[int, int] = {}
-    made = SqliteJournal(new, create=True)
     try:
-        originals = {row.seq: row for row in journal.rows()}
+        made = SqliteJournal(new, create=True)
+    except VomError as error:
+        remove(new)
+        raise not_written(new, error.__cause__ or error) from error
+    try:
+        originals = {} if journal is None else {row.seq: row for row in journal.rows()}
         for row in _rows(session):
             of_seq = None if row.of is None else numbers[row.of]
             was = originals.get(row.seq)
-            number = made.copy_row(row.kind, of_seq, row.label, row.before, row.after, was)
+            if was is None and row.kind == "do":
+                number = made.append(
+                    "do",
+                    label=row.label,
+                    before=row.before,
+                    after=row.after,
+                    settings=settings,
+                )
+            else:
+                number = made.copy_row(row.kind, of_seq, row.label, row.before, row.after, was)
             if row.kind in ("do", "draft"):
                 numbers[row.seq] = number
-        made.copy_views(journal)
+        if journal is not None:
+            made.copy_views(journal)
+    except NotWritten as error:
+        made.close()
+        remove(new)
+        raise not_written(new, error.__cause__ or error) from error
     except BaseException:
         made.close()
         remove(new)
         raise
     made.close()
+    if new.with_name(f"{new.name}-wal").exists():
+        # It could not be folded in, and would not go along.
+        remove(new)
+        raise not_written(new, OSError(errno.EIO, os.strerror(errno.EIO)))
     return numbers
 
 
 def put_in_place(
     new: Path, folder: Path, session: Session, journal: SqliteJournal, numbers: Mapping[int, int]
-) -> SqliteJournal:
+) -> None:
     """The file `new` becomes the journal of the project, in which the session goes on. numbers: of
-    its rows by those of before. Raises TargetError; then all goes on in the one of before."""
+    its rows by those of before. Raises TargetError; then all goes on in the one of before, or in
+    the new one where only that cannot be opened at once: it is with the next step."""
+    head = head_of(new)
     # From here on a kill leaves one whole journal or the other.
     journal.close()
     try:
         new.replace(folder / NAME)
     except OSError as error:
-        journal.reopen()
         remove(new)
-        raise TargetError(
-            tr(
-                "The file cannot be written ({reason}). Check the drive and its rights.",
-                reason=error.strerror,
-            ),
-            file=folder,
-        ) from error
-    taken = SqliteJournal(folder / NAME)
-    session.use_journal(taken, numbers)
-    return taken
+        with contextlib.suppress(VomError):
+            journal.reopen()
+        raise not_written(folder / NAME, error) from error
+    session.use_journal(journal, numbers)
+    try:
+        journal.change_over(head)
+    except VomError as error:
+        raise not_written(folder / NAME, error.__cause__ or error) from error
 
 
-def take_back(
-    folder: Path, session: Session, journal: SqliteJournal, made: Compacted
-) -> SqliteJournal:
+def take_back(folder: Path, session: Session, journal: SqliteJournal, made: Compacted) -> None:
     """Bring back the journal and the files of before the compaction, with what was done since.
     Raises DocumentError where they are not there, TargetError where they cannot be written; then
     nothing has changed, and it can be tried again."""
@@ -168,9 +204,8 @@ def take_back(
         remove(new)
         raise
     old.close()
-    taken = put_in_place(new, folder, session, journal, numbers)
+    put_in_place(new, folder, session, journal, numbers)
     remove(before)
-    return taken
 
 
 def _bring_back_files(folder: Path) -> None:
@@ -187,15 +222,17 @@ def _bring_back_files(folder: Path) -> None:
         raise TargetError(
             tr(
                 "The file cannot be written ({reason}). Check the drive and its rights.",
-                reason=error.strerror,
+                reason=reason_of(folder, error),
             ),
             file=folder / FOLDER,
         ) from error
 
 
 def forget(folder: Path) -> None:
-    """The project is closed: the compaction cannot be taken back any more."""
+    """The project is closed: the compaction cannot be taken back any more. What one that failed has
+    left goes too."""
     remove(folder / BEFORE)
+    remove(folder / NEW)
     aside = folder / _PUT_ASIDE
     if aside.is_dir():
         for path in aside.iterdir():
@@ -249,6 +286,6 @@ def _unused(folder: Path, session: Session) -> list[Path]:
 
 
 def remove(path: Path) -> None:
-    for ending in ("", "-wal", "-shm"):
+    for ending in ("", "-wal", "-shm", "-journal"):
         with contextlib.suppress(OSError):
             path.with_name(path.name + ending).unlink(missing_ok=True)

@@ -34,22 +34,28 @@ def export_project(
     Raises InputError where the project cannot be read or holds no features, UsageError for a format
     that is not known, TargetError where `out` cannot be written.
     """
+    # Around all that is made: else the collector looks through it before it is gone.
+    with no_collection():
+        return _exported(folder, format_, out, with_map=with_map, force=force)
+
+
+def _exported(
+    folder: Path, format_: str, out: Path, *, with_map: bool, force: bool
+) -> ProjectTable:
     from vomstudio.io.project.journal import own_files, read_replay
 
     _check_format(format_)
     check_target(out, force=force, inputs=own_files(folder))
-    with no_collection():
-        kept = read_replay(folder)
-        records = kept.records
-        refuse_empty(records, folder)
-        return export_records(
-            records,
-            format_,
-            out,
-            with_map=with_map,
-            force=force,
-            thresholds=thresholds_of(kept.settings),
-        )
+    kept = read_replay(folder)
+    refuse_empty(kept.records, folder)
+    return export_records(
+        kept.records,
+        format_,
+        out,
+        with_map=with_map,
+        force=force,
+        thresholds=thresholds_of(kept.settings),
+    )
 
 
 def refuse_empty(records: Mapping[str, Record], folder: Path) -> None:

@@ -16,17 +16,21 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vomstudio.document.records import Feature, Model
+from vomstudio.document.records import Feature, Mask, Model, Reconstruction
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, InputError, TargetError, VomError
+from vomstudio.files.disk_troubles import not_written, reason_of
 from vomstudio.files.inside import links_of
 from vomstudio.files.lock import ProjectLock
 from vomstudio.files.user_folders import state_folder
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.io.project import compaction
 from vomstudio.io.project.assets import FOLDER as ASSETS
+from vomstudio.io.project.assets import HeldAssets
+from vomstudio.io.project.comparisons import FOLDER as COMPARISONS
 from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.io.project.journal import TAKING_IN, SqliteJournal, read_replay
+from vomstudio.io.project.journal_ground import Trouble
 from vomstudio.io.project.repair import Repaired, repair
 from vomstudio.io.project.sidecar_import import PHOTO_TABLES, RECONSTRUCTIONS, take_in_earlier
 from vomstudio.words import tr
@@ -34,7 +38,7 @@ from vomstudio.words import tr
 SUFFIX = ".vom"
 _MODELS = "models"
 # Making the thumbnails of thousands of photos again would take minutes.
-_ALONG = (_MODELS, PHOTO_TABLES, ASSETS, "cache/thumbnails")
+_ALONG = (_MODELS, PHOTO_TABLES, ASSETS, COMPARISONS, "cache/thumbnails")
 # What a reconstruction adds lines to; all else is written once, under another name.
 _LARGEST_COPIED = 1 << 20
 
@@ -51,8 +55,10 @@ class Project:
         settings: Callable[[], Mapping[str, Any]] = dict,
     ) -> None:
         self.folder = folder
-        self.journal = journal
         self._lock = lock
+        self._tell_trouble: Callable[[Trouble | None], object] | None = None
+        self._held = HeldAssets()
+        self._take(journal)
         self._settings = settings
         self.session = Session(journal, settings)
         self._compacted: compaction.Compacted | None = None
@@ -60,6 +66,36 @@ class Project:
         """Sentences on what could not be read."""
         if journal.view(TAKING_IN, False):
             self._take_in()
+
+    def _take(self, journal: SqliteJournal) -> None:
+        self.journal = journal
+        if self._tell_trouble is not None:
+            journal.wait_in_memory(self._tell_trouble, self._hold_again)
+
+    def wait_in_memory(self, tell: Callable[[Trouble | None], object]) -> None:
+        """From now on steps that cannot be written wait in memory, as `SqliteJournal` has it; for
+        programs that stay open, and say so."""
+        self._tell_trouble = tell
+        self._take(self.journal)
+        self._held.hold_all(self.folder)
+        self.session.changed.connect(lambda edit: self._held.hold(self.folder, edit))
+
+    def _hold_again(self) -> None:
+        """The folder is back, with a lock file of its own. Raises InputError, TargetError."""
+        lock = ProjectLock(self.folder / "lock")
+        self._lock.release()
+        self._lock = lock
+
+    @property
+    def trouble(self) -> Trouble | None:
+        """Why the next step cannot be written, as far as that is known."""
+        return self.journal.trouble()
+
+    @property
+    def _is_there(self) -> bool:
+        """The folder at the project's place is this project's."""
+        trouble = self.trouble
+        return trouble is None or not trouble.lost
 
     def _take_in(self) -> None:
         """Files beside a journal of schema 1 become records, as one edit."""
@@ -78,7 +114,7 @@ class Project:
             raise TargetError(
                 tr(
                     "The folder cannot be created ({reason}). Choose another place.",
-                    reason=error.strerror,
+                    reason=reason_of(folder.parent, error),
                 ),
                 file=folder,
             ) from error
@@ -142,27 +178,26 @@ class Project:
         """Take away rows and files that nothing can reach any more; until the project is closed
         `take_back_compaction` brings them back. Raises DocumentError, TargetError."""
         made = compaction.compact(self.folder, self.session, self.journal)
-        self.journal, self._compacted = made.journal, made
+        self._compacted = made
 
     def take_back_compaction(self) -> None:
         """Raises DocumentError where the project was not compacted since it was opened."""
         if self._compacted is None:
             raise DocumentError(tr("The project was not compacted since it was opened."))
-        self.journal = compaction.take_back(
-            self.folder, self.session, self.journal, self._compacted
-        )
+        compaction.take_back(self.folder, self.session, self.journal, self._compacted)
         self._compacted = None
 
     def repair(self) -> Repaired:
         """Write a journal with damaged rows anew. Raises DocumentError, TargetError."""
         made = repair(self.folder, self.session, self.journal)
-        self.journal, self.problems = made.journal, []
+        self.problems = []
         return made
 
-    def save_as(self, folder: Path) -> None:
+    def save_as(self, folder: Path) -> list[str]:
         """Move to another folder: history, copies and reconstructions go along. A project with a
-        name stays behind as it was last saved; an untitled one is gone. Nobody may be at work in
-        its folder. Raises TargetError."""
+        name stays behind as it was last saved; an untitled one is gone. Where the folder is gone or
+        was replaced, what is in memory goes along; sentences say what does not. Nobody may be at
+        work in its folder. Raises TargetError."""
         if folder.exists() and not folder.is_dir():
             raise TargetError(
                 tr("There is already a file of this name. Choose another name."), file=folder
@@ -170,46 +205,83 @@ class Project:
         if folder.exists() and any(folder.iterdir()):
             raise TargetError(tr("The folder is not empty. Choose another name."), file=folder)
         part = folder.with_name(folder.name + ".part")
+        there, left, untitled = self._is_there, self.folder, self.untitled
+        troubled = self.trouble is not None
         try:
             shutil.rmtree(part, ignore_errors=True)
             part.mkdir(parents=True)
-            self.journal.copy_to(part / JOURNAL)
-            for name in _ALONG:
-                if (self.folder / name).is_dir():
-                    shutil.copytree(self.folder / name, part / name, ignore=links_of)
-            moves = self.untitled and _same_disk(self.folder, part)
-            if not moves:
-                _copy_reconstructions(self.folder, part)
+            numbers = self._copy_journal(part / JOURNAL)
+            moves = self._copy_files(part) if there else False
+            self._held.write(part)
             if folder.exists():
                 folder.rmdir()
             part.rename(folder)
         except OSError as error:
             shutil.rmtree(part, ignore_errors=True)
-            raise TargetError(
-                tr(
-                    "The file cannot be written ({reason}). Check the drive and its rights.",
-                    reason=error.strerror,
-                ),
-                file=folder,
-            ) from error
-        except VomError:
+            raise not_written(folder, error) from error
+        except VomError as error:
             shutil.rmtree(part, ignore_errors=True)
-            raise
-        lock = ProjectLock(folder / "lock")
-        journal = SqliteJournal(folder / JOURNAL)
-        left, untitled = self.folder, self.untitled
-        old = self.session.use_journal(journal)
-        if self.session.dirty and not untitled:
+            raise TargetError(error.message, file=folder) from error
+        lock, journal = _taken_hold(folder)
+        was_dirty = self.session.dirty
+        old = self.session.use_journal(journal, numbers)
+        if was_dirty and not untitled and self.trouble is None:
             left_behind = Session(old)
             left_behind.discard_unsaved()
         old.close()
         self._lock.release()
-        self.folder, self.journal, self._lock = folder, journal, lock
-        self.session.save()
+        self.folder, self._lock = folder, lock
+        self._take(journal)
+        self.session.mark_saved()
+        if self._tell_trouble is not None and troubled:
+            self._tell_trouble(None)
         if moves:
             _move_reconstructions(left, folder)
-        if untitled:
+        if untitled and there:
             shutil.rmtree(left, ignore_errors=True)
+        return [] if there else self._left_behind()
+
+    def _left_behind(self) -> list[str]:
+        """What could not be taken along from a folder that is gone or was replaced."""
+        made = self.folder / RECONSTRUCTIONS
+        missing = [
+            *(m.name for m in self.session.of(Model) if self.find_model(m) is None),
+            *(m.photo for m in self.session.of(Mask) if not (self.folder / m.file.path).is_file()),
+            *(r.name for r in self.session.of(Reconstruction) if not (made / r.folder).is_dir()),
+        ]
+        if not missing:
+            return []
+        return [
+            tr(
+                "These had files in the folder that is gone, and need them again: {names}.",
+                names=", ".join(missing),
+            )
+        ]
+
+    def _copy_journal(self, path: Path) -> Mapping[int, int] | None:
+        """The history in a new file; the numbers of its rows by those of now where they differ.
+        Raises TargetError."""
+        trouble = self.trouble
+        if trouble is None or trouble.cause != "replaced":
+            try:
+                self.journal.copy_to(path)
+                return None
+            except TargetError:
+                if trouble is None:
+                    raise
+        # What is at its place cannot be read, or is another: all that can be reached is known.
+        return compaction.write_anew(path, self.session, None, self._settings())
+
+    def _copy_files(self, part: Path) -> bool:
+        """What lies beside the journal; whether the reconstructions are to be moved instead. Raises
+        OSError."""
+        for name in _ALONG:
+            if (self.folder / name).is_dir():
+                shutil.copytree(self.folder / name, part / name, ignore=links_of)
+        if self.untitled and _same_disk(self.folder, part):
+            return True
+        _copy_reconstructions(self.folder, part)
+        return False
 
     def close(self) -> None:
         """An untitled project that never held a feature, a reconstruction or marks in photos leaves
@@ -219,9 +291,13 @@ class Project:
         empty = not session.ever_held(Feature) and not session.draft
         empty = empty and not self.has_reconstructions and not self.has_photo_tables
         worthless = self.untitled and empty
+        there = self._is_there
         self.session.close()
-        compaction.forget(self.folder)
+        if there:
+            compaction.forget(self.folder)
         self._lock.release()
+        if not there:
+            return
         if worthless:
             shutil.rmtree(self.folder, ignore_errors=True)
         elif self.untitled:
@@ -245,6 +321,25 @@ class Project:
             self.folder.parent / stored.name,
         ]
         return next((place for place in places if place.is_file()), None)
+
+
+def _taken_hold(folder: Path) -> tuple[ProjectLock, SqliteJournal]:
+    """Of a project that was just made and is marked as saved; it goes again where that fails.
+    Raises InputError, TargetError."""
+    lock: ProjectLock | None = None
+    journal: SqliteJournal | None = None
+    try:
+        lock = ProjectLock(folder / "lock")
+        journal = SqliteJournal(folder / JOURNAL)
+        journal.append("save")
+        return lock, journal
+    except VomError as error:
+        if journal is not None:
+            journal.close()
+        if lock is not None:
+            lock.release()
+        shutil.rmtree(folder, ignore_errors=True)
+        raise not_written(folder, error.__cause__ or error) from error
 
 
 def _same_disk(one: Path, other: Path) -> bool:
@@ -299,7 +394,7 @@ def _move_reconstructions(source: Path, target: Path) -> None:
             tr(
                 "The project is saved, but its reconstructions cannot be moved to it "
                 "({reason}). They stay in {source}.",
-                reason=error.strerror,
+                reason=reason_of(target, error),
                 source=source / RECONSTRUCTIONS,
             ),
             file=target,

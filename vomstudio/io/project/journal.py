@@ -7,22 +7,46 @@ WAL with synchronous FULL where the file system can do it, a rollback journal wh
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from vomstudio.document.journal import Replay, Row, RowKind, replay
-from vomstudio.errors import DocumentError, InputError, TargetError
+from vomstudio.errors import InputError, TargetError, VomError
+from vomstudio.files.disk_troubles import not_written
 from vomstudio.files.inside import check_beside
-from vomstudio.io.project.journal_json import dump_json, load_json
+from vomstudio.io.project.journal_ground import (
+    Ground,
+    NotWritten,
+    Trouble,
+    copy_database,
+    leave_alone,
+    open_error,
+    trouble_of,
+    writing_was_cut_off,
+)
+from vomstudio.io.project.journal_json import dump_json
+from vomstudio.io.project.journal_rows import (
+    COLUMNS,
+    INSERT_ROW,
+    SET_HEAD,
+    Head,
+    NewRow,
+    checksum,
+    last_rows,
+    read_head,
+    read_rows,
+    text_of,
+    writable,
+)
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
-SCHEMA_VERSION = 6
+SCHEMA_VERSION = 7
 APPLICATION_ID = 0x564F4D31  # "VOM1"
 NAME = "journal.sqlite"
 TAKING_IN = "taking in the files of schema 1"
@@ -61,6 +85,11 @@ class SqliteJournal:
         """Raises InputError where the file is not a journal of ours or is newer than this program,
         TargetError where it cannot be written."""
         self.path = path
+        self._waiting: list[NewRow] = []
+        self._is_open = False
+        self._trouble: Trouble | None = None
+        self._tell: Callable[[Trouble | None], object] | None = None
+        self._come_back: Callable[[], object] = lambda: None
         self._open(create)
 
     def _open(self, create: bool) -> None:
@@ -77,7 +106,7 @@ class SqliteJournal:
             self._db = sqlite3.connect(
                 path, isolation_level=None, timeout=5.0, check_same_thread=False
             )
-            self._db.text_factory = _text
+            self._db.text_factory = text_of
             if create:
                 self._db.executescript("BEGIN;" + _SCHEMA + "COMMIT;")
             self.opened_schema = _schema_of(self._db, path)
@@ -87,9 +116,11 @@ class SqliteJournal:
             if self.opened_schema < SCHEMA_VERSION:
                 migrate(self._db, path, self.opened_schema)
             self._make_durable()
-            self._head = _head(self._db)
+            self._head = read_head(self._db)
+            self._ground = Ground(path, self._db)
+            self._is_open = True
         except sqlite3.Error as error:
-            raise _open_error(error, path) from error
+            raise open_error(error, path) from error
 
     def _make_durable(self) -> None:
         try:
@@ -108,6 +139,7 @@ class SqliteJournal:
         after: Mapping[str, Any] | None = None,
         settings: Mapping[str, Any] | None = None,
     ) -> int:
+        """Raises NotWritten; after `wait_in_memory` for a save only."""
         return self._append(kind, of_seq, label, before, after, _now(), __version__, settings)
 
     def _append(
@@ -121,46 +153,125 @@ class SqliteJournal:
         version: str,
         settings: Mapping[str, Any] | None,
     ) -> int:
-        head = self._head
+        head = self._waiting[-1].head if self._waiting else self._head
         seq = head.seq + 1
         values = (
             seq,
             kind,
             of_seq,
-            _writable(label),
+            writable(label),
             dump_json(before),
             dump_json(after),
             time,
             version,
             dump_json(settings),
         )
-        new = Head(head.rows + 1, seq, checksum(head.checksum, values))
+        row = NewRow(values, Head(head.rows + 1, seq, checksum(head.checksum, values)))
+        try:
+            self._commit([*self._waiting, row])
+        except NotWritten as error:
+            if self._tell is None or kind == "save":
+                raise
+            if self._head.seq < seq:
+                self._waiting.append(row)
+            self._told(error.trouble)
+        else:
+            self._told(None)
+        return seq
+
+    def _commit(self, rows: list[NewRow]) -> None:
+        """Write these rows, and be sure that they are where the project is. Raises NotWritten."""
+        if not self._is_open:
+            self._open_again()
+        if (trouble := self._ground.trouble(self._head)) is not None and not self._returned():
+            raise self._not_written(trouble)
         try:
             self._db.execute("BEGIN IMMEDIATE")
             try:
-                self._db.execute(INSERT_ROW, (*values, new.checksum))
-                self._db.execute(SET_HEAD, new)
+                self._db.executemany(INSERT_ROW, [(*r.values, r.head.checksum) for r in rows])
+                self._db.execute(SET_HEAD, rows[-1].head)
                 self._db.execute("COMMIT")
             except BaseException:
                 if self._db.in_transaction:
                     self._db.execute("ROLLBACK")
                 raise
         except sqlite3.Error as error:
-            raise DocumentError(
-                tr(
-                    "The project's journal cannot be written ({error}). Nothing was changed. "
-                    "Free some space or check the drive, then try again.",
-                    error=error,
-                ),
-                file=self.path,
-            ) from error
-        self._head = new
-        return seq
+            raise self._not_written(trouble_of(error, self.path)) from error
+        self._head = rows[-1].head
+        self._waiting = []
+        if (trouble := self._ground.note_written()) is not None:
+            raise self._not_written(trouble)
+
+    def _open_again(self) -> None:
+        """Raises NotWritten."""
+        expected = self._head
+        try:
+            self._open(create=False)
+        except VomError as error:
+            cause = error.__cause__ if isinstance(error.__cause__, sqlite3.Error) else None
+            trouble = trouble_of(cause or sqlite3.OperationalError(error.message), self.path)
+            raise self._not_written(trouble) from error
+        if self._head != expected:
+            self.close()
+            self._head = expected
+            raise self._not_written(Trouble("replaced", tr("The journal is another one.")))
+
+    def _not_written(self, trouble: Trouble) -> NotWritten:
+        if self._tell is not None:
+            advice = tr("Save the project elsewhere (File > Save as).")
+        elif trouble.lost:
+            advice = tr("Nothing was changed. Bring the project back to its place and open it.")
+        else:
+            advice = tr("Nothing was changed. Free some space or check the drive, then try again.")
+        return NotWritten(trouble, self.path, advice)
+
+    # --- where the file cannot be written ----------------------------------------------------
+    def wait_in_memory(
+        self, tell: Callable[[Trouble | None], object], come_back: Callable[[], object]
+    ) -> None:
+        """From now on rows that cannot be written wait in memory, and are written with the next one
+        that can be.
+
+        tell : is called when that begins, and with None when it is over
+        come_back : is called before the file is opened again at its place; raises VomError where
+            another program holds it
+        """
+        self._tell, self._come_back = tell, come_back
+
+    def _told(self, trouble: Trouble | None) -> None:
+        if self._tell is not None and trouble != self._trouble:
+            self._trouble = trouble
+            self._tell(trouble)
+
+    def trouble(self) -> Trouble | None:
+        """Why the next row cannot be written, as far as that is known."""
+        return (self._ground.trouble(self._head) if self._is_open else None) or self._trouble
+
+    @property
+    def waits(self) -> bool:
+        """Whether there are rows that are in memory only."""
+        return bool(self._waiting)
+
+    def _returned(self) -> bool:
+        """Whether the journal is back as it was left: a drive was plugged in again. Then it is
+        open again."""
+        if self._tell is None or not self._ground.is_back(self._head):
+            return False
+        if not self._ground.is_ours():
+            try:
+                self._come_back()
+            except VomError:
+                return False
+            leave_alone(self._db, self.path, log_is_ours=False)
+            self._ground.close()
+            self._open(create=False)
+        self._ground.note()
+        return True
 
     @property
     def last(self) -> int:
         """The number of the last row."""
-        return self._head.seq
+        return self._waiting[-1].head.seq if self._waiting else self._head.seq
 
     def last_rows(self, count: int) -> list[Row]:
         """The newest rows, in order; their checksums are not looked at. Raises InputError."""
@@ -188,16 +299,21 @@ class SqliteJournal:
                 self.set_view(key, json.loads(value))
 
     def rows(self) -> Iterator[Row]:
-        """Rows in order. Raises InputError where the file itself is damaged."""
-        return read_rows(self._db, self.path, SCHEMA_VERSION)
+        """Rows in order, those that wait last. Raises InputError where the file itself is
+        damaged."""
+        yield from read_rows(self._db, self.path, SCHEMA_VERSION)
+        yield from (row.as_read() for row in self._waiting)
 
     # --- view state: camera, visibility, panels ----------------------------------------------
     def set_view(self, key: str, value: Any) -> None:
         # A lost camera is no loss of work: view state never stands in the way of an edit.
+        if self._ground.trouble(self._head) is not None:
+            return
         try:
             self._db.execute("INSERT OR REPLACE INTO view VALUES (?, ?)", (key, json.dumps(value)))
         except sqlite3.Error:
             return
+        self._ground.note()
 
     def view(self, key: str, default: Any = None) -> Any:
         try:
@@ -210,14 +326,42 @@ class SqliteJournal:
 
     # --- copies ------------------------------------------------------------------------------
     def copy_to(self, path: Path) -> None:
-        """A sound copy of everything committed so far. Raises TargetError."""
+        """A sound copy of everything so far, rows that wait among them. Raises TargetError."""
         copy_database(self._db, path)
+        last = self._waiting[-1].head if self._waiting else self._head
+        try:
+            with closing(sqlite3.connect(path, isolation_level=None)) as copy:
+                copy.execute("BEGIN")
+                for row in self._waiting:
+                    copy.execute(INSERT_ROW, (*row.values, row.head.checksum))
+                if self._waiting:
+                    copy.execute(SET_HEAD, last)
+                copy.execute("COMMIT")
+                whole = read_head(copy) == last
+        except sqlite3.Error as error:
+            raise not_written(path, error) from error
+        if not whole:
+            raise TargetError(tr("The journal cannot be read to be copied."), file=path)
+
+    def change_over(self, head: Head) -> None:
+        """Go on in the journal that has taken the place of this one, which is closed. Raises as the
+        opening did; then the next row tries it again."""
+        self._head = head
+        self.reopen()
 
     def reopen(self) -> None:
-        """After it was closed, where nothing took its place. Raises as the opening did."""
+        """After it was closed. Raises as the opening did; then the next row tries it again."""
         self._open(create=False)
 
     def close(self) -> None:
+        if not self._is_open:
+            return
+        self._is_open = False
+        trouble = self._ground.trouble(self._head)
+        if trouble is not None and trouble.lost:
+            leave_alone(self._db, self.path, log_is_ours=self._ground.has_log_of_ours())
+            self._ground.close()
+            return
         try:
             self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             self._db.execute("PRAGMA journal_mode = DELETE")
@@ -225,6 +369,7 @@ class SqliteJournal:
             # Another reader holds the file: the log stays beside it and is folded in next time.
             pass
         self._db.close()
+        self._ground.close()
 
 
 def own_files(folder: Path) -> list[Path]:
@@ -255,15 +400,24 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
         )
     _refuse_links(path)
     try:
-        db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
-        db.text_factory = _text
-        try:
-            schema = _schema_of(db, path)
-            return schema, replay(read_rows(db, path, schema))
-        finally:
-            db.close()
+        return _read_without_hold(path)
     except sqlite3.Error as error:
-        raise _open_error(error, path) from error
+        if not writing_was_cut_off(path, error):
+            raise open_error(error, path) from error
+    try:
+        return _read_without_hold(path)
+    except sqlite3.Error as error:
+        raise open_error(error, path) from error
+
+
+def _read_without_hold(path: Path) -> tuple[int, Replay]:
+    """Raises InputError, sqlite3.Error."""
+    with closing(
+        sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
+    ) as db:
+        db.text_factory = text_of
+        schema = _schema_of(db, path)
+        return schema, replay(read_rows(db, path, schema))
 
 
 def migrate(db: sqlite3.Connection, path: Path, schema: int) -> None:
@@ -308,25 +462,10 @@ def _read_as_they_are(db: sqlite3.Connection) -> None:
     that have it."""
 
 
-# _STEPS[n] brings schema n to n + 1. Schema 3: lines may say how sure their sense of slip is. 4: a
-# profile of verdicts, and the rule by which a feature's surroundings were measured. 5: a
-# registration's points and covariance. 6: control points among the features.
+# _STEPS[n] brings schema n to n + 1. 3: lines say how sure their sense of slip is. 4: profiles of
+# verdicts, and the rule by which surroundings were measured. 5: a registration's points and
+# covariance. 6: control points among the features. 7: how far a model reaches, and its lenses.
 _STEPS = {1: _to_schema_2, **dict.fromkeys(range(2, SCHEMA_VERSION), _read_as_they_are)}
-
-
-def copy_database(db: sqlite3.Connection, path: Path) -> None:
-    """A sound copy of everything committed so far. Raises TargetError."""
-    check_beside(path)
-    try:
-        target = sqlite3.connect(path)
-        try:
-            db.backup(target)
-        finally:
-            target.close()
-    except sqlite3.Error as error:
-        raise TargetError(
-            tr("The file cannot be written ({error}).", error=error), file=path
-        ) from error
 
 
 def _schema_of(db: sqlite3.Connection, path: Path) -> int:
@@ -355,146 +494,5 @@ def _require_sound(db: sqlite3.Connection, path: Path) -> None:
         raise InputError(tr("The journal is damaged. Restore it from a copy."), file=path)
 
 
-class Head(NamedTuple):
-    """How many rows there are, the number of the last one, and its checksum."""
-
-    rows: int
-    seq: int
-    checksum: str
-
-
-def _head(db: sqlite3.Connection) -> Head:
-    """Of the rows that are there, whatever the head says: new rows follow the last one. A sum that
-    was damaged in the head alone must not go into the next row, which would then be blamed."""
-    (rows,) = db.execute("SELECT count(*) FROM journal").fetchone()
-    last = db.execute("SELECT seq, checksum FROM journal ORDER BY seq DESC LIMIT 1").fetchone()
-    seq, total = last or (0, "")
-    told = db.execute("SELECT seq FROM head").fetchone()
-    # A number that was taken once is not taken again.
-    return Head(rows, max(seq, told[0] if told else 0), total)
-
-
-def checksum(previous: str, values: Sequence[object]) -> str:
-    """SHA-256 of a row's values (all but its checksum) and of the checksum of the row before it, so
-    that no row can be changed, taken out or put in unseen."""
-    made = hashlib.sha256(previous.encode())
-    for value in values:
-        text = b"" if value is None else str(value).encode("utf-8", "surrogatepass")
-        # Lengths, so that two neighbours cannot trade characters.
-        made.update(b"-" if value is None else b"%d:" % len(text))
-        made.update(text)
-    return made.hexdigest()
-
-
-COLUMNS = "seq, kind, of_seq, label, before, after, time, version, settings"
-INSERT_ROW = f"INSERT INTO journal ({COLUMNS}, checksum) VALUES ({', '.join('?' * 10)})"
-SET_HEAD = "INSERT OR REPLACE INTO head VALUES (1, ?, ?, ?)"
-
-
-def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
-    """The rows in order; damaged and missing ones say so. Raises InputError where the file itself
-    is damaged."""
-    summed = schema >= 2
-    try:
-        query = f"SELECT {COLUMNS}, {'checksum' if summed else 'NULL'} FROM journal ORDER BY seq"
-        seq, total = 0, ""
-        told_settings: tuple[Any, Any] = (None, None)
-        for *values, stored in db.execute(query):
-            number, kind, of_seq, label, before, after, time, version, settings = values
-            notice = problem = ""
-            if summed and number != seq + 1:
-                notice = _missing(seq + 1, number - 1)
-            elif summed and stored != checksum(total, values):
-                problem = tr("The checksum differs from what was written.")
-            elif not all(type(word) is str for word in (kind, label, time, version)):
-                problem = tr("Its words are no text.")
-                kind, label, time, version = map(str, (kind, label, time, version))
-            seq, total = number, str(stored)
-            # They hardly ever change from row to row.
-            if settings != told_settings[0]:
-                told_settings = (settings, load_json(settings))
-            yield Row(
-                number,
-                kind,
-                of_seq,
-                label,
-                load_json(before),
-                load_json(after),
-                time,
-                version,
-                told_settings[1],
-                problem,
-                notice,
-            )
-        if summed:
-            told = db.execute("SELECT seq FROM head").fetchone()
-            if told is not None and told[0] > seq:
-                lost = _missing(seq + 1, told[0])
-                yield Row(told[0], "gap", None, "", None, None, "", "", None, notice=lost)
-    except sqlite3.Error as error:
-        raise InputError(
-            tr("The journal is damaged ({error}). Restore it from a copy.", error=error), file=path
-        ) from error
-
-
-def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[Row]:
-    """The newest rows, in order; their checksums are not looked at. Raises InputError."""
-    query = f"SELECT {COLUMNS} FROM journal ORDER BY seq DESC LIMIT ?"
-    try:
-        found = db.execute(query, (count,)).fetchall()
-    except sqlite3.Error as error:
-        raise InputError(tr("The journal is damaged ({error}).", error=error), file=path) from error
-    return [
-        Row(
-            seq,
-            kind,
-            of_seq,
-            label,
-            load_json(before),
-            load_json(after),
-            time,
-            version,
-            load_json(settings),
-        )
-        for seq, kind, of_seq, label, before, after, time, version, settings in reversed(found)
-    ]
-
-
-def _missing(first: int, last: int) -> str:
-    if first == last:
-        return tr("Journal row {row} is missing. What was done there is lost.", row=first)
-    return tr(
-        "Journal rows {first} to {last} are missing. What was done there is lost.",
-        first=first,
-        last=last,
-    )
-
-
-def _text(raw: bytes) -> str:
-    """Damaged bytes become a row that its checksum tells apart, not an error of the whole file."""
-    return raw.decode("utf-8", "replace")
-
-
-def _writable(label: str) -> str:
-    """The name of a file whose bytes are no UTF-8 has characters that SQLite refuses. The records
-    keep them, as JSON's escapes; for the words of a step a question mark will do."""
-    return label.encode("utf-8", "replace").decode()
-
-
 def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="milliseconds")
-
-
-def _open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
-    words = str(error)
-    if "not a database" in words or "malformed" in words:
-        return InputError(
-            tr("The journal is damaged, or is not a journal. Restore it from a copy."), file=path
-        )
-    if "locked" in words:
-        return InputError(
-            tr("The journal is in use by another program. Close it there first."), file=path
-        )
-    return TargetError(
-        tr("The journal cannot be opened for writing ({reason}).", reason=words), file=path
-    )

@@ -89,6 +89,7 @@ def registration_of(
     errors = told.get("rotation_error_deg")
     axes = ("about_up", "about_east", "about_north")
     turned = [_number(errors.get(axis)) for axis in axes] if isinstance(errors, dict) else []
+    reach, lens_bowing, lens_stretch = _bowing(told)
     return Registration(
         new_id("registration"),
         f"{words[method]}, {name}",
@@ -109,6 +110,20 @@ def registration_of(
         control=_judged_by(told),
         covariance=_covariance(told.get("covariance")),
         centre=_place(told.get("centre")),
+        reach_m=reach,
+        lens_bowing95_deg=lens_bowing,
+        lens_stretch95=lens_stretch,
+    )
+
+
+def _bowing(told: Mapping[str, Any]) -> tuple[float | None, float | None, float | None]:
+    """How far the model reaches, and what its lenses may do: bowing and stretch."""
+    lens, seen = (told.get(name) for name in ("lens_bowing", "bowing"))
+    lens, seen = (each if isinstance(each, dict) else {} for each in (lens, seen))
+    return (
+        _number(seen.get("reach_m")) or _number(lens.get("reach_m")),
+        _number(lens.get("edge_to_edge95_deg")),
+        _number(lens.get("stretch95")),
     )
 
 

@@ -18,10 +18,8 @@ from vomstudio.words import tr
 
 @dataclass(frozen=True)
 class Repaired:
-    """journal : the new one, in which the session goes on; kept : the damaged one; lost : sentences
-    on what could not be read"""
+    """kept : the damaged journal; lost : sentences on what could not be read"""
 
-    journal: SqliteJournal
     kept: Path
     lost: tuple[str, ...]
 
@@ -42,9 +40,9 @@ def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
         )
     kept = _free_name(folder)
     journal.copy_to(kept)
-    taken = compaction.put_in_place(new, folder, session, journal, numbers)
+    compaction.put_in_place(new, folder, session, journal, numbers)
     session.problems = ()
-    return Repaired(taken, kept, lost)
+    return Repaired(kept, lost)
 
 
 def _free_name(folder: Path) -> Path:

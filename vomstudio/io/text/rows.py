@@ -457,6 +457,14 @@ def _checked_widths(
                 if headed
                 else tr("the other rows have {count}", count=width)
             )
+            said = (
+                tr(
+                    "Numbers with decimal commas need another delimiter: write ; between the "
+                    "columns, or points in the numbers."
+                )
+                if delimiter == "," and found > width and headed
+                else ""
+            )
             raise InputError(
                 tr_n(
                     "This row has {count} cell where {wanted} (delimiter: {delimiter}). "
@@ -466,7 +474,8 @@ def _checked_widths(
                     found,
                     wanted=wanted,
                     delimiter=_DELIMITER_NAMES[delimiter],
-                ),
+                )
+                + (said and f" {said}"),
                 file=path,
                 line=number,
             )

@@ -5,15 +5,87 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.geology.sets.discontinuities import Pieces
 from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.io.text.tables import coordinate_columns, plain
+from vomstudio.words import tr
 
-SET, PROBABILITY = "set", "set_probability"
+SET, PROBABILITY, DISCONTINUITY = "set", "set_probability", "discontinuity"
+_WKT = "wkt"
+
+
+def pieces_of(table: OrientationTable) -> Pieces | None:
+    """What the table tells of where its planes are and how far they reach: x, y, z, area_m2, rms_m
+    with lambda1 to lambda3, and a border `wkt`; None without x, y, z. Raises InputError for a
+    border that is none."""
+    places = places_of(table)
+    if places is None:
+        return None
+    n = len(places)
+
+    def numbers(*names: str) -> npt.NDArray[np.float64]:
+        if not all(table.table.has(name) for name in names):
+            return np.full((n, len(names)), np.nan)
+        columns = [table.table.find(name) for name in names]
+        return np.asarray(table.table.numbers(columns)[table.kept])
+
+    rms, l1, l2, l3 = numbers("rms_m", "lambda1", "lambda2", "lambda3").T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        across = rms**2
+        along = across * (l1 + l2) / (2.0 * l3)
+    poles = table.vectors()
+    own = poles[:, :, None] * poles[:, None, :]
+    scatters = (across - along)[:, None, None] * own + along[:, None, None] * np.eye(3)
+    return Pieces(places, scatters, numbers("area_m2")[:, 0], _rings(table, n))
+
+
+def _rings(table: OrientationTable, n: int) -> tuple[npt.NDArray[np.float64], ...]:
+    if not table.table.has(_WKT):
+        return tuple(np.zeros((0, 3)) for _ in range(n))
+    import shapely
+
+    cells = table.table.cells(table.table.find(_WKT))
+    try:
+        return rings_of([cells[i].strip() or None for i in table.kept.tolist()])
+    except shapely.errors.GEOSException as error:
+        raise InputError(
+            tr("A border in the column wkt is no geometry. Write it as WKT, or leave it empty."),
+            file=table.path,
+            field=_WKT,
+        ) from error
+
+
+def rings_of(texts: Sequence[str | None]) -> tuple[npt.NDArray[np.float64], ...]:
+    """(k, 3) corners of each border in WKT, none where there is no text. Raises shapely's
+    GEOSException for what is no geometry."""
+    import shapely
+
+    return tuple(_outer_ring(shape) for shape in shapely.from_wkt(list(texts)))
+
+
+def _outer_ring(shape: Any) -> npt.NDArray[np.float64]:
+    """(k, 3) corners of the largest polygon of a geometry in space, in order, the first not
+    repeated; none where there is none or it has no third coordinate."""
+    import shapely
+
+    if shape is None or not shapely.has_z(shape):
+        return np.zeros((0, 3))
+    polygons = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
+    if not polygons:
+        return np.zeros((0, 3))
+    rings = [shapely.get_coordinates(p.exterior, include_z=True)[:-1] for p in polygons]
+    return np.asarray(max(rings, key=_area_of_ring))
+
+
+def _area_of_ring(ring: npt.NDArray[np.float64]) -> float:
+    own = ring - ring.mean(axis=0)
+    return float(np.linalg.norm(np.cross(own, np.roll(own, -1, axis=0)).sum(axis=0)))
 
 
 def places_of(table: OrientationTable) -> npt.NDArray[np.float64] | None:
@@ -34,10 +106,11 @@ def table_with_sets(
     sets: Sequence[str],
     probability: Sequence[float],
     notes: Sequence[str] = (),
+    discontinuity: Sequence[str] = (),
 ) -> str:
     """The table as it was read, as text, with the set and its probability behind; rows : (k,) of
     `table` that have them. Columns that had these names are called `..._before`. notes : lines more
-    for the head."""
+    for the head. discontinuity : (k,) of each, for one more column; none for none."""
     text = table.table
     delimiter = "," if text.delimiter == " " else text.delimiter
     out = io.StringIO()
@@ -45,16 +118,17 @@ def table_with_sets(
         out.write(f"# {line}\n")
     writer = csv.writer(out, delimiter=delimiter, lineterminator="\n")
     names = text.names or _names_of(table)
-    taken = {plain(SET), plain(PROBABILITY)}
-    writer.writerow(
-        [f"{name}_before" if plain(name) in taken else name for name in names] + [SET, PROBABILITY]
-    )
-    cells = [["", ""] for _ in range(len(text))]
-    for row, name, share in zip(rows, sets, probability, strict=True):
+    new = [SET, PROBABILITY, *([DISCONTINUITY] if discontinuity else [])]
+    taken = {plain(name) for name in new}
+    writer.writerow([f"{name}_before" if plain(name) in taken else name for name in names] + new)
+    cells = [[""] * len(new) for _ in range(len(text))]
+    commas = _has_decimal_commas(text.delimiter, text.rows)
+    for k, (row, name, share) in enumerate(zip(rows, sets, probability, strict=True)):
         number = f"{share:.6g}"
         cells[int(table.kept[row])] = [
             name,
-            number.replace(".", ",") if _has_decimal_commas(text.delimiter, text.rows) else number,
+            number.replace(".", ",") if commas else number,
+            *([discontinuity[k]] if discontinuity else []),
         ]
     for own, more in zip(text.rows, cells, strict=True):
         writer.writerow([*own, *more])

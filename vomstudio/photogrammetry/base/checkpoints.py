@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.errors import InputError, TargetError
+from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.regular import read_json
 from vomstudio.photogrammetry.base.memory import peak_bytes
 from vomstudio.words import tr
@@ -159,7 +160,7 @@ def _not_written(path: Path, error: OSError) -> TargetError:
         tr(
             "This file cannot be written ({error}). Finished results are kept. Free some space and "
             "start again.",
-            error=error.strerror or error,
+            error=reason_of(path.parent, error),
         ),
         file=path,
     )

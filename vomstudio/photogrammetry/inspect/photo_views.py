@@ -90,10 +90,11 @@ class PhotoViews:
         self.tree = tree
         self._origin = np.asarray(cameras.origin, np.float64)
         matrix = np.eye(4) if to_world is None else np.asarray(to_world, np.float64)
-        self._back = np.linalg.inv(matrix[:3, :3])
+        self._forth = matrix[:3, :3]
+        self._back = np.linalg.inv(self._forth)
         # World of the cameras' origin.
-        self._anchor = matrix[:3, :3] @ self._origin + matrix[:3, 3]
-        self._resolution = max(resolution_m, tree.reach)
+        self._anchor = self._forth @ self._origin + matrix[:3, 3]
+        self.resolution = max(resolution_m, tree.reach)
         self._centres = np.array([view.centre for view in self.views]).reshape(-1, 3)
 
     def row(self, name: str) -> int:
@@ -148,7 +149,7 @@ class PhotoViews:
     ) -> npt.NDArray[np.bool_]:
         ways = local - centre
         far = np.linalg.norm(ways, axis=1)
-        slack = 2.0 * self._resolution if slack_m is None else slack_m
+        slack = 2.0 * self.resolution if slack_m is None else slack_m
         # Of a cloud every point within reach of the line of sight counts.
         slack = np.minimum(slack + self.tree.reach, 0.5 * far) + 1e-9 * far
         last = 1.0 - slack / np.maximum(far, 1e-300)
@@ -213,9 +214,9 @@ class PhotoViews:
             pieces.append(a + t * (b - a))
             # Nothing at the corners, most half way between them.
             sag = 4.0 * (t * (1.0 - t)).ravel() * _SAGITTA * float(np.linalg.norm(b - a))
-            slacks.append(sag + 2.0 * self._resolution)
+            slacks.append(sag + 2.0 * self.resolution)
         points = np.concatenate([*pieces, local[-1:]])
-        slack = np.append(np.concatenate(slacks), 2.0 * self._resolution)
+        slack = np.append(np.concatenate(slacks), 2.0 * self.resolution)
         if slack_m is not None:
             slack[:] = slack_m
         photo = self.views[view]
@@ -236,6 +237,22 @@ class PhotoViews:
         return [max(1, int(np.ceil(length / step))) for length in lengths]
 
     # --- from a photo to the model -----------------------------------------------------------
+    def places_under(self, view: int, pixels: npt.ArrayLike) -> Array:
+        """(n, 3) where the lines of sight through pixels (n, 2) of a photo first meet the model,
+        World; NaN where nowhere. In a cloud as far along the line as the point that is met."""
+        photo = self.views[view]
+        given = np.asarray(pixels, np.float64).reshape(-1, 2)
+        ways = photo.rays(given)
+        hits = self.tree.cast(self._centres[view] + self._origin, ways)
+        met = (hits.index >= 0) & photo.contains(given)
+        found = np.full((len(given), 3), np.nan)
+        own = self.tree.positions(hits.index[met], hits.weights[met])
+        if not isinstance(self.tree.data, Mesh):
+            start, along = self._centres[view] + self._origin, ways[met]
+            own = start + ((own - start) * along).sum(axis=1, keepdims=True) * along
+        found[met] = (own - self._origin) @ self._forth.T + self._anchor
+        return found
+
     def pick(self, view: int, pixel: Sequence[float] | Array) -> Seen | None:
         """What a photo shows at a pixel; None beside the model or off the photo."""
         photo = self.views[view]

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.errors import TargetError, VomError
+from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import refuse_links
 from vomstudio.files.lock import FolderLock
 from vomstudio.io.photos.cameras_file import FILE_NAME
@@ -100,7 +101,7 @@ def claim_folder(out: Path) -> Outputs:
         (out / WORK).mkdir(exist_ok=True)
     except OSError as error:
         raise TargetError(
-            tr("This folder cannot be written ({error}).", error=error.strerror), file=out
+            tr("This folder cannot be written ({error}).", error=reason_of(out, error)), file=out
         ) from error
     return Outputs(out)
 

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from vomstudio.errors import GeometryError, InputError, TargetError
+from vomstudio.errors import InputError, TargetError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.photogrammetry.base.checkpoints import Checkpoints, Stage, write_whole
@@ -197,8 +197,7 @@ class _Run:
 
     def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Registered:
         """The largest part in World where control or GPS allow it, else upright and local."""
-        from vomstudio.photogrammetry.place import control, georeference
-        from vomstudio.photogrammetry.place.local_frame import upright
+        from vomstudio.photogrammetry.pipeline.placing import place_scene
 
         settings = self.settings
         marks = (settings.control, settings.marks)
@@ -207,25 +206,7 @@ class _Run:
         )
         if not stage.done:
             self.log.stage(tr("Registering the model"))
-            part, facts = alignment.parts[0], {}
-            threads = settings.threads or -1
-            try:
-                if settings.control is not None:
-                    files = settings.control, settings.marks
-                    scene, fitted = control.place_by_control_files(
-                        part, *files, settings.crs, self.log, threads=threads
-                    )
-                    facts = report_data.control_registration(fitted)
-                else:
-                    scene, report = georeference.place_by_gps(
-                        part, photos.photos, settings.crs, threads=threads, progress=self.log
-                    )
-                    facts = report_data.gps_registration(report)
-            except GeometryError as error:
-                if settings.control is not None or settings.crs is not None:
-                    raise
-                scene = upright(part, photos.photos)
-                facts = {"refused": error.message}
+            scene, facts = place_scene(alignment, photos.photos, settings, self.log)
             scene.save(stage.folder)
             stage.finish(registration=facts)
         for warning in stage.facts["registration"].get("warnings", []):

@@ -17,6 +17,7 @@ from vomstudio.version import __version__
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
+    from vomstudio.geology.bowing import Bowing, LensBend
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.photos.photo import Photo
     from vomstudio.photogrammetry.align.priors import Calibration
@@ -128,7 +129,36 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
         "residuals": residuals,
         "covariance": report.covariance.tolist(),
         "centre": list(report.centre),
+        "bowing": _bowing(report.bowing),
+        "lens_bowing": lens_bowing(report.lens_bend),
         "warnings": list(report.warnings),
+    }
+
+
+def _bowing(found: Bowing | None) -> dict[str, Any] | None:
+    """By residuals, in degrees of dip."""
+    if found is None:
+        return None
+    return {
+        "edge_from_middle_deg": found.side_deg,
+        "edge_from_middle_error95_deg": found.side_error95_deg,
+        "edge_to_edge_deg": found.across_deg,
+        "significant": found.significant,
+        "reach_m": found.reach_m,
+    }
+
+
+def lens_bowing(found: LensBend | None) -> dict[str, Any] | None:
+    """By the 95 % errors of the lenses, in degrees of dip."""
+    if found is None:
+        return None
+    return {
+        "edge_from_middle95_deg": found.side_deg,
+        "edge_to_edge95_deg": found.across_deg,
+        "stretch95_deg": found.stretch_deg,
+        "stretch95": found.stretch95,
+        "curvature95_per_m": found.curvature95_per_m,
+        "reach_m": found.reach_m,
     }
 
 
@@ -154,6 +184,8 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
         "points": [asdict(point) for point in report.points],
         "covariance": report.covariance.tolist(),
         "centre": list(report.centre),
+        "bowing": _bowing(report.bowing),
+        "lens_bowing": lens_bowing(report.lens_bend),
         "warnings": list(report.warnings),
     }
 

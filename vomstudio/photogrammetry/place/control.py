@@ -11,17 +11,20 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of
+from vomstudio.geology.bowing import FEWEST, Bowing, LensBend, bowing_of
 from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.control_adjustment import (
     Bent,
+    ControlFit,
     GroundPoints,
     bent_to,
     require_width,
 )
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
+from vomstudio.photogrammetry.place.lens_errors import LensEffect, lens_effect, same
 from vomstudio.photogrammetry.place.mark_observations import NO_MARKS, PointMarks, marks_by_point
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
 from vomstudio.photogrammetry.place.wrong_marks import (
@@ -33,11 +36,9 @@ from vomstudio.photogrammetry.place.wrong_marks import (
     without_wrong_marks,
 )
 from vomstudio.progress import Progress
-from vomstudio.registration.remarks import said_of_bowing
+from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
 from vomstudio.registration.scatter import scale_warning
-from vomstudio.registration.similarity import (
-    fit_similarity,
-)
+from vomstudio.registration.similarity import Similarity, fit_similarity
 from vomstudio.survey.check_results import named
 from vomstudio.words import tr
 
@@ -86,7 +87,10 @@ class ControlReport:
         vertical
     adjusted : whether cameras and points were adjusted together with the control points
     decisions : what became of the lenses then, in words; lenses : the same in numbers
-    covariance : (7, 7) as in `Scatter`, about `centre` (World)
+    covariance : (7, 7) as in `Scatter`, about `centre` (World), with what the lenses may do to the
+        model
+    bowing : by the residuals; where the model was bent to its control, by check points alone if
+        they are enough; lens_bend : by the errors of the lenses, None where these are not known
     """
 
     points: tuple[PointFit, ...]
@@ -105,18 +109,8 @@ class ControlReport:
     warnings: tuple[str, ...]
     covariance: Array
     centre: tuple[float, float, float]
-
-    @property
-    def bowing(self) -> Bowing | None:
-        """By the residuals; where the model was bent to its control, by check points alone if they
-        are enough."""
-        known = [p for p in self.points if p.role in ("control", "check") and p.residual_m]
-        judges = [p for p in known if p.role == "check"]
-        if self.adjusted and len(judges) >= FEWEST:
-            known = judges
-        places = np.array([p.surveyed for p in known], np.float64).reshape(-1, 3)
-        residuals = np.array([p.residual_m for p in known], np.float64).reshape(-1, 3)
-        return bowing_of(places, residuals)
+    bowing: Bowing | None
+    lens_bend: LensBend | None
 
 
 def place_by_control_files(
@@ -126,11 +120,13 @@ def place_by_control_files(
     crs: str | None = None,
     progress: Progress | None = None,
     *,
+    cameras: Sequence[Calibration] = (),
     threads: int = -1,
 ) -> tuple[SparseScene, ControlReport]:
     """Place the scene by the tables of control points and of their marks (see `io.control`).
 
     crs : of the points; None for what their file states, else a local frame in metres
+    cameras : as they were calibrated
     Raises InputError for tables that cannot be read, GeometryError where they cannot place it.
     """
     points = read_control(control)
@@ -147,6 +143,7 @@ def place_by_control_files(
         points,
         read_marks(marks),
         agreed_crs(control, crs),
+        cameras=cameras,
         threads=threads,
         progress=progress,
     )
@@ -159,12 +156,14 @@ def place_by_control(
     crs: str | None = None,
     *,
     adjust: bool = True,
+    cameras: Sequence[Calibration] = (),
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[SparseScene, ControlReport]:
     """Place the scene by surveyed points and adjust it with them.
 
     crs : of the points, "EPSG:n", or None for a local frame in metres
+    cameras : as they were calibrated; what is wrong with their lenses is in the errors then
     Raises GeometryError where fewer than three points, or points in one line, are marked in two or
     more placed photos.
     """
@@ -179,7 +178,11 @@ def place_by_control(
         placed, control_fit = made.scene, made.fit
     used = control_fit.used
     scatter = control_fit.scatter
-    turn = np.degrees(np.sqrt(np.diag(scatter.rotation)))
+    effect = _of_lenses(placed, cameras, ground, control_fit, made)
+    covariance = scatter.covariance
+    if effect is not None:
+        covariance = covariance + effect.covariance
+    turn = np.degrees(np.sqrt(np.diag(covariance)[:3]))
     points = tuple(
         _fit_of(placed, point, ground.local[i], ground.seen[i], i in used)
         for i, point in enumerate(control)
@@ -191,7 +194,7 @@ def place_by_control(
         control_fit.sigma,
         float(scatter.sigma[2]),
         fit.scale,
-        scatter.scale_error,
+        float(np.sqrt(covariance[3, 3])),
         (float(turn[0]), float(turn[1]), float(turn[2])),
         math.hypot(turn[0], turn[1]),
         crs,
@@ -199,11 +202,43 @@ def place_by_control(
         made.decisions,
         made.lenses,
         (),
-        scatter.covariance,
+        covariance,
         _centre(ground, used),
+        _bowing(points, made.scene is not None, placed.points + np.array(ground.origin)),
+        None if effect is None else effect.bend,
     )
     warnings = [*said, *_warnings(report), *([made.refusal] if made.refusal else [])]
     return placed, replace(report, warnings=tuple(warnings))
+
+
+def _of_lenses(
+    scene: SparseScene,
+    cameras: Sequence[Calibration],
+    ground: GroundPoints,
+    fit: ControlFit,
+    made: Bent,
+) -> LensEffect | None:
+    """What the errors of the lenses do to the placed scene."""
+    about = ground.local[list(fit.used)].mean(axis=0)
+    if made.scene is not None:
+        known = ground.known(fit.used, fit.sigma)
+        return lens_effect(scene, cameras, about, same, known, lenses=made.lenses)
+
+    def again(other: SparseScene) -> Similarity:
+        places = np.array([ground.seen[i].place(other) for i in fit.used])
+        return fit_similarity(places, ground.local[list(fit.used)])
+
+    return lens_effect(scene, cameras, about, again)
+
+
+def _bowing(points: Sequence[PointFit], adjusted: bool, extent: Array) -> Bowing | None:
+    known = [p for p in points if p.role in ("control", "check") and p.residual_m]
+    judges = [p for p in known if p.role == "check"]
+    if adjusted and len(judges) >= FEWEST:
+        known = judges
+    places = np.array([p.surveyed for p in known], np.float64).reshape(-1, 3)
+    residuals = np.array([p.residual_m for p in known], np.float64).reshape(-1, 3)
+    return bowing_of(places, residuals, extent=extent)
 
 
 def _centre(ground: GroundPoints, used: Sequence[int]) -> tuple[float, float, float]:
@@ -345,6 +380,7 @@ def _apart(labels: Sequence[str]) -> str:
 def _warnings(report: ControlReport) -> Iterator[str]:
     used = [p for p in report.points if p.role == "control"]
     yield from said_of_bowing(report.bowing)
+    yield from said_of_lenses(report.lens_bend, report.bowing)
     out = [p.label for p in report.points if p.role == "left out"]
     unseen = [p.label for p in report.points if p.role == "unseen" and p.photos < 2]
     apart = [p.label for p in report.points if p.role == "unseen" and p.photos >= 2]

@@ -11,16 +11,25 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.geology.bowing import Bowing, bowing_of
+from vomstudio.geology.bowing import Bowing, LensBend, bowing_of
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
+from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.gps_priors import HEIGHTS_WORSE, adjust_to_positions
+from vomstudio.photogrammetry.place.gps_priors import (
+    HEIGHTS_WORSE,
+    GpsAdjustment,
+    adjust_to_positions,
+    known_centres,
+)
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
+from vomstudio.photogrammetry.place.lens_errors import LensEffect, lens_effect, same
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
-from vomstudio.registration.remarks import said_of_bowing
+from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
 from vomstudio.registration.scatter import scale_warning, scatter_of
 from vomstudio.registration.similarity import (
+    Similarity,
     fit_robustly,
+    fit_similarity,
     nearly_on_a_line,
 )
 from vomstudio.words import tr, tr_n
@@ -55,7 +64,10 @@ class GpsReport:
     heights : "above sea level" or "above the ellipsoid", as the photos state
     adjusted : whether the positions entered the adjustment; decisions : why or why not, and what
         became of the lenses, in words; lenses : the latter in numbers
-    covariance : (7, 7) as in `Scatter`, about `centre` (World); positions : (n, 3) World, as stated
+    covariance : (7, 7) as in `Scatter`, about `centre` (World), with what the lenses may do to the
+        model; positions : (n, 3) World, as stated
+    bowing : by the residuals of the positions that count; lens_bend : by the errors of the lenses,
+        None where these are not known
     """
 
     names: tuple[str, ...]
@@ -77,11 +89,8 @@ class GpsReport:
     covariance: Array
     centre: tuple[float, float, float]
     positions: Array
-
-    @property
-    def bowing(self) -> Bowing | None:
-        """By the residuals of the positions that count."""
-        return bowing_of(self.positions[self.used], self.residuals_m[self.used])
+    bowing: Bowing | None
+    lens_bend: LensBend | None
 
 
 def place_by_gps(
@@ -89,6 +98,7 @@ def place_by_gps(
     photos: Sequence[PhotoLike],
     crs: str | None = None,
     *,
+    cameras: Sequence[Calibration] = (),
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[SparseScene, GpsReport]:
@@ -96,6 +106,7 @@ def place_by_gps(
     are good enough (see `gps_priors`).
 
     crs : a projected CRS in metres, "EPSG:n"; None for the UTM zone (WGS 84) of the photos
+    cameras : as they were calibrated; what is wrong with their lenses is in the errors then
     Raises GeometryError where the positions cannot place it, with the reason; UsageError or
     InputError for a CRS that cannot be used.
     """
@@ -121,18 +132,17 @@ def place_by_gps(
     floor = 2.5 * (stated or _DEFAULT_ACCURACY_M / 2)
     fit, used = fit_robustly(centres, local, floor=floor)
     quality = _quality(fit(centres), local, used, stated)
+    each = _each_sigma(placed, stated or quality.sigma)
     better, entered = adjust_to_positions(
-        moved(scene, fit, origin, crs),
-        rows,
-        local,
-        _each_sigma(placed, stated or quality.sigma),
-        threads=threads,
-        progress=progress,
+        moved(scene, fit, origin, crs), rows, local, each, threads=threads, progress=progress
     )
     if entered.adjusted:
         _, used = fit_robustly(better.centres[rows], local, floor=floor)
         quality = _quality(better.centres[rows], local, used, stated)
-    turn, middle = quality.turn_deg, world[used].mean(axis=0)
+    middle = world[used].mean(axis=0)
+    effect = _of_lenses(better, cameras, entered, (rows, local, each, used))
+    covariance = quality.covariance + (0.0 if effect is None else effect.covariance)
+    turn = np.degrees(np.sqrt(np.diag(covariance)[:3]))
     report = GpsReport(
         tuple(photo.name for photo in placed),
         quality.residuals,
@@ -141,7 +151,7 @@ def place_by_gps(
         quality.sigma,
         quality.sigma_height,
         fit.scale,
-        quality.scale_error,
+        float(np.sqrt(covariance[3, 3])),
         (float(turn[0]), float(turn[1]), float(turn[2])),
         math.hypot(turn[0], turn[1]),
         crs,
@@ -150,12 +160,39 @@ def place_by_gps(
         (entered.reason, *(lens.reason for lens in entered.lenses)),
         entered.lenses,
         (),
-        quality.covariance,
+        covariance,
         (float(middle[0]), float(middle[1]), float(middle[2])),
         world,
+        bowing_of(
+            world[used],
+            quality.residuals[used],
+            extent=better.points + np.array(origin),
+        ),
+        None if effect is None else effect.bend,
     )
     report = replace(report, warnings=tuple(_warnings(report, scene, placed)))
     return better, report
+
+
+def _of_lenses(
+    scene: SparseScene,
+    cameras: Sequence[Calibration],
+    entered: GpsAdjustment,
+    given: tuple[Sequence[int], Array, Array, npt.NDArray[np.bool_]],
+) -> LensEffect | None:
+    """What the errors of the lenses do to it. given : rows of the views, their positions, the
+    errors of these and which of them count"""
+    rows, local, each, used = given
+    some = np.asarray(rows)[used]
+
+    def again(other: SparseScene) -> Similarity:
+        return fit_similarity(other.centres[some], local[used])
+
+    about = local[used].mean(axis=0)
+    if not entered.adjusted:
+        return lens_effect(scene, cameras, about, again)
+    centres = known_centres(some, local[used], each[used])
+    return lens_effect(scene, cameras, about, same, centres=centres, lenses=entered.lenses)
 
 
 def _photos_with_position(
@@ -316,6 +353,7 @@ def _warnings(report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]
     if warning := scale_warning(report.scale_error):
         yield warning
     yield from said_of_bowing(report.bowing)
+    yield from said_of_lenses(report.lens_bend, report.bowing)
     left = [n for n, u in zip(report.names, report.used, strict=True) if not u]
     if left:
         yield tr_n(

@@ -77,9 +77,9 @@ def adjust_to_positions(
         wide = float(np.median(misses))
         start = scene
         if wide > _BELIEVED * middle:
-            loose = _centres(rows, positions, np.maximum(sigmas, wide))
+            loose = known_centres(rows, positions, np.maximum(sigmas, wide))
             start = bundle_adjust(scene, (), loose, threads=threads, progress=progress)
-        centres = _centres(rows, positions, sigmas)
+        centres = known_centres(rows, positions, sigmas)
         bent, lenses = adjust_to_ground(start, (), centres, threads=threads, progress=progress)
         misfit = ground_misfit(bent, (), centres)
         if misfit <= _BELIEVED:
@@ -126,6 +126,10 @@ def _refusal(scene: SparseScene, sigmas: Array) -> str:
     )
 
 
-def _centres(rows: Sequence[int], positions: Array, sigmas: Array) -> list[KnownCentre]:
+def known_centres(
+    rows: Sequence[int] | npt.NDArray[np.int64], positions: Array, sigmas: Array
+) -> list[KnownCentre]:
+    """Positions (n, 3) of cameras, with errors (n,) of a horizontal coordinate, as an adjustment
+    wants them."""
     each = sigmas[:, None] * [1.0, 1.0, HEIGHTS_WORSE]
     return [KnownCentre(int(r), p, s) for r, p, s in zip(rows, positions, each, strict=True)]

@@ -1,4 +1,5 @@
-"""The surface that a cloud stands for, over a plane: triangles between its uppermost points.
+"""The surface that a cloud stands for, over a plane: triangles between its uppermost points
+(Delaunay).
 
 Coordinates are those of a view against the plane's upward normal: x and y in the plane, z into it,
 so that the uppermost point has the smallest z.
@@ -10,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.products.ortho.tiles import Grid, Tile
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -31,6 +33,11 @@ FEW_BELOW = 3
 PASSES = 4
 """What is left of a lower sheet stands alone among an upper one when it is looked at again."""
 
+BUCKET_SPACINGS = 1.5
+"""Side of the squares into which points are sorted, in mean distances between them."""
+HULL_POINTS = 200_000
+"""More points than this tell no more of where a cloud roughly ends."""
+
 _AT_ONCE = 100_000
 
 
@@ -40,7 +47,8 @@ def longest_side(xy: Array) -> float:
     from scipy.spatial import ConvexHull, QhullError
 
     try:
-        hull = ConvexHull(xy - xy.mean(axis=0))
+        some = xy[:: -(-len(xy) // HULL_POINTS)]
+        hull = ConvexHull(some - some.mean(axis=0))
     except (QhullError, ValueError) as error:
         raise _no_surface() from error
     # Of the cells that the cloud touches, not of its hull: it may have any outline.
@@ -49,13 +57,23 @@ def longest_side(xy: Array) -> float:
     for _ in range(8):
         cells = np.floor((xy - low) / side).astype(np.int64)
         key = cells[:, 1] * (cells[:, 0].max() + 1) + cells[:, 0]
-        taken = len(np.unique(key))
+        taken = _taken(key)
         per_cell = n / taken
         # With some four points in each cell few within the outline are empty.
         if 3.0 <= per_cell <= 8.0:
             break
         side *= np.sqrt(np.clip(4.0 / per_cell, 0.1, 4.0))
     return float(SIDE_SPACINGS * side / np.sqrt(per_cell))
+
+
+def _taken(key: npt.NDArray[np.int64]) -> int:
+    """How many cells are touched. key : (n,) of the cell of each point"""
+    count = int(key.max()) + 1
+    if count > 40 * len(key):
+        return len(np.unique(key))
+    touched = np.zeros(count, bool)
+    touched[key] = True
+    return int(np.count_nonzero(touched))
 
 
 def top_sheet(points: Array) -> Array:
@@ -153,26 +171,31 @@ def thinned(points: Array, side: float) -> Array:
     return np.ascontiguousarray(sums / counts[:, None])
 
 
-def surface_triangles(
-    points: Array, longest: float, *, strict: bool = True
-) -> npt.NDArray[np.int32]:
-    """(m, 3) triangles between the points' places in the plane (Delaunay), without those that have
-    a side longer than `longest`. strict : raises InputError where the points span no surface; else
-    there are none."""
-    from scipy.spatial import Delaunay, QhullError
+def interpolated(points: Array, limit: float, grid: Grid, tile: Tile) -> Array:
+    """(h, w) depths at the centres of a tile's cells, by the triangles of Delaunay between the
+    points' places, NaN where such a triangle has a side longer than `limit`. points : (n, 3), no
+    two at one place"""
+    from vomstudio.products.elevation._triangle_kernels import interpolate
 
-    none = np.empty((0, 3), np.int32)
-    try:
-        # Qhull loses digits far from zero.
-        triangles = Delaunay(points[:, :2] - points[:, :2].mean(axis=0)).simplices
-    except (QhullError, ValueError) as error:
-        if strict:
-            raise _no_surface() from error
-        return none
-    corners = points[triangles][:, :, :2]
-    sides = corners - np.roll(corners, 1, axis=1)
-    longest_sides = np.einsum("ijk,ijk->ij", sides, sides).max(axis=1)
-    return np.ascontiguousarray(triangles[longest_sides <= longest**2], np.int32)
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    size = np.maximum(high - low, 1e-12)
+    side = max(BUCKET_SPACINGS * float(np.sqrt(size.prod() / len(points))), 1e-9)
+    # A cloud that is all but a line has no more buckets than points.
+    side = max(side, float(size.max()) / len(points))
+    nx, ny = (int(n) + 1 for n in (size / side).tolist())
+    cells = np.minimum(np.floor((points[:, :2] - low) / side).astype(np.int64), (nx - 1, ny - 1))
+    key = cells[:, 1] * nx + cells[:, 0]
+    order = np.argsort(key, kind="stable")
+    starts = np.concatenate([[0], np.cumsum(np.bincount(key, minlength=nx * ny))])
+    g = grid.gsd
+    depth = np.empty((tile.height, tile.width))
+    interpolate(
+        np.ascontiguousarray(points[order]), starts.astype(np.int64), nx, ny,
+        float(low[0]), float(low[1]), side,
+        grid.left + (tile.column + 0.5) * g, grid.top + (tile.row + 0.5) * g, g, limit,
+        np.zeros(3, np.int64), depth,
+    )  # fmt: skip
+    return depth
 
 
 def _no_surface() -> InputError:

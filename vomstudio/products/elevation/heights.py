@@ -10,8 +10,8 @@ from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raycast import cast_grid
 from vomstudio.products.elevation.cloud_surface import (
+    interpolated,
     longest_side,
-    surface_triangles,
     thinned,
     top_sheet,
 )
@@ -24,8 +24,6 @@ from vomstudio.words import tr
 Array = npt.NDArray[np.float64]
 Heights = npt.NDArray[np.float32]
 
-WHOLE_POINTS = 1_500_000
-"""Up to so many points a cloud is triangulated as one piece."""
 TILE_POINTS = 500_000
 """From more points in a tile one for each cell is taken, the mean of those in it."""
 
@@ -50,13 +48,9 @@ def draw_heights(
     if isinstance(data, Mesh):
         source, used = MeshHeights(plan.points, data.faces, plan.grid), None
     else:
-        used = longest_side(plan.points[:, :2]) if limit is None else limit
-        if len(plan.points) <= WHOLE_POINTS:
-            points = top_sheet(plan.points)
-            faces = surface_triangles(points, used)
-            source = MeshHeights(points, faces, plan.grid)
-        else:
-            source = CloudHeights(plan.points, used, plan.grid)
+        usual = longest_side(plan.points[:, :2])
+        used = usual if limit is None else limit
+        source = CloudHeights(plan.points, used, plan.grid)
     grid = plan.grid
     found = np.full((grid.height, grid.width), np.nan, np.float32)
     level = plan.height_at_reference
@@ -85,8 +79,8 @@ class MeshHeights:
 
 
 class CloudHeights:
-    """Draws depths of a cloud that is too large to be triangulated as one piece: each tile with
-    what lies within the longest side of it."""
+    """Draws depths of a cloud, NaN where there is none: of each tile with what lies within the
+    longest side of it."""
 
     def __init__(self, view: Array, limit: float, grid: Grid) -> None:
         from vomstudio.products.ortho._splat_kernels import bin_points
@@ -104,10 +98,7 @@ class CloudHeights:
             points = thinned(points, self._grid.gsd)
         if len(points) < 3:
             return np.full((tile.height, tile.width), np.nan)
-        points = top_sheet(points)
-        faces = surface_triangles(points, self._limit, strict=False)
-        everything = np.arange(len(faces), dtype=np.int32)
-        return _cast(points, faces, everything, self._grid, tile)
+        return interpolated(top_sheet(points), self._limit, self._grid, tile)
 
 
 def _cast(

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_
 from vomstudio.products.elevation.contours import contour_lines, write_contours
 from vomstudio.products.elevation.heights import Heights
 from vomstudio.products.elevation.planning import HeightPlan
+from vomstudio.products.elevation.results import ElevationFigures, Wanted, WrittenElevation
 from vomstudio.products.elevation.shading import dips_of, hillshade
 from vomstudio.products.ortho.tiles import TILE
 from vomstudio.version import __version__
@@ -31,75 +31,6 @@ _NO_CRS = to_translate(
     "The model has no coordinate reference system (CRS). The elevation model is written in the "
     "model's coordinates, without a CRS."
 )
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What is written beside the heights. contours : their spacing in metres, None for none"""
-
-    hillshade: bool = False
-    slope: bool = False
-    aspect: bool = False
-    contours: float | None = None
-
-    def check(self) -> None:
-        """Raises UsageError."""
-        if self.contours is not None and not 0 < self.contours < math.inf:
-            raise UsageError(
-                tr("The spacing of contours must be a length in metres."), field="--contours"
-            )
-
-
-@dataclass(frozen=True)
-class ElevationFigures:
-    """What is said of an elevation model.
-
-    width, height : cells; gsd_m : side of a cell; coverage : share of cells with a height
-    reference_point : (3,) World, the centre of the model's bounds; heights are Z over the
-        horizontal, else above the plane through it
-    dip_direction_deg, dip_deg : of the plane of reference
-    right, down, normal : (3,) unit vectors of World along the columns, the rows and the heights
-    lowest_m, highest_m : heights; interpolation_limit_m : longest side of triangles between the
-        points of a cloud, None for a mesh
-    cell_to_world : 4 x 4, (column, row, height, 1) to World
-    crs : of a map; None over any other plane, and where it is not known
-    """
-
-    width: int
-    height: int
-    gsd_m: float
-    coverage: float
-    reference_point: tuple[float, ...]
-    dip_direction_deg: float
-    dip_deg: float
-    right: tuple[float, ...]
-    down: tuple[float, ...]
-    normal: tuple[float, ...]
-    lowest_m: float
-    highest_m: float
-    interpolation_limit_m: float | None
-    cell_to_world: tuple[tuple[float, ...], ...]
-    crs: str | None
-
-
-@dataclass(frozen=True)
-class WrittenElevation:
-    """raster, sidecar, hillshade, slope, aspect, contours : files that were written, None for those
-    that were not; figures : of the model; warnings : sentences"""
-
-    raster: str
-    figures: ElevationFigures
-    sidecar: str
-    hillshade: str | None
-    slope: str | None
-    aspect: str | None
-    contours: str | None
-    warnings: tuple[str, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON: the figures stand among the files."""
-        whole = asdict(self)
-        return {"raster": whole.pop("raster"), **whole.pop("figures"), **whole}
 
 
 def outputs_of(raster: str | Path, wanted: Wanted) -> dict[str, Path]:

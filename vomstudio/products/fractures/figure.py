@@ -14,7 +14,8 @@ from vomstudio.geology.fractures.nodes import NodeCounts
 from vomstudio.geology.fractures.pieces import segments_of
 from vomstudio.geology.roses import rose_of
 from vomstudio.products.net.contents import OKABE_ITO
-from vomstudio.products.net.rose import draw_rose, rings_of
+from vomstudio.products.net.rose import rings_of
+from vomstudio.products.net.rose_drawing import draw_rose
 from vomstudio.products.net.style import PRINT, NetStyle
 from vomstudio.products.net.written_figure import sizes_of, write_figure
 from vomstudio.words import to_translate, tr

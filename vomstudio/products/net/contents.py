@@ -19,6 +19,7 @@ from vomstudio.geology.orientation import (
     Plane,
     lines_to_vectors,
     planes_to_poles,
+    sin_cos_deg,
 )
 from vomstudio.geology.statistics import (
     axial_mean,
@@ -106,6 +107,13 @@ class NetEllipse:
             self.plane, self.max_angle_deg, self.min_angle_deg, self.rake_deg, projection
         )
 
+    def of_pole(self) -> NetLineEllipse:
+        """The same as that of a line, the pole."""
+        pole = self.plane.pole()
+        sine, cosine = sin_cos_deg(self.rake_deg)
+        toward = cosine * self.plane.strike_vector() + sine * self.plane.dip_vector()
+        return NetLineEllipse(pole, self.max_angle_deg, self.min_angle_deg, np.asarray(toward))
+
 
 @dataclass(frozen=True, eq=False)
 class NetLineEllipse:
@@ -131,11 +139,13 @@ class NetLineEllipse:
 
 @dataclass(frozen=True)
 class NetCircle:
-    """A circle about an axis: half_angle_deg 90 is a great circle. label: for the legend."""
+    """A circle about an axis: half_angle_deg 90 is a great circle. label: for the legend. color:
+    of the set that it is of, None for one that was typed."""
 
     axis: Line
     half_angle_deg: float
     label: str
+    color: str | None = None
 
     @property
     def dash(self) -> str:
@@ -151,7 +161,44 @@ class NetCircle:
         return nets.cone_curve(axis, first, np.cross(axis, first), half, half, projection, 361)
 
 
-AnyEllipse = NetEllipse | NetLineEllipse
+@dataclass(frozen=True, eq=False)
+class NetBand:
+    """The band of poles that a straight trace allows: its two edges (k, 3), of normals."""
+
+    edges: tuple[Array, Array]
+
+    def outline(self, projection: str) -> list[Array]:
+        """Polylines (k, 2) on the net."""
+        return [part for edge in self.edges for part in nets.split_at_primitive(edge, projection)]
+
+
+AnyEllipse = NetEllipse | NetLineEllipse | NetBand
+
+
+@dataclass(frozen=True)
+class NetMark:
+    """A direction that is marked, with the text beside it. color: of the set that it is of, None
+    for one that was typed."""
+
+    line: Line
+    label: str
+    marker: str = "x"
+    color: str | None = None
+
+
+@dataclass(frozen=True)
+class NetLive:
+    """A feature that is being picked: its plane, or its line, with its 95 % ellipse where that is
+    known."""
+
+    plane: Plane | None = None
+    line: Line | None = None
+    ellipse: AnyEllipse | None = None
+
+    @property
+    def place(self) -> Line | None:
+        """Of the pole or the line."""
+        return self.line if self.plane is None else self.plane.pole()
 
 
 @dataclass(frozen=True)
@@ -182,7 +229,11 @@ class NetContents:
     registered: those of the same features with the errors of their registrations, where known.
     contour: one of `density.DENSITY_METHODS`, of all poles and lines; contouring: how.
     notation, decimals: how orientations are written on the net.
-    circles_typed: great and small circles that were asked for.
+    circles_typed: great and small circles that were asked for, girdles too.
+    marks: directions that were asked for: the densest places, slip lines that were typed.
+    errors: 95 % ellipses of all features of which they are known.
+    averages: of each set in words, under the legend.
+    live: the feature that is being picked.
     title, notes: over the net, and above its caption (frame, north, what was left out).
     compact: a net on the screen. Its legend is terse, and does not explain the selected pole's
     ellipse: it would move the net at every click.
@@ -200,6 +251,10 @@ class NetContents:
     contour: str | None = None
     contouring: Contouring = Contouring()
     circles_typed: tuple[NetCircle, ...] = ()
+    marks: tuple[NetMark, ...] = ()
+    errors: tuple[AnyEllipse, ...] = ()
+    averages: tuple[str, ...] = ()
+    live: NetLive | None = None
     notation: str = "dipdir/dip"
     decimals: int = 0
     title: str = ""

@@ -8,6 +8,7 @@ from vomstudio.products.net.contents import NetSet
 from vomstudio.products.net.contours import (
     SEE_THROUGH,
     ContourPlan,
+    bar_height,
     bar_width,
     columns_of,
     contour_colors,
@@ -64,8 +65,8 @@ def _draw_bar(page: Page, plan: ContourPlan) -> None:
     n, font, row = len(plan.levels), page.font, page.row
     thick = bar_width(plan, font, page.beside)
     if page.beside:
-        tall = min(1.5 * font * n, 0.4 * page.height)
-        left, low = page.legend_x, page.pad + (len(page.foot) + 0.8) * row
+        tall = bar_height(plan, font, page.height)
+        left, low = page.legend_x, page.pad + (page.under + 0.8) * row
         page.text(left, low + tall + 0.8 * row, plan.unit)
         page.text(left, low + tall + 1.8 * row, plan.name)
     else:

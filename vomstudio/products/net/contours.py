@@ -191,6 +191,11 @@ def bar_width(plan: ContourPlan, font: float, beside: bool) -> float:
     return font if k == 1 else font * min(0.9 * k, most)
 
 
+def bar_height(plan: ContourPlan, font: float, height: float) -> float:
+    """Of the bar beside the net, in points."""
+    return min(1.5 * font * len(plan.levels), 0.4 * height)
+
+
 def columns_of(plan: ContourPlan) -> list[Contoured]:
     """The first of each colour: the sets of a type share theirs, and a column of the bar."""
     first: dict[str | None, Contoured] = {}

@@ -9,7 +9,7 @@ redraw). Matplotlib is imported where it is first needed.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
@@ -20,12 +20,13 @@ from vomstudio.errors import UsageError
 from vomstudio.geology import density as densities
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Array, Line
-from vomstudio.products.net.contents import AnyEllipse, NetContents
+from vomstudio.products.net.additions import draw_additions
+from vomstudio.products.net.contents import AnyEllipse, NetContents, NetLive
 from vomstudio.products.net.contour_drawing import draw_contours
 from vomstudio.products.net.page import Page
 from vomstudio.products.net.selection_highlight import draw_emphasis
-from vomstudio.products.net.style import PRINT, NetStyle, layer
-from vomstudio.products.net.written_figure import FORMATS, write_figure
+from vomstudio.products.net.style import PRINT, NetStyle
+from vomstudio.products.net.written_figure import FORMATS, font_of, write_figure
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -132,6 +133,14 @@ class NetArtists:
             anew = draw_stereonet(figure, self.contents, self.style)
             self.__dict__.update(anew.__dict__)
             return
+        self._emphasise()
+
+    def show_live(self, live: NetLive | None) -> None:
+        """The feature that is being picked, over all; the caller redraws the canvas."""
+        self.contents = replace(self.contents, live=live)
+        self._emphasise()
+
+    def _emphasise(self) -> None:
         for artist in self.emphasis:
             artist.remove()
         self.emphasis = draw_emphasis(self.axes, self.contents, self.style, self.positions)
@@ -158,10 +167,7 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
         draw_contours(page, page.contours)
     positions = [nets.project(s.vectors(), net.projection) for s in net.sets]
     arcs, rows = page.draw_circles()
-    for circle in net.circles_typed:
-        for part in circle.outline(net.projection):
-            ax.plot(*part.T, color=style.ink, linewidth=style.line_pt, linestyle=circle.dash,
-                    zorder=layer("circles"))  # fmt: skip
+    draw_additions(page)
     poles = page.draw_poles(positions)
     if net.fold is not None:
         page.draw_fold(net.fold)
@@ -187,7 +193,7 @@ def write_stereonet(
     """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
     write_figure(
         target, lambda figure: draw_stereonet(figure, net, style),
-        format=format, size_mm=size_mm, paper=style.paper, dpi=dpi,
+        format=format, size_mm=size_mm, paper=style.paper, dpi=dpi, settings=font_of(style),
     )  # fmt: skip
 
 

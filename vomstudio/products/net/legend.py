@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from vomstudio.geology.notation import format_plane
-from vomstudio.products.net.contents import NetContents, NetEllipse, NetSet, circles_shown
+from vomstudio.products.net.contents import NetContents, NetLineEllipse, NetSet, circles_shown
 from vomstudio.products.net.style import REGISTERED_LINE, NetStyle
 from vomstudio.words import tr
 
@@ -54,15 +54,18 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
         plane = format_plane(fold.pi_plane, net.notation, net.decimals)
         text = f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
         entries.append(Entry(text, style.ink, None, "--"))
-    for circle in net.circles_typed:
-        entries.append(Entry(circle.label, style.ink, None, circle.dash))
+    for circle in (each for each in net.circles_typed if each.label):
+        color = style.ink if circle.color is None else style.outline(style.color(circle.color))
+        entries.append(Entry(circle.label, color, None, circle.dash))
+    if net.errors:
+        entries.append(Entry(tr("95 % of each by its own error"), style.soft, None, "-"))
     if net.means:
-        entries.append(Entry(tr("Open symbol: mean"), style.net, "o", None, outlined=True))
+        entries.append(Entry(tr("Open symbol: axial mean"), style.net, "o", None, outlined=True))
     if net.ellipses and not net.compact:
         text = (
-            tr("Joint 95 % of the selected pole")
-            if isinstance(net.ellipses[0], NetEllipse)
-            else tr("Joint 95 % of the selected line")
+            tr("Joint 95 % of the selected line")
+            if isinstance(net.ellipses[0], NetLineEllipse)
+            else tr("Joint 95 % of the selected pole")
         )
         entries.append(Entry(text, style.ink, None, "-"))
     # On the screen not by what is selected: the net would move at every click.
@@ -81,17 +84,36 @@ def _said(s: NetSet, poles: bool) -> str:
     return tr("{set}, planes (n = {count:,})", set=s.name, count=len(s))
 
 
-@lru_cache(maxsize=4096)
 def text_width(text: str, font_pt: float, weight: str = "normal") -> float:
-    """Width of a text in points, without needing a canvas."""
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import text_to_path
+    """Width of a text in points, in matplotlib's font of the moment, without needing a canvas."""
+    from matplotlib import rcParams
 
     if not text.strip():
         return 0.3 * font_pt * len(text)
+    return _width(text, font_pt, weight, tuple(rcParams["font.family"]))
+
+
+@lru_cache(maxsize=4096)
+def _width(text: str, font_pt: float, weight: str, family: tuple[str, ...]) -> float:
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
     # The outlines of the letters would give a little less, in twenty times the time.
-    font = FontProperties(weight=weight, size=font_pt)
+    font = FontProperties(family=list(family), weight=weight, size=font_pt)
     return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])
+
+
+def wrapped(text: str, font_pt: float, width: float) -> list[str]:
+    """The text in lines of that width; a word that is longer has one of its own. A no-break
+    space parts nothing."""
+    lines: list[str] = []
+    for word in text.split(" "):
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and text_width(longer, font_pt) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines
 
 
 def shortened(text: str, font_pt: float, width: float, weight: str = "normal") -> str:

@@ -2,25 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vomstudio.errors import InputError, UsageError
-from vomstudio.geology.notation import parse_plane
-from vomstudio.geology.orientation import Array, Line, Plane, normals_to_planes, vectors_to_lines
+from vomstudio.geology.notation import format_line, parse_plane
+from vomstudio.geology.orientation import (
+    Array,
+    Line,
+    Plane,
+    line_from_rake,
+    normals_to_planes,
+    vectors_to_lines,
+)
 from vomstudio.geology.rotations import meetings, turned, untilted
-from vomstudio.products.net.contents import OKABE_ITO, NetCircle, NetContents, NetSet, means_of
+from vomstudio.products.net.contents import (
+    OKABE_ITO,
+    AnyEllipse,
+    NetBand,
+    NetCircle,
+    NetContents,
+    NetEllipse,
+    NetMark,
+    NetSet,
+    means_of,
+)
 from vomstudio.words import tr
 
 MOST_PLANES = 300
 """Of more planes the intersections (45,000) are not told apart on a net."""
 
 
-def typed_plane(text: str) -> NetCircle:
-    """The great circle of "DD/D". Raises UsageError."""
-    plane = plane_of(text, "--plane")
+def typed_plane(text: str, notation: str = "dipdir/dip") -> NetCircle:
+    """The great circle of a plane, "DD/D" or as the notation has it. Raises UsageError."""
+    plane = plane_of(text, "--plane", notation)
     return NetCircle(plane.pole(), 90.0, tr("Plane {plane}", plane=text))
 
 
@@ -34,10 +50,24 @@ def typed_cone(text: str) -> NetCircle:
     return NetCircle(_line(trend, plunge, "--cone"), half, tr("Cone {cone}", cone=text))
 
 
-def plane_of(text: str, field: str) -> Plane:
-    """Of "DD/D". Raises UsageError."""
+def typed_slip(text: str) -> tuple[NetCircle, NetMark]:
+    """The plane of "DD/D/RAKE", and the line in it with that rake from the right-hand-rule strike.
+    Raises UsageError."""
+    direction, dip, rake = _three(text, "--slip-line")
+    if not 0.0 <= dip <= 90.0:
+        raise UsageError(tr("A dip lies between 0 and 90 degrees."), field="--slip-line")
+    plane = Plane(direction, dip)
+    line = line_from_rake(plane, rake)
+    return (
+        NetCircle(plane.pole(), 90.0, tr("Plane {plane}", plane=text.rpartition("/")[0])),
+        NetMark(line, tr("rake {rake:g}: {line}", rake=rake, line=format_line(line)), "o"),
+    )
+
+
+def plane_of(text: str, field: str, notation: str = "dipdir/dip") -> Plane:
+    """Of "DD/D", or as the notation has it. Raises UsageError."""
     try:
-        return parse_plane(text, "dipdir/dip")
+        return parse_plane(text, notation)
     except InputError as error:
         raise UsageError(error.message, field=field) from error
 
@@ -64,37 +94,93 @@ def _line(trend: float, plunge: float, field: str) -> Line:
     return Line(trend, plunge)
 
 
+@dataclass(frozen=True)
+class Turning:
+    """What is done to orientations before they are drawn: first the plane is made horizontal about
+    its strike, then all is turned about the axis, by the right-hand rule about its downward end."""
+
+    plane: Plane | None = None
+    axis: Line | None = None
+    angle_deg: float = 0.0
+
+    @property
+    def turns(self) -> bool:
+        return self.plane is not None or self.axis is not None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was done, for the figure."""
+        said = []
+        if self.plane is not None:
+            said.append(
+                tr(
+                    "Untilted by {dip_direction:03.0f}/{dip:02.0f}",
+                    dip_direction=self.plane.dip_direction_deg,
+                    dip=self.plane.dip_deg,
+                )
+            )
+        if self.axis is not None:
+            said.append(
+                tr(
+                    "Turned by {angle:g}° about {trend:03.0f}/{plunge:02.0f}",
+                    angle=self.angle_deg,
+                    trend=self.axis.trend_deg,
+                    plunge=self.axis.plunge_deg,
+                )
+            )
+        return tuple(said)
+
+    def vectors(self, vectors: Array) -> Array:
+        """(n, 3) after it."""
+        v = np.asarray(vectors, np.float64)
+        if self.plane is not None:
+            v = untilted(v, self.plane)
+        if self.axis is not None:
+            v = turned(v, self.axis, self.angle_deg)
+        return v
+
+    def of_set(self, s: NetSet) -> NetSet:
+        """Registrations turn what is measured: what they do to it after it was turned is not
+        said."""
+        v = self.vectors(s.vectors())
+        if s.kind == "plane":
+            azimuth, angle = normals_to_planes(v)[:2]
+        else:
+            azimuth, angle = vectors_to_lines(v, directed=bool((s.angle_deg < 0).any()))[:2]
+        slips = None if s.slips is None else self.vectors(s.slips)
+        return replace(s, azimuth_deg=azimuth, angle_deg=angle, turns=None, slips=slips)
+
+    def of_ellipse(self, ellipse: AnyEllipse) -> AnyEllipse:
+        if isinstance(ellipse, NetBand):
+            one, other = ellipse.edges
+            return NetBand((self.vectors(one), self.vectors(other)))
+        line = ellipse.of_pole() if isinstance(ellipse, NetEllipse) else ellipse
+        vector, axis = self.vectors(np.array([line.line.vector(), line.axis]))
+        return replace(line, line=Line.from_vector(vector), axis=axis)
+
+
 def net_untilted(net: NetContents, plane: Plane) -> NetContents:
     """All of the net after the plane has been turned to the horizontal about its strike."""
-    note = tr(
-        "Untilted by {dip_direction:03.0f}/{dip:02.0f}",
-        dip_direction=plane.dip_direction_deg,
-        dip=plane.dip_deg,
-    )
-    return _moved(net, [untilted(s.vectors(), plane) for s in net.sets], note)
+    return net_after(net, Turning(plane))
 
 
 def net_turned(net: NetContents, axis: Line, angle_deg: float) -> NetContents:
     """All of the net turned about an axis, by the right-hand rule about its downward end."""
-    note = tr(
-        "Turned by {angle:g}° about {trend:03.0f}/{plunge:02.0f}",
-        angle=angle_deg,
-        trend=axis.trend_deg,
-        plunge=axis.plunge_deg,
-    )
-    return _moved(net, [turned(s.vectors(), axis, angle_deg) for s in net.sets], note)
+    return net_after(net, Turning(None, axis, angle_deg))
 
 
-def _moved(net: NetContents, vectors: Sequence[Array], note: str) -> NetContents:
-    """Registrations turn what is measured: what they do to it after it was turned is not said."""
-    sets = []
-    for s, v in zip(net.sets, vectors, strict=True):
-        azimuth, angle = normals_to_planes(v)[:2] if s.kind == "plane" else vectors_to_lines(v)[:2]
-        sets.append(replace(s, azimuth_deg=azimuth, angle_deg=angle, turns=None))
+def net_after(net: NetContents, turning: Turning) -> NetContents:
+    """All of the net turned, its means found anew; circles and marks that were typed stay."""
+    sets = [turning.of_set(s) for s in net.sets]
     meant = {mean.color + mean.marker for mean in net.means}
     clustered = [s for s in sets if s.color + s.marker in meant]
-    means = means_of(clustered, net.notation, net.decimals)
-    return replace(net, sets=tuple(sets), means=means, notes=(*net.notes, note))
+    return replace(
+        net,
+        sets=tuple(sets),
+        means=means_of(clustered, net.notation, net.decimals),
+        errors=tuple(turning.of_ellipse(e) for e in net.errors),
+        notes=(*net.notes, *turning.notes),
+    )
 
 
 def with_intersections(net: NetContents) -> NetContents:

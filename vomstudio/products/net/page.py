@@ -19,9 +19,9 @@ from vomstudio.products.net.contents import (
     NetLineEllipse,
     circles_shown,
 )
-from vomstudio.products.net.contours import ContourPlan, bar_room
+from vomstudio.products.net.contours import ContourPlan, bar_height, bar_room
 from vomstudio.products.net.labels import Box, free_place
-from vomstudio.products.net.legend import Entry, legend_entries, shortened, text_width
+from vomstudio.products.net.legend import Entry, legend_entries, shortened, text_width, wrapped
 from vomstudio.products.net.selection_highlight import draw_registered
 from vomstudio.products.net.slip_arrows import draw_slip_arrows
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding, layer
@@ -36,6 +36,12 @@ PROJECTION_NAMES = {
     "angle": to_translate("Equal angle, lower hemisphere"),
 }
 
+_WIDEST = 24.0
+"""Of a legend beside the net, in letters."""
+_MOST_WORDS = 0.3
+"""Of the height for averages in words."""
+_NEAR = 1.5
+"""A label that is further from its mark than so many letters is joined to it by a line."""
 _SLIP = 0.1
 """Half the length of an arrow of slip, which lies over the symbol of its striae."""
 
@@ -60,6 +66,7 @@ class Page:
         if self.contours and not self.bar:
             self.foot.append(tr("Nowhere dense enough for a contour"))
         self.foot.append(tr(PROJECTION_NAMES[net.projection]))
+        self.words: list[str] = []
         self.heading = 1.9 * self.row if net.title else 0.0
         self.text_boxes: list[Box] = []
         self.outlines: list[Array] = []
@@ -81,6 +88,7 @@ class Page:
         tick = 0.9 * self.font
         foot = len(self.foot)
         bar = bar_room(self.bar, self.font)
+        self.words = self._averages(_WIDEST * self.font)
 
         gap = tick + 1.5 * self.font
         column = self._column_width()
@@ -93,10 +101,16 @@ class Page:
         named = self.bar is not None and not self.net.compact
         foot += named
         rows = self._flow(self.width - 2 * self.pad)
-        low = (len(rows) + foot) * self.row + self.pad
-        while len(rows) > 1 and self.height - head - tick - low < 0.55 * self.height:
-            rows.pop()
-            low = (len(rows) + foot) * self.row + self.pad
+        words = self._averages(self.width - 2 * self.pad)
+        least = (0.55 if self.net.compact else 0.4) * self.height
+        low = (len(rows) + len(words) + foot) * self.row + self.pad
+        # The net has its room first, then the legend, then the averages.
+        while (len(rows) > 1 or words) and self.height - head - tick - low < least:
+            if words:
+                words = words[:-2] + [tr("…: the averages need more room")] if words[1:] else []
+            else:
+                rows.pop()
+            low = (len(rows) + len(words) + foot) * self.row + self.pad
         below = min(
             self.height - head - tick - low - self.heading,
             self.width - 2 * (self.pad + tick) - bar,
@@ -117,7 +131,7 @@ class Page:
                 full = f"{self.bar.name}; {self.bar.unit}"
                 fits = text_width(full, self.font) <= self.width - 2 * self.pad
                 self.foot.insert(-1, full if fits else self.bar.name)
-            self.rows = rows
+            self.rows, self.words = rows, words
             self.cx = (self.width - bar) / 2.0
             self.cy = self.height - self.heading - head - self.radius
             self.legend_x = self.pad
@@ -125,18 +139,31 @@ class Page:
 
     def _column_width(self) -> float:
         """Width of a legend beside the net; long names are shortened rather than the net."""
-        texts = [*self.foot]
+        texts = [*self.foot, *self.words]
         if self.bar is not None:
             texts += [self.bar.name, self.bar.unit]
         entries = [2.2 * self.font + text_width(e.text, self.font) for e in self.entries]
-        widest = min(max(entries, default=0.0), 24.0 * self.font)
+        widest = min(max(entries, default=0.0), _WIDEST * self.font)
         title = text_width(self.net.title[:40], 1.15 * self.font, "bold")
         return 1.05 * max(widest, title, *(text_width(t, self.font) for t in texts))
 
     def _foot(self) -> float:
         """Height of what stands under a legend beside the net: the caption and the colour bar."""
-        under = (len(self.foot) + 1.0) * self.row
-        return under + (12.0 * self.font + 3.0 * self.row if self.bar else 0.0)
+        under = (self.under + 1.0) * self.row
+        if self.bar is None:
+            return under
+        return under + bar_height(self.bar, self.font, self.height) + 3.0 * self.row
+
+    def _averages(self, width: float) -> list[str]:
+        """The averages in lines, as many as leave the net its room."""
+        lines = [w for said in self.net.averages for w in wrapped(said, self.font, width)]
+        most = max(int(_MOST_WORDS * self.height / self.row), 1)
+        return lines if len(lines) <= most else [*lines[: most - 1], "…"]
+
+    @property
+    def under(self) -> int:
+        """Rows of text under the legend."""
+        return len(self.foot) + len(self.words)
 
     def _flow(self, width: float) -> list[list[tuple[float, Entry]]]:
         """Entries set side by side in rows: (offset, entry)."""
@@ -325,6 +352,9 @@ class Page:
             at = nets.project(net.fold.beta.vector(), net.projection)[0]
             text = f"β {format_line(net.fold.beta, net.decimals)}"
             wanted.append((at, text, style.ink))
+        for asked in net.marks:
+            at = nets.project(asked.line.vector(), net.projection)[0]
+            wanted.append((at, asked.label, style.ink))
         crowd = np.vstack(
             [np.zeros((0, 2)), *self.outlines]
             + [part for e in (*net.ellipses, *net.registered) for part in e.outline(net.projection)]
@@ -336,6 +366,22 @@ class Page:
             place = free_place(self, mark, text, crowd, marks)
             if place is not None:
                 self.text(*place, text, color=color, halo=True)
+                self._join(mark)
+
+    def _join(self, mark: Array) -> None:
+        """A line from the text that was written last to its mark, where other symbols lie nearer
+        to it."""
+        left, low, right, high = self.text_boxes[-1]
+        end = np.clip(mark, [left, low], [right, high])
+        away = mark - end
+        gap = float(np.hypot(*away))
+        if gap > _NEAR * self.font:
+            # Away from both, or it would be read as a minus.
+            away *= 0.4 * self.font / gap
+            ends = np.array([end + away, mark - 1.5 * away])
+            ends = (ends - [self.cx, self.cy]) / self.radius
+            self.axes.plot(*ends.T, color=self.style.soft, linewidth=self.style.line_pt,
+                           zorder=layer("means"), gid="to label")  # fmt: skip
 
     def draw_legend(self) -> None:
         if self.net.title:
@@ -346,7 +392,7 @@ class Page:
         if self.beside:
             y = self.height - self.pad - 0.5 * self.row - self.heading
         else:
-            y = self.pad + (len(self.rows) + len(self.foot) - 0.5) * self.row
+            y = self.pad + (len(self.rows) + self.under - 0.5) * self.row
         hidden = len(self.entries) - sum(len(r) for r in self.rows)
         step = self.row * (1.15 if self.beside else 1.0)
         for i, row in enumerate(self.rows):
@@ -360,10 +406,11 @@ class Page:
                 text = shortened(text, self.font, room)
                 self._legend_entry(offset, y, replace(entry, text=text))
             y -= step
-        for i, line in enumerate(reversed(self.foot)):
+        for i, line in enumerate(reversed([*self.words, *self.foot])):
             y = self.pad + (i + 0.5) * self.row
             text = shortened(line, self.font, self.legend_width)
-            self.text(self.legend_x, y, text, color=self.style.soft)
+            soft = i < len(self.foot)
+            self.text(self.legend_x, y, text, color=self.style.soft if soft else self.style.ink)
 
     def _legend_entry(self, offset: float, y: float, entry: Entry) -> None:
         style = self.style

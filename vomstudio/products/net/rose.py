@@ -1,23 +1,29 @@
-"""Rose diagrams as a figure: one rose for each set, all to the same scale."""
+"""Rose diagrams and histograms of dip as a figure: one for each set, all to the same scale."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
-from vomstudio.errors import GeometryError
-from vomstudio.geology.orientation import Array
-from vomstudio.geology.orientation_rows import OrientationRows
-from vomstudio.geology.roses import Rose, azimuths_of, rose_of, weights_of
+from vomstudio.geology.roses import HISTOGRAM_OF, Histogram, Rose
 from vomstudio.products.net.contents import OKABE_ITO
-from vomstudio.products.net.style import PRINT, NetStyle, layer, mixed
-from vomstudio.products.net.table_net import members_of
-from vomstudio.products.net.written_figure import write_figure
+from vomstudio.products.net.legend import shortened, wrapped
+from vomstudio.products.net.rose_contents import RoseContents
+from vomstudio.products.net.rose_drawing import (
+    CEILING,
+    FLOOR,
+    LEFT,
+    RIGHT,
+    draw_histogram,
+    draw_rose,
+    petal_radius,
+)
+from vomstudio.products.net.style import PRINT, NetStyle
+from vomstudio.products.net.written_figure import font_of, write_figure
 from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
@@ -28,69 +34,17 @@ TITLES = {
     "strike": to_translate("Strikes, both ends"),
     "dip-direction": to_translate("Dip directions"),
     "trend": to_translate("Trends"),
+    "dip": to_translate("Dips"),
+    "plunge": to_translate("Plunges"),
 }
 WIDTH_MM = 170.0
 _ROOM = 1.25
 """Half the width of a rose's panel, in radii of the rose."""
 _UP, _DOWN = 1.3, 1.14
 """From the middle of a rose to the upper and lower edge of its panel, in radii."""
-_HEAD_MM, _FOOT_MM = 11.0, 9.0
-
-
-@dataclass(frozen=True, eq=False)
-class RoseContents:
-    """of: one of `roses.ROSE_OF`; roses: by the name of their set; weight: the column that weights
-    them, None for counts; by_area: the area of a petal is its share, else its length; empty: sets
-    of which no row has an azimuth and a weight."""
-
-    of: str
-    roses: Mapping[str, Rose]
-    weight: str | None = None
-    by_area: bool = True
-    empty: tuple[str, ...] = ()
-
-    @property
-    def bin_deg(self) -> float:
-        return next(iter(self.roses.values())).bin_deg
-
-
-def roses_of_table(
-    table: OrientationRows,
-    of: str,
-    by: str | None = None,
-    *,
-    bin_deg: float = 10.0,
-    weight: str | None = None,
-    by_area: bool = True,
-) -> RoseContents:
-    """Of each set that has such azimuths. by, weight : name or number of a column; by None: `set`,
-    else `kind`, else all. Raises UsageError for columns that are not there or no numbers."""
-    azimuth = azimuths_of(table, of)
-    weights = None if weight is None else weights_of(table, weight)
-    wanted = table.is_plane if of != "trend" else ~table.is_plane
-    roses, empty = {}, []
-    for name, members in members_of(table, by).items():
-        rows = np.array([i for i in members if wanted[i]], dtype=np.intp)
-        if len(rows):
-            w = None if weights is None else weights[rows]
-            rose = rose_of(azimuth[rows], axial=of == "strike", bin_deg=bin_deg, weights=w)
-            if rose.total > 0:
-                roses[name] = rose
-            else:
-                empty.append(name)
-    return RoseContents(of, roses, weight, by_area, tuple(empty))
-
-
-def check_roses(contents: RoseContents, path: Path | None) -> None:
-    """Raises GeometryError where there is nothing to draw."""
-    if not contents.roses:
-        raise GeometryError(
-            tr("The table has no lines with a trend.")
-            if contents.of == "trend"
-            else tr("The table has no planes with a strike; of lines draw --of trend."),
-            file=path,
-            field="--of",
-        )
+_HEAD, _FOOT = 3.9, 3.2
+"""Height over each panel and under all of them, in letters."""
+_WIDEST_MM = 105.0
 
 
 def rings_of(top: float) -> list[float]:
@@ -108,27 +62,28 @@ def write_roses(
     *,
     format: str,
     style: NetStyle = PRINT,
+    width_mm: float = WIDTH_MM,
     dpi: float = 300.0,
 ) -> None:
     """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
-    width, height = figure_size(contents)
+    width, height = figure_size(contents, style, width_mm)
     write_figure(
         target, lambda figure: draw_roses(figure, contents, style),
         format=format, size_mm=(25.4 * width, 25.4 * height), paper=style.paper, dpi=dpi,
+        settings=font_of(style),
     )  # fmt: skip
 
 
-def figure_size(contents: RoseContents) -> tuple[float, float]:
+def figure_size(
+    contents: RoseContents, style: NetStyle = PRINT, width_mm: float = WIDTH_MM
+) -> tuple[float, float]:
     """Width and height in inches of a figure with all roses."""
-    columns, side = _grid(len(contents.roses))
+    columns = min(len(contents.roses), 3)
+    side = min(width_mm / columns, _WIDEST_MM)
     rows = math.ceil(len(contents.roses) / columns)
-    return WIDTH_MM / 25.4, (rows * (_tall(side) + _HEAD_MM) + _FOOT_MM) / 25.4
-
-
-def _grid(count: int) -> tuple[int, float]:
-    """Columns, and the width of a panel in mm."""
-    columns = min(count, 3)
-    return columns, min(WIDTH_MM / columns, 105.0)
+    letter = style.font_pt / 72.0 * 25.4
+    foot = _FOOT * letter + 1.45 * letter * (len(contents.notes) + bool(contents.title))
+    return width_mm / 25.4, (rows * (_tall(side) + _HEAD * letter) + foot) / 25.4
 
 
 def _tall(side: float) -> float:
@@ -136,39 +91,117 @@ def _tall(side: float) -> float:
     return side * (_UP + _DOWN) / (2 * _ROOM)
 
 
-def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) -> list[Axes]:
-    """The axes of each rose. In them north is up and the outermost ring has the radius 1."""
-    columns, side = _grid(len(contents.roses))
-    width, height = (25.4 * float(v) for v in figure.get_size_inches())
-    rings = rings_of(max(float(r.shares.max()) for r in contents.roses.values()))
+@dataclass(frozen=True)
+class _Grid:
+    """Columns, and the width of a panel."""
+
+    columns: int
+    side: float
+
+    @classmethod
+    def of(cls, count: int, width: float, height: float, head: float, foot: float) -> _Grid:
+        """The largest panels that have room."""
+        best = cls(1, 0.0)
+        for columns in range(1, count + 1):
+            rows = math.ceil(count / columns)
+            tall = (height - foot) / rows - head
+            side = min(width / columns, tall * 2 * _ROOM / (_UP + _DOWN))
+            if side >= best.side - 1e-6:
+                best = cls(columns, side)
+        return cls(best.columns, max(best.side, 1.0))
+
+
+@dataclass(eq=False)
+class RoseArtists:
+    """The drawn roses, and what a pointer needs to know of them. Pixels are matplotlib's display
+    pixels: from the bottom left corner, y up."""
+
+    axes: dict[str, Axes]
+    contents: RoseContents
+    rings: list[float]
+
+    def features_at(self, x_px: float, y_px: float) -> tuple[str, ...]:
+        """The ids of those that are counted in the petal or bar under a pixel."""
+        for name, ax in self.axes.items():
+            x, y = ax.transData.inverted().transform((x_px, y_px))
+            counted = self.contents.counted.get(name)
+            if counted is None or not (-_ROOM <= x <= _ROOM and -_DOWN <= y <= _UP):
+                continue
+            found = self.contents.roses[name]
+            inside = self._bar(found, x, y) if isinstance(found, Histogram) else None
+            if isinstance(found, Rose):
+                inside = self._petal(found, x, y)
+            if inside is None:
+                return ()
+            low, period = inside
+            away = (counted.angles_deg + 1e-7 - low) % period
+            if isinstance(found, Histogram) and low + found.bin_deg >= 90.0:
+                away = np.where(counted.angles_deg >= low, 0.0, np.nan)
+            rows = np.flatnonzero(away < found.bin_deg)
+            return tuple(counted.ids[int(i)] for i in rows)
+        return ()
+
+    def _petal(self, rose: Rose, x: float, y: float) -> tuple[float, float] | None:
+        """Lower edge of the petal at a place, and the period of its angles."""
+        place = int((math.degrees(math.atan2(x, y)) % 360.0) // rose.bin_deg) % len(rose.shares)
+        reach = petal_radius(rose.shares, self.rings[-1], self.contents.by_area)[place]
+        if math.hypot(x, y) > float(reach):
+            return None
+        return place * rose.bin_deg, 180.0 if rose.axial else 360.0
+
+    def _bar(self, found: Histogram, x: float, y: float) -> tuple[float, float] | None:
+        place = math.floor((x - LEFT) / (RIGHT - LEFT) * 90.0 / found.bin_deg)
+        if not 0 <= place < len(found.shares):
+            return None
+        top = FLOOR + (CEILING - FLOOR) * float(found.shares[place]) / self.rings[-1]
+        return (place * found.bin_deg, 360.0) if FLOOR <= y <= top else None
+
+
+def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) -> RoseArtists:
+    """Draws all that the contents hold, as large as the figure lets them. In the axes of a rose
+    north is up and the outermost ring has the radius 1."""
+    width, height = (72.0 * float(v) for v in figure.get_size_inches())
+    font = style.font_pt
     figure.set_facecolor(style.paper)
-    drawn = []
+    title = [contents.title] if contents.title else []
+    foot = [*title, *contents.notes, *wrapped(_caption(contents), font, width - 2 * font)]
+    under = (_FOOT + 1.45 * (len(foot) - 1)) * font
+    grid = _Grid.of(len(contents.roses), width, height, _HEAD * font, under)
+    side = min(grid.side, _WIDEST_MM / 25.4 * 72.0 if style is PRINT else grid.side)
+    tall = _tall(side)
+    rings = rings_of(max(float(r.shares.max()) for r in contents.roses.values()))
+    drawn = {}
     for i, (name, rose) in enumerate(contents.roses.items()):
-        row, column = divmod(i, columns)
-        left = (width - columns * side) / 2 + column * side
-        low = height - (row + 1) * (_tall(side) + _HEAD_MM)
-        place = (left / width, low / height, side / width, _tall(side) / height)
-        ax = figure.add_axes(place)
+        row, column = divmod(i, grid.columns)
+        left = (width - grid.columns * side) / 2 + column * side
+        low = height - (row + 1) * (tall + _HEAD * font)
+        ax = figure.add_axes((left / width, low / height, side / width, tall / height))
         ax.set_xlim(-_ROOM, _ROOM)
         ax.set_ylim(-_DOWN, _UP)
         ax.set_axis_off()
-        color = style.color(OKABE_ITO[i % len(OKABE_ITO)])
-        draw_rose(ax, rose, rings, contents.by_area, color, style)
+        known = contents.counted.get(name)
+        color = style.color(OKABE_ITO[i % len(OKABE_ITO)] if known is None else known.color)
+        if isinstance(rose, Histogram):
+            draw_histogram(ax, rose, rings, color, style)
+        else:
+            draw_rose(ax, rose, rings, contents.by_area, color, style)
         for above, text, weight in (
-            (5.5, tr("{set} (n = {count:,})", set=name, count=rose.n), "bold"),
-            (1.5, mean_words(rose), "normal"),
+            (1.95, tr("{set} (n = {count:,})", set=name, count=rose.n), "bold"),
+            (0.53, mean_words(rose), "normal"),
         ):
             figure.text(
-                (left + side / 2) / width, (low + _tall(side) + above) / height, text,
-                ha="center", va="bottom", fontsize=style.font_pt, weight=weight, color=style.ink,
+                (left + side / 2) / width, (low + tall + above * font) / height,
+                shortened(text, font, side, weight),
+                ha="center", va="bottom", fontsize=font, weight=weight, color=style.ink,
                 parse_math=False,
             )  # fmt: skip
-        drawn.append(ax)
-    figure.text(
-        0.5, 0.45 * _FOOT_MM / height, _caption(contents), ha="center", va="center",
-        fontsize=style.font_pt, color=style.soft, parse_math=False,
-    )  # fmt: skip
-    return drawn
+        drawn[name] = ax
+    for i, line in enumerate(reversed(foot)):
+        figure.text(
+            0.5, (1.45 + 1.45 * i) * font / height, line, ha="center", va="center",
+            fontsize=font, color=style.soft, parse_math=False,
+        )  # fmt: skip
+    return RoseArtists(drawn, contents, rings)
 
 
 def _caption(contents: RoseContents) -> str:
@@ -178,6 +211,8 @@ def _caption(contents: RoseContents) -> str:
         if contents.weight is None
         else tr("% of the sum of {column}", column=contents.weight)
     )
+    if contents.of in HISTOGRAM_OF:
+        return tr("{title}; bins of {step}°; heights: {share}", title=title, step=step, share=share)
     if contents.by_area:
         return tr("{title}; bins of {step}°; rings: {share}; areas are to scale",
                   title=title, step=step, share=share)  # fmt: skip
@@ -185,76 +220,15 @@ def _caption(contents: RoseContents) -> str:
               title=title, step=step, share=share)  # fmt: skip
 
 
-def petal_radius(share: Array, outermost: float, by_area: bool) -> Array:
-    """Of shares (k,), where the outermost ring has the radius 1."""
-    return np.sqrt(share / outermost) if by_area else np.asarray(share / outermost)
-
-
-def draw_rose(
-    ax: Axes, rose: Rose, rings: list[float], by_area: bool, color: str, style: NetStyle
-) -> None:
-    """One rose, of radius 1 at its outermost ring, into axes that show a little more than that."""
-    from matplotlib.patches import Circle, Polygon
-
-    radii = petal_radius(np.array(rings), rings[-1], by_area)
-    for radius in radii:
-        last = radius == radii[-1]
-        ring = Circle(
-            (0, 0), float(radius), facecolor="none", edgecolor=style.ink if last else style.soft,
-            linewidth=(1.25 if last else 0.5) * style.line_pt,
-            zorder=layer("rim" if last else "ground"),
-        )  # fmt: skip
-        ax.add_patch(ring)
-    for quarter in np.arange(0.0, 360.0, 90.0):
-        ax.plot(*_ray(quarter, (0.0, 1.04)), color=style.soft, linewidth=0.5 * style.line_pt,
-                zorder=layer("ground"))  # fmt: skip
-    lengths = petal_radius(rose.shares, rings[-1], by_area)
-    for i, length in enumerate(lengths):
-        if length > 0:
-            azimuth = np.radians(np.linspace(i, i + 1, 13) * rose.bin_deg)
-            arc = length * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
-            petal = Polygon(
-                np.vstack([[0.0, 0.0], arc]), closed=True, facecolor=mixed(color, style.net, 0.25),
-                edgecolor=style.outline(mixed(color, style.ink, 0.3)),
-                linewidth=0.7 * style.line_pt, zorder=layer("poles"),
-            )  # fmt: skip
-            ax.add_patch(petal)
-    if rose.mean_deg is not None:
-        for end in (rose.mean_deg, rose.mean_deg + 180.0)[: 2 if rose.axial else 1]:
-            ax.plot(*_ray(end, (1.0, 1.1)), color=style.ink, linewidth=3.0 * style.line_pt,
-                    solid_capstyle="butt", zorder=layer("means"))  # fmt: skip
-    ax.text(0.0, 1.13, "N", ha="center", va="bottom", fontsize=1.15 * style.font_pt,
-            weight="bold", color=style.ink)  # fmt: skip
-    place = _clearest(rose)
-    for share, radius in zip(rings, radii, strict=True):
-        x, y = _ray(place, (float(radius), float(radius)))
-        label = ax.text(
-            x[0], y[0], f"{100 * share:g} %", ha="center", va="center",
-            fontsize=0.9 * style.font_pt, color=style.ink, zorder=layer("words"),
-        )  # fmt: skip
-        label.set_bbox({"facecolor": style.net, "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
-
-
-def _clearest(rose: Rose) -> float:
-    """Azimuth beside north or south where the petals are shortest: figures that stand there, one
-    over the other, do not meet."""
-    tried = np.array([30.0, 330.0, 150.0, 210.0, 20.0, 340.0, 160.0, 200.0, 40.0, 320.0])
-    span = np.arange(-15.0, 16.0, 1.0)
-    bins = ((tried[:, None] + span) % 360.0 // rose.bin_deg).astype(np.intp)
-    longest = rose.shares[bins % len(rose.shares)].max(axis=1)
-    return float(tried[int(np.argmin(np.round(longest, 9)))])
-
-
-def mean_words(rose: Rose) -> str:
-    """The mean of a rose for people."""
+def mean_words(rose: Rose | Histogram) -> str:
+    """The mean of a rose or histogram for people."""
     if rose.mean_deg is None:
         return tr("no mean")
+    if isinstance(rose, Histogram):
+        if rose.std_deg is None:
+            return tr("mean {mean:.0f}°", mean=rose.mean_deg)
+        return tr("mean {mean:.0f}°, s {spread:.0f}°", mean=rose.mean_deg, spread=rose.std_deg)
     one = f"{round(rose.mean_deg) % 360:03d}"
     if rose.axial:
         one = f"{round(rose.mean_deg) % 180:03d}-{round(rose.mean_deg) % 180 + 180:03d}"
     return tr("mean {azimuth}, R̄ {length:.2f}", azimuth=one, length=rose.resultant)
-
-
-def _ray(azimuth_deg: float, radii: tuple[float, float]) -> tuple[list[float], list[float]]:
-    a = math.radians(azimuth_deg)
-    return [r * math.sin(a) for r in radii], [r * math.cos(a) for r in radii]

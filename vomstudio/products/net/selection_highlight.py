@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+LIVE_COLOR = "#D55E00"
+"""Of what is being picked."""
+
+
 def draw_emphasis(
     ax: Axes, net: NetContents, style: NetStyle, positions: list[Array]
 ) -> list[Artist]:
@@ -72,6 +76,32 @@ def draw_emphasis(
             made += ax.plot(
                 *part.T, color=style.ink, linewidth=1.2 * style.line_pt, zorder=layer("ellipses")
             )
+    return [*made, *_draw_live(ax, net, style)]
+
+
+def _draw_live(ax: Axes, net: NetContents, style: NetStyle) -> list[Artist]:
+    """What is being picked: pole or line as a ring with a cross, its great circle and its cone."""
+    live = net.live
+    place = None if live is None else live.place
+    if live is None or place is None:
+        return []
+    made: list[Artist] = []
+    color = style.color(LIVE_COLOR)
+    if live.plane is not None:
+        circle = nets.great_circle(live.plane, net.projection)
+        for ink, width in ((style.net, 3.0), (color, 1.6)):
+            made += ax.plot(*circle.T, color=ink, linewidth=width * style.line_pt,
+                            zorder=layer("chosen circles"))  # fmt: skip
+    for part in () if live.ellipse is None else live.ellipse.outline(net.projection):
+        made += ax.plot(*part.T, color=color, linewidth=1.6 * style.line_pt,
+                        zorder=layer("ellipses"))  # fmt: skip
+    at = nets.project(place.vector(), net.projection)[0]
+    for marker, size in (("o", 2.2), ("+", 2.2)):
+        made += ax.plot(
+            *at[:, None], marker=marker, markersize=size * style.marker_pt, linestyle="none",
+            markerfacecolor="none", markeredgecolor=color, markeredgewidth=1.6 * style.line_pt,
+            zorder=layer("chosen"),
+        )  # fmt: skip
     return made
 
 

@@ -26,7 +26,8 @@ LAYERS = (
 
 @dataclass(frozen=True)
 class NetStyle:
-    """Colours and sizes; sizes in points (1/72 inch of the figure)."""
+    """Colours and sizes; sizes in points (1/72 inch of the figure). swaps: colours that others are
+    drawn in; grey: no colours at all; family: of the letters, empty for DejaVu Sans."""
 
     ink: str = "#1a1a1a"
     soft: str = "#7a7a7a"
@@ -37,6 +38,8 @@ class NetStyle:
     line_pt: float = 0.8
     swaps: Mapping[str, str] = field(default_factory=dict)
     contour_map: str = "light"
+    grey: bool = False
+    family: str = ""
 
     @classmethod
     def dock(cls, dark: bool = False, dpi: float = 100.0, font_px: float = 11.0) -> NetStyle:
@@ -60,7 +63,12 @@ class NetStyle:
     def color(self, color: str) -> str:
         for name, other in self.swaps.items():
             if name.casefold() == color.casefold():
-                return other
+                color = other
+                break
+        if self.grey:
+            # Light ones would be lost on paper.
+            level = min(_lightness(color) ** (1.0 / 2.2), 0.65)
+            return f"#{round(255 * level):02x}" + f"{round(255 * level):02x}" * 2
         # A type's colour is made for a photograph: on a dark net a deep one is lifted.
         if _lightness(self.net) < 0.2:
             while _contrast(color, self.net) < 3.0:

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+from vomstudio.errors import UsageError
 from vomstudio.geology.common_turns import Turns
+from vomstudio.geology.orientation import Plane
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import no_fisher_reason
-from vomstudio.products.net.contents import Contouring, NetContents, make_sets, means_of
+from vomstudio.products.net.contents import (
+    Contouring,
+    NetContents,
+    NetEllipse,
+    make_sets,
+    means_of,
+)
+from vomstudio.words import tr
 
 UNNAMED = "unassigned"
 
@@ -49,6 +59,42 @@ def net_of_table(
         contouring=contouring or Contouring(),
         means=means_of(clustered),
     )
+
+
+_ERROR_COLUMNS = ("max_confidence95_deg", "min_confidence95_deg", "error_rake_deg")
+
+
+def error_ellipses(table: OrientationRows) -> tuple[NetEllipse, ...]:
+    """The 95 % ellipse of each plane whose error the table tells. Raises UsageError where it tells
+    none."""
+    try:
+        cells = [table.column(name) for name in _ERROR_COLUMNS]
+    except UsageError:
+        cells = [[], [], []]
+    found = []
+    for row, words in enumerate(zip(*cells, strict=True)):
+        largest, smallest, rake = (_number(word) for word in words)
+        if table.is_plane[row] and math.isfinite(largest + smallest + rake):
+            plane = Plane(float(table.dip_direction_deg[row]), float(table.dip_deg[row]))
+            found.append(NetEllipse(plane, largest, smallest, rake))
+    if not found:
+        raise UsageError(
+            tr(
+                "The table tells no errors of planes. They stand in the columns {columns}, as in "
+                "the tables that this program writes.",
+                columns=", ".join(_ERROR_COLUMNS),
+            ),
+            file=table.path,
+            field="--errors",
+        )
+    return tuple(found)
+
+
+def _number(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return math.nan
 
 
 def members_of(table: OrientationRows, column: str | None) -> dict[str, list[int]]:

@@ -61,3 +61,8 @@ def write_figure(
 def sizes_of(style: NetStyle) -> dict[str, Any]:
     """matplotlib's sizes in a style, for figures with axes of its own kind."""
     return {"font.size": style.font_pt, "axes.linewidth": style.line_pt}
+
+
+def font_of(style: NetStyle) -> dict[str, Any]:
+    """matplotlib's setting of a style's letters."""
+    return {"font.family": [style.family, "DejaVu Sans"]} if style.family else {}

@@ -9,7 +9,6 @@ with an engineering CRS.
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
 from collections.abc import Iterable
@@ -21,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import UsageError
-from vomstudio.files.atomic import atomic_write, check_target
+from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.inside import check_beside
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -128,8 +127,9 @@ def write_orthophoto(
     progress.stage(tr("Preparing the model"))
     source = drawn or source_of(data, plan)
     small = _Reduced(grid) if sheet is not None or drawings else None
-    with contextlib.ExitStack() as files:
-        paths = {target: files.enter_context(atomic_write(target, force)) for target in targets}
+    chosen = () if sheet is None else (Path(sheet),)
+    with atomic_group(targets, force, named=chosen) as parts_of:
+        paths = dict(zip(targets, parts_of, strict=True))
         with (
             open_geotiff(paths[image], raster, image) as picture_file,
             open_geotiff(paths[depth], replace(raster, kind="float"), depth) as depth_file,

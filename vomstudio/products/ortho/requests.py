@@ -18,7 +18,7 @@ from vomstudio.geology.table_folds import LeftOut, TableFold
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.orthophoto import Made
-from vomstudio.products.ortho.planning import Plan, plan
+from vomstudio.products.ortho.planning import Plan, Region, plan
 from vomstudio.products.ortho.view_directions import (
     View,
     cost_of_direction,
@@ -87,6 +87,23 @@ def check_gsd(gsd_m: float | None) -> None:
         raise UsageError(tr("The size of a pixel must be a length in metres."), field="--gsd")
 
 
+def parse_region(text: str) -> Region:
+    """Of "x,y,z,width,height". Raises UsageError."""
+    try:
+        x, y, z, width, height = (float(word) for word in text.split(","))
+    except ValueError:
+        x = y = z = width = height = math.nan
+    if not (math.isfinite(x + y + z) and 0 < width < math.inf and 0 < height < math.inf):
+        raise UsageError(
+            tr(
+                "A part of the picture is given as x,y,z,width,height: a point of World and two "
+                "lengths in metres."
+            ),
+            field="--around",
+        )
+    return Region((x, y, z), width, height)
+
+
 def direction_of(
     trend_deg: float | None, plunge_deg: float | None, plane: str | None, fold: TableFold | None
 ) -> Direction:
@@ -114,11 +131,13 @@ def request_picture(
     flip: bool = False,
     placed: bool = True,
     metric: bool = True,
+    region: Region | None = None,
 ) -> Requested:
     """Plan a picture of a model.
 
     to_world : (4, 4); path : of the model, for errors; flip : look from the other side
-    placed : north is known; metric : the unit is, too
+    placed : north is known; metric : the unit is, too; region : the part that is drawn, None for
+    all of it
     Raises InputError, UsageError.
     """
     view, fold, warnings = direction.view, direction.fold, list[str]()
@@ -141,7 +160,7 @@ def request_picture(
     if not placed:
         view = replace(view, north_known=False, metric=metric)
     try:
-        planned = plan(data, view, to_world=to_world, gsd=gsd_m)
+        planned = plan(data, view, to_world=to_world, gsd=gsd_m, region=region)
     except InputError as error:
         raise InputError(error.message, file=path) from error
     along = None

@@ -28,6 +28,9 @@ from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
+_NARROWEST, _FLATTEST = 0.7, 0.15
+"""The least width and height of a drawing, of the other one."""
+
 ENDINGS = (".csv", ".dxf", ".svg")
 _SURFACE = "section"
 FEATURE_COLUMNS = (
@@ -216,6 +219,10 @@ def section_drawing(
     every = np.concatenate([shape.points for shape in shapes])
     low, high = every.min(axis=0), every.max(axis=0)
     pad = max(0.05 * float((high - low).max()), 1e-3)
+    # What is steep or flat still needs room for its names.
+    width, height = (high - low).tolist()
+    more = np.array([max(_NARROWEST * height - width, 0.0), max(_FLATTEST * width - height, 0.0)])
+    low, high = low - 0.5 * more, high + 0.5 * more
     ends = end_names(curtain, north_known)
     unit = "m" if metric else tr("units")
     height = (

@@ -52,11 +52,7 @@ def triangles(
     """A triangle mesh; faces (m, 3) are rows into points (n, 3)."""
     data = vtkPolyData()
     data.SetPoints(vtk_points(points))
-    cells = vtkCellArray()
-    flat = np.ascontiguousarray(faces, np.int32).reshape(-1)
-    offsets = np.arange(0, len(flat) + 1, 3, dtype=np.int32)
-    cells.SetData(numpy_to_vtk(offsets, array_type=VTK_INT), numpy_to_vtk(flat, array_type=VTK_INT))
-    data.SetPolys(cells)
+    data.SetPolys(triangle_cells(faces))
     if uv is not None:
         array = numpy_to_vtk(np.ascontiguousarray(uv, np.float32))
         array.SetName("uv")
@@ -64,6 +60,15 @@ def triangles(
     if colors is not None:
         set_colors(data, colors)
     return data
+
+
+def triangle_cells(faces: npt.NDArray[np.int32]) -> vtkCellArray:
+    """Triangles (m, 3) as rows into points."""
+    cells = vtkCellArray()
+    flat = np.ascontiguousarray(faces, np.int32).reshape(-1)
+    offsets = np.arange(0, len(flat) + 1, 3, dtype=np.int32)
+    cells.SetData(numpy_to_vtk(offsets, array_type=VTK_INT), numpy_to_vtk(flat, array_type=VTK_INT))
+    return cells
 
 
 def point_set(

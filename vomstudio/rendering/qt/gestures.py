@@ -73,6 +73,8 @@ class Faces(Protocol):
 
 class Gestures(QObject):
     """orbit_button : the right one leaves drags with the left one to the tool, from the press on
+    tool_takes_keys : the tool has a use for Shift with the left button, which else pans, and for
+        the wheel with Ctrl or Shift
     cursor : where the mouse is, None outside; hot_handle : the vertex of the preview under it
     held_face : the face of the clipping box that is held
     """
@@ -85,6 +87,7 @@ class Gestures(QObject):
         self._view, self._moves, self._faces = view, moves, faces
         self._camera = moves.camera
         self.orbit_button = Qt.MouseButton.LeftButton
+        self.tool_takes_keys = False
         self._turntable = True
         self.cursor: QPointF | None = None
         self.hot_handle: int | None = None
@@ -177,7 +180,7 @@ class Gestures(QObject):
             start = self._event(Pointer.DRAG_START, self._press, button, event)
             self.pointer.emit(replace(start, handle=self._held_handle))
         elif button == Qt.MouseButton.MiddleButton or (
-            button == Qt.MouseButton.LeftButton and shift
+            button == Qt.MouseButton.LeftButton and shift and not self.tool_takes_keys
         ):
             self._action = "pan"
             self._action_depth = (
@@ -294,10 +297,21 @@ class Gestures(QObject):
         self.pointer.emit(made)
 
     def wheel(self, event: QWheelEvent) -> None:
-        notches = event.angleDelta().y() / 120.0
+        # Some systems turn the wheel sideways while Shift is held.
+        turned = event.angleDelta()
+        notches = (turned.y() or turned.x()) / 120.0
         if notches == 0.0:
             return
         view, at = self._view, event.position()
+        keys, modifier = event.modifiers(), Qt.KeyboardModifier
+        shift, ctrl = bool(keys & modifier.ShiftModifier), bool(keys & modifier.ControlModifier)
+        if self.tool_takes_keys and (shift or ctrl):
+            x, y = at.x(), at.y()
+            self.pointer.emit(
+                PointerEvent(Pointer.WHEEL, x, y, shift=shift, ctrl=ctrl, turns=notches)
+            )
+            event.accept()
+            return
         hit = view.pick(at.x(), at.y())
         if hit is not None:
             about = view.world_of(hit)

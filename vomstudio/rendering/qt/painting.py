@@ -25,6 +25,8 @@ from PySide6.QtGui import (
     QPolygonF,
 )
 
+from vomstudio.tools.interaction_types import Outline
+
 Array = npt.NDArray[np.float64]
 
 SMALLEST_POINT_SIZE = 9.0
@@ -226,6 +228,24 @@ def draw_brush(painter: QPainter, pixels: Array, color: QColor, *, removes: bool
             pen.setDashPattern([4.0, 3.0])
         painter.setPen(pen)
         painter.drawPolygon(polyline(pixels))
+
+
+def draw_outline(painter: QPainter, outline: Outline, color: QColor) -> None:
+    """A shape that is being drawn over the picture; dashed where it takes away."""
+    ring = QPolygonF([QPointF(x, y) for x, y in outline.pixels])
+    fill = QColor(TEXT if outline.takes_away else color)
+    fill.setAlphaF(0.12)
+    painter.setBrush(fill)
+    for tint, width in ((DARK, 3.4), (TEXT if outline.takes_away else color.lighter(130), 1.6)):
+        pen = QPen(tint, width)
+        if outline.takes_away and tint is not DARK:
+            pen.setDashPattern([4.0, 3.0])
+        painter.setPen(pen)
+        if outline.closed:
+            painter.drawPolygon(ring)
+        else:
+            painter.drawPolyline(ring)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
 def draw_handle(

@@ -81,6 +81,8 @@ class PreviewPainter:
                         hot=i == hot_handle,
                         marked=i == preview.marked,
                     )
+        if preview.outline is not None:
+            painting.draw_outline(painter, preview.outline, color)
         clear = 0.0
         if preview.brush is not None:
             clear = self._paint_brush(preview.brush, color)

@@ -167,19 +167,29 @@ class ScenePicture(QObject):
         if self._dirty and not picture.refining:
             self._dirty = self._features_dirty = False
             picture.draw(moving=self.moving)
+            if picture.layering:
+                self._refine.start()
+                if self.image is not None:
+                    return
             self._grab(scene)
             self.drawn.emit()
             if picture.more_to_come:
                 self._dirty = True
                 QTimer.singleShot(0, self._view.update)
-            if not picture.complete:
+            if not picture.complete and not picture.layering:
                 self._rest_soon()
         elif self._features_dirty:
             self._features_dirty = False
             picture.draw_features()
+            if picture.layering:
+                self._refine.start()
+                return
             self._grab(scene)
             if not picture.complete and not picture.refining:
                 self._rest_soon()
+        elif picture.layering and not self._refine.isActive():
+            # The view was hidden in between.
+            self._refine.start()
 
     def painted(self) -> None:
         """A paint is done. After the first one with a scene the driver is made ready for models."""
@@ -206,6 +216,9 @@ class ScenePicture(QObject):
         self.moving = False
         if scene is None or not self._view.isVisible():
             return
+        if scene.picture.layering and not scene.picture.refining and not self._dirty:
+            # Its last band asks for rest again, should there be anything left to do.
+            return
         if not self._dirty:
             scene.nodes.look_around()
         if scene.picture.complete and not self._dirty:
@@ -229,13 +242,22 @@ class ScenePicture(QObject):
 
     def _refine_step(self) -> None:
         scene = self._life.scene
-        if scene is None or not scene.picture.refining:
+        if scene is None:
             return
-        if not scene.picture.refine():
+        picture = scene.picture
+        if picture.refining:
+            done = picture.refine()
+            if done:
+                self._dirty = False
+                self._features_dirty = False
+        elif picture.layering and not self._dirty and not self._features_dirty:
+            done = picture.draw_band()
+        else:
+            # The next paint begins anew.
+            return
+        if not done:
             self._refine.start()
             return
-        self._dirty = False
-        self._features_dirty = False
         self._grab(scene)
         self.drawn.emit()
         self._view.update()

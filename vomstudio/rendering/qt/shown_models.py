@@ -58,6 +58,7 @@ class ModelsShown(QObject):
         self._stages: dict[str, set[str]] = {}
         self._framing: set[str] = set()
         self._hidden: set[str] = set()
+        self._elements: dict[str, npt.NDArray[np.bool_]] = {}
         self._transforms: dict[str, Array] = {}
         self._handed.connect(self._take, Qt.ConnectionType.QueuedConnection)
         picture.drawn.connect(self._report_stages)
@@ -113,6 +114,7 @@ class ModelsShown(QObject):
         self.removed.emit(model_id)
         self._framing.discard(model_id)
         self._hidden.discard(model_id)
+        self._elements.pop(model_id, None)
         scene = self._life.scene
         if scene is not None and model_id in scene.models:
             scene.remove_model(model_id)
@@ -123,6 +125,16 @@ class ModelsShown(QObject):
         scene = self._life.scene
         if scene is not None and model_id in scene.models:
             scene.set_visible(model_id, visible)
+            self._picture.redraw()
+
+    def hide_elements(self, model_id: str, hidden: npt.NDArray[np.bool_] | None) -> None:
+        """Show a model without these faces or points (n,); None for all of it."""
+        self._elements.pop(model_id, None)
+        if hidden is not None:
+            self._elements[model_id] = hidden
+        scene = self._life.scene
+        if scene is not None and model_id in scene.models:
+            scene.set_hidden(model_id, hidden)
             self._picture.redraw()
 
     def set_to_world(self, model_id: str, to_world: npt.NDArray[np.float64]) -> None:
@@ -186,6 +198,8 @@ class ModelsShown(QObject):
         to_world = self._transforms[model_id]
         model = scene.add_model(model_id, event.data, to_world, event.bounds, event.origin)
         scene.set_visible(model_id, model_id not in self._hidden)
+        if model_id in self._elements:
+            scene.set_hidden(model_id, self._elements[model_id])
         if model_id in self._framing:
             self._framing.discard(model_id)
             self._moves.fit(model.corners_world())

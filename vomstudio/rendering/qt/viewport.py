@@ -29,6 +29,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.extraction.selecting.looking import Looking
 from vomstudio.rendering.qt.camera_moves import CameraMoves
 from vomstudio.rendering.qt.clip_handles import ClipHandles
 from vomstudio.rendering.qt.display import Display
@@ -201,6 +202,11 @@ class Viewport(QWidget):
     def ray(self, x: float, y: float) -> tuple[Array, Array]:
         """Origin and unit direction in World of the line of sight through a pixel."""
         return self.camera.ray(x, y, self.extent())
+
+    def looking(self) -> Looking | None:
+        """What is seen now, as numbers; None before anything was drawn."""
+        scene = self._life.scene
+        return None if scene is None else scene.looking(self.devicePixelRatioF())
 
     # -- what is painted over the picture
 

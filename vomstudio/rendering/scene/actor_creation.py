@@ -20,7 +20,7 @@ from vomstudio.rendering.prepare.events import (
     TexturesDone,
     ViewDone,
 )
-from vomstudio.rendering.scene import gpu_textures
+from vomstudio.rendering.scene import gpu_textures, hidden_elements
 from vomstudio.rendering.scene.camera_visibility import Sight
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
@@ -78,6 +78,7 @@ class Intake:
         part.rows = event.chunk.vertex_ids
         model.face_chunks.append(event.chunk)
         model.parts.append(part)
+        hidden_elements.hide_newest(model)
         self._contents.look.dress(model, part)
         self._frame.outdate()
 
@@ -87,6 +88,7 @@ class Intake:
         part.rows = event.chunk.point_ids
         model.point_chunks.append(event.chunk)
         model.parts.append(part)
+        hidden_elements.hide_newest(model)
         self._contents.look.dress(model, part)
         if model.streamer is not None and part.row not in model.shown_rows:
             return

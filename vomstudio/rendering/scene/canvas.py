@@ -255,3 +255,17 @@ class Canvas:
             depths = np.asarray(vtk_data.array_of(self._depths), np.float32)
             self._depth = depths.reshape(height, width)
         return self._depth
+
+    def surface_depth(self) -> npt.NDArray[np.float32]:
+        """As `depth`, of the models alone where they have been kept aside: what is drawn over them
+        hides nothing of them."""
+        shown = self.depth()
+        if not self.kept:
+            return shown
+        self.restore_surface()
+        width, height = self.size
+        values = vtkFloatArray()
+        self.window.GetZbufferData(0, 0, width - 1, height - 1, values)
+        if self.features_kept:
+            self.restore_features()
+        return np.asarray(vtk_data.array_of(values), np.float32).reshape(height, width)

@@ -157,6 +157,11 @@ class FeatureLayer:
     def shown(self) -> list[FeatureDrawing]:
         return [d for d in self.drawings.values() if d.visible]
 
+    @property
+    def points(self) -> int:
+        """Of all lines that are shown."""
+        return self._runs.points
+
     def corners(self) -> Array:
         """(8, 3) World corners of all drawings, or none."""
         return self._corners

@@ -92,6 +92,11 @@ class FeatureRuns:
             self._blocks.clear()
             self._made.clear()
 
+    @property
+    def points(self) -> int:
+        """Of the lines of the visible ones."""
+        return sum(len(made.lines.points) for made in self._all())
+
     def lines(self) -> Runs:
         """Of the visible ones."""
         return Runs.joined(made.lines for made in self._all())

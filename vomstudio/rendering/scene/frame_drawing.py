@@ -2,7 +2,8 @@
 
 A model that is slow to draw is shown by its proxy while the camera moves; at rest its chunks are
 added batch by batch to the same buffers, and whoever owns the scene calls `refine` between the
-events of its loop until the frame is whole.
+events of its loop until the frame is whole. Thousands of features are drawn in bands by a software
+renderer, each between two events as well: `draw_band`.
 """
 
 from __future__ import annotations
@@ -26,6 +27,11 @@ from vomstudio.rendering.scene.texture_levels import TextureLevels
 from vomstudio.rendering.scene.visible_nodes import NodesInView
 from vomstudio.rendering.view.camera import Eye
 from vomstudio.rendering.view.frame_timing import SLOW_FRAME_S, Pace
+
+BAND_POINTS = 25_000
+"""So many points of features a software renderer draws, with halo and hidden line, within some
+50 ms."""
+MOST_BANDS = 12
 
 
 class Picture:
@@ -51,11 +57,17 @@ class Picture:
         self._levels = TextureLevels(canvas, contents, sight)
         self._dome = EyeDome()
         self._was_moving = False
+        self._bands: list[tuple[int, int]] = []
 
     @property
     def complete(self) -> bool:
         """Whether the last picture is whole, and shows everything that is there."""
-        return self._frame.complete
+        return self._frame.complete and not self._bands
+
+    @property
+    def layering(self) -> bool:
+        """Whether features are being drawn band by band."""
+        return bool(self._bands)
 
     @property
     def refining(self) -> bool:
@@ -64,6 +76,7 @@ class Picture:
 
     def abandon(self) -> None:
         """Forget a frame that is being refined, and that the last one was whole."""
+        self._bands = []
         self._frame.abandon()
 
     def release(self) -> None:
@@ -103,7 +116,8 @@ class Picture:
         self._canvas.kept = False
         features = self._contents.features
         features.thin = moving
-        self._render(erase=True, surface=True, layer=True, keep=not moving)
+        in_bands = not moving and self._wants_bands
+        self._render(erase=True, surface=True, layer=not in_bands, keep=not moving)
         features.thin = False
         self._canvas.wait()
         spent = time.perf_counter() - started
@@ -118,6 +132,8 @@ class Picture:
                 self.pace.learn_moving(spent, proxies.MOVING_SETS)
             if not any(m.parts for m in self._contents.visible()):
                 self._frame.complete = True
+        if in_bands:
+            self._begin_bands()
 
     def _proxies(self) -> list[Part]:
         """What stands for the models while drawing them takes too long."""
@@ -135,7 +151,9 @@ class Picture:
         return found
 
     def draw_features(self) -> None:
-        """Draw the features anew over the models as they last stood."""
+        """Draw the features anew over the models as they last stood; where `layering` says so
+        afterwards, by calls of `draw_band`, else of `refine`, until it does not."""
+        begun, self._bands = self._bands, []
         canvas, frame, eye = self._canvas, self._frame, self._sight.eye
         if not canvas.kept or eye is None:
             if not self.refining:
@@ -147,18 +165,21 @@ class Picture:
             # The kept depths are of another range: these features would be cut off.
             self.draw(moving=False)
             return
+        if self.refining and begun:
+            self._begin_bands()
+            return
         busy = self.refining and not frame.first
         if busy:
             canvas.buffers.save("frame")
         changed = self._contents.features.changed() if canvas.features_kept else None
         if changed is None or self._contents.cameras.stale:
-            self._render(erase=False, surface=False, layer=True, keep=not busy)
+            self._render_layer(keep=not busy)
         elif not len(changed):
             self._render_emphasis()
         elif (spot := spot_of(changed, eye, canvas.size)) is not None:
             self._render_spot(spot, eye)
         else:
-            self._render(erase=False, surface=False, layer=True, keep=not busy)
+            self._render_layer(keep=not busy)
         if busy:
             canvas.pixels()
             canvas.buffers.restore("frame")
@@ -175,6 +196,7 @@ class Picture:
         self._nodes.look_around()
         self._levels.choose()
         self._sight.size_points()
+        self._bands = []
         self._frame.begin(self._sight.parts())
 
     def refine(self) -> bool:
@@ -182,6 +204,12 @@ class Picture:
         frame, canvas = self._frame, self._canvas
         if frame.pending is None:
             return True
+        if self._bands and frame.pending:
+            # More of the models has come, which lies below them.
+            self._bands = []
+            canvas.restore_surface()
+        if self._bands:
+            return self.draw_band() and self._end_rest()
         if self._levels.upload_one():
             return False
         if not frame.pending and not frame.first and self._shade_band():
@@ -197,15 +225,20 @@ class Picture:
         batch = [part for _, part in frame.pending[:count]]
         frame.pending = frame.pending[count:]
         self._show(batch)
-        self._render(erase=frame.first, surface=True, layer=last, keep=last)
+        in_bands = last and self._wants_bands
+        self._render(erase=frame.first, surface=True, layer=last and not in_bands, keep=last)
         canvas.wait()
         frame.first = False
         self.pace.learn(batch, time.perf_counter() - started)
         for part in batch:
             part.uploaded = True
-        if not last:
+        if in_bands:
+            self._begin_bands()
             return False
-        frame.end()
+        return last and self._end_rest()
+
+    def _end_rest(self) -> bool:
+        self._frame.end()
         self.showing_proxy = False
         return True
 
@@ -275,6 +308,45 @@ class Picture:
             before_layer=before,
             before_chosen=canvas.keep_features if keep else None,
         )
+        if surface and keep and not layer:
+            canvas.keep_surface()
+
+    def _render_layer(self, *, keep: bool) -> None:
+        """The features over the picture of the models that is kept: in one, or begun."""
+        if keep and self._wants_bands:
+            self._canvas.restore_surface()
+            self._begin_bands()
+        else:
+            self._render(erase=False, surface=False, layer=True, keep=keep)
+
+    @property
+    def _wants_bands(self) -> bool:
+        points = self._contents.features.points
+        return self._canvas.software and points > BAND_POINTS and self._sight.eye is not None
+
+    def _begin_bands(self) -> None:
+        """What is drawn, which is the models alone, is the picture that bands of features come to
+        lie over."""
+        canvas = self._canvas
+        self._contents.cameras.refresh()
+        canvas.keep_features()
+        count = math.ceil(self._contents.features.points / BAND_POINTS)
+        self._bands = bands(canvas.size[1], min(count, MOST_BANDS))
+        canvas.features_kept = False
+
+    def draw_band(self) -> bool:
+        """Draw the features in the next band of the picture; True once it was the last."""
+        canvas, eye = self._canvas, self._sight.eye
+        if not self._bands or eye is None:
+            self._bands = []
+            return True
+        first, past = self._bands.pop(0)
+        band = Spot(0, first, canvas.size[0] - 1, past - 1)
+        # What is selected lies over all of them.
+        self._render_spot(band, eye, chosen=not self._bands)
+        canvas.wait()
+        canvas.features_kept = not self._bands
+        return not self._bands
 
     def _render_emphasis(self) -> None:
         """What is selected or being painted, over the picture of all else that is kept."""
@@ -287,8 +359,9 @@ class Picture:
             before_chosen=self._canvas.restore_features,
         )
 
-    def _render_spot(self, spot: Spot, eye: Eye) -> None:
-        """The features anew where some have changed, over the picture of them that is kept."""
+    def _render_spot(self, spot: Spot, eye: Eye, *, chosen: bool = True) -> None:
+        """The features anew where some have changed, over the picture of them that is kept.
+        chosen : those that are selected as well"""
         canvas, features = self._canvas, self._contents.features
         width = math.ceil((LINE_WIDTH + HALO_EXTRA) * features.scale)
         spot = spot.wider(width).within(canvas.size)
@@ -310,10 +383,12 @@ class Picture:
             erase=False,
             surface=False,
             layer=True,
-            chosen=True,
+            chosen=chosen,
             before_layer=before_layer,
             before_chosen=before_chosen,
         )
+        if not chosen:
+            before_chosen()
 
 
 def bands(height: int, count: int) -> list[tuple[int, int]]:

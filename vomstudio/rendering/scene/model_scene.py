@@ -44,6 +44,8 @@ class Part:
     """Its own colours while those of a field are shown."""
     tinted: bool = False
     """The colours of a field are shown."""
+    whole: npt.NDArray[np.int32] | None = None
+    """Of a stand-in, all its triangles, while some may be left out."""
     row: int = -1
     """Of a node of a cloud."""
     piece: Piece | None = None
@@ -77,6 +79,8 @@ class ModelScene:
     """All of these are there."""
     chunks_done: bool = False
     textures_done: bool = False
+    hidden: npt.NDArray[np.bool_] | None = None
+    """Which faces or points are not drawn and not picked."""
     field: FieldReady | None = None
     """The field's colours that the model has been given."""
     _boxes: tuple[Array, Array] | None = None

@@ -51,6 +51,7 @@ class Pickable(Protocol):
     locators: list[vtkStaticCellLocator]
     face_chunks: list[FaceChunk]
     point_chunks: list[PointChunk]
+    hidden: npt.NDArray[np.bool_] | None
 
     def chunk_boxes(self) -> tuple[Array, Array]: ...
 
@@ -126,8 +127,8 @@ def _pick_mesh(
     between = (0.0, np.inf) if limits is None else (limits.first, limits.last)
     face = (
         _locate(model, start, heading, between)
-        if model.locators
-        else first_face(model.face_chunks, start, heading, between)
+        if model.locators and model.hidden is None
+        else first_face(model.face_chunks, start, heading, between, model.hidden)
     )
     if face is None:
         return None
@@ -222,6 +223,7 @@ def _pick_cloud(
         spread * CLOUD_REACH_PIXELS,
         SURFACE_THICKNESS,
         None if limits is None else limits.inside,
+        model.hidden,
     )
     if not len(rows):
         return None

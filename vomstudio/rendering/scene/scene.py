@@ -11,11 +11,12 @@ import numpy as np
 import numpy.typing as npt
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 - registers the drawing classes
 
+from vomstudio.extraction.selecting.looking import Looking
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.rendering.prepare.events import Event, FieldReady
-from vomstudio.rendering.scene import picking
+from vomstudio.rendering.scene import hidden_elements, picking
 from vomstudio.rendering.scene.actor_creation import Intake
 from vomstudio.rendering.scene.appearance import DISPLAY_MODES
 from vomstudio.rendering.scene.camera_visibility import Sight
@@ -146,6 +147,11 @@ class Scene:
         self.models[model_id].visible = visible
         self.picture.abandon()
 
+    def set_hidden(self, model_id: str, hidden: npt.NDArray[np.bool_] | None) -> None:
+        """Draw and pick a model without these faces or points (n,); None for all of it."""
+        hidden_elements.hide(self.models[model_id], hidden)
+        self.picture.abandon()
+
     def corners(self, *, close: bool = False) -> Array:
         """(n, 3) World corners of the visible models; see `ModelScene.corners_world`."""
         return self._contents.corners(close=close)
@@ -255,3 +261,27 @@ class Scene:
         models = self._contents.visible()
         shown = [model for model in models if not model.model_id.startswith(PREVIEW)]
         return picking.pick_front(shown, self.camera, x, y, size, self._planes.box)
+
+    def looking(self, ratio: float) -> Looking | None:
+        """What is seen now, as numbers; None before anything was drawn. ratio : pixels of the
+        device for a logical one"""
+        eye, canvas = self._sight.eye, self.canvas
+        if eye is None:
+            return None
+        while self.picture.refining and not self.picture.refine():
+            # What is not drawn yet would count as free air.
+            pass
+        buffer = canvas.surface_depth()[::-1]
+        depth = np.where(buffer < 1.0, eye.depth_from_buffer(buffer), np.inf).astype(np.float32)
+        return Looking(
+            eye.position,
+            eye.right,
+            eye.up,
+            eye.direction,
+            eye.half_height,
+            eye.orthographic,
+            canvas.size,
+            ratio,
+            depth,
+            self._planes.box,
+        )

@@ -133,8 +133,10 @@ def first_face(
     origin: Float,
     direction: Float,
     between: tuple[float, float] = (0.0, np.inf),
+    hidden: npt.NDArray[np.bool_] | None = None,
 ) -> int | None:
-    """Row of the front-most face that a local ray hits between two depths, or None."""
+    """Row of the front-most face that a local ray hits between two depths, or None. hidden : which
+    of the model's faces are not there"""
     if not chunks:
         return None
     low = np.stack([c.blocks.low.min(axis=0) for c in chunks])
@@ -145,6 +147,8 @@ def first_face(
         rows = chunk.blocks.elements(
             boxes_hit(chunk.blocks.low, chunk.blocks.high, origin, direction)
         )
+        if hidden is not None:
+            rows = rows[~hidden[chunk.face_ids[rows]]]
         if not len(rows):
             continue
         corners = chunk.points[chunk.faces[rows]].astype(np.float64)
@@ -165,6 +169,7 @@ def points_near_ray(
     spread: float,
     thickness: float = np.inf,
     counts: Callable[[Float], npt.NDArray[np.bool_]] | None = None,
+    hidden: npt.NDArray[np.bool_] | None = None,
 ) -> tuple[Index, Float, Float]:
     """Points within radius + spread * depth of a local ray.
 
@@ -172,6 +177,7 @@ def points_near_ray(
     thickness : chunks that begin further behind the front-most such point than this many times
         the allowed distance are not looked at
     counts : which local points (n, 3) count at all; None for every one
+    hidden : which of the cloud's points are not there; None for none
 
     Returns rows in the cloud, depth along the ray, and distance from the ray divided by the
     allowed one (so 0..1).
@@ -189,6 +195,8 @@ def points_near_ray(
         chunk = chunks[i]
         inside = boxes_hit(chunk.blocks.low - pad[i], chunk.blocks.high + pad[i], origin, direction)
         rows = chunk.blocks.elements(inside)
+        if hidden is not None:
+            rows = rows[~hidden[chunk.point_ids[rows]]]
         if not len(rows):
             continue
         q = chunk.points[rows] - origin

@@ -24,6 +24,8 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.products.net.contents import NetContents
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
+from vomstudio.products.net.rose import RoseArtists, draw_roses
+from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.style import NetStyle
 from vomstudio.ui.common.worker_thread import Work, WorkerThread
 
@@ -57,10 +59,7 @@ class DrawnNet:
     @classmethod
     def of(cls, wanted: Wanted) -> DrawnNet:
         """Draw it, without its emphasis: in any thread."""
-        dpi = DPI * wanted.ratio
-        inches = tuple(round(side * wanted.ratio) / dpi for side in wanted.size)
-        figure = Figure(figsize=(inches[0], inches[1]), dpi=dpi)
-        canvas = FigureCanvasAgg(figure)
+        figure, canvas = _empty_figure(wanted)
         return cls(draw_stereonet(figure, wanted.contents, wanted.style), wanted.ratio, canvas)
 
     def _keep_emphasis_out(self) -> None:
@@ -73,13 +72,44 @@ class DrawnNet:
         self._canvas.restore_region(self._clean)
         for artist in self.artists.emphasis:
             self.artists.axes.draw_artist(artist)
-        pixels = np.asarray(self._canvas.buffer_rgba())
-        height, width = pixels.shape[:2]
-        shown = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)
-        # A copy: the pixels are drawn over with the next selection.
-        image = shown.copy()
-        image.setDevicePixelRatio(self.ratio)
-        return image
+        return _image_of(self._canvas, self.ratio)
+
+
+@dataclass(eq=False)
+class DrawnRoses:
+    """Roses or histograms with their pixels."""
+
+    artists: RoseArtists
+    ratio: float
+    _canvas: Any
+
+    @classmethod
+    def of(cls, contents: RoseContents, wanted: Wanted) -> DrawnRoses:
+        """wanted : its style and size"""
+        figure, canvas = _empty_figure(wanted)
+        artists = draw_roses(figure, contents, wanted.style)
+        canvas.draw()
+        return cls(artists, wanted.ratio, canvas)
+
+    def image(self) -> QImage:
+        return _image_of(self._canvas, self.ratio)
+
+
+def _empty_figure(wanted: Wanted) -> tuple[Figure, FigureCanvasAgg]:
+    dpi = DPI * wanted.ratio
+    inches = tuple(round(side * wanted.ratio) / dpi for side in wanted.size)
+    figure = Figure(figsize=(inches[0], inches[1]), dpi=dpi)
+    return figure, FigureCanvasAgg(figure)
+
+
+def _image_of(canvas: Any, ratio: float) -> QImage:
+    pixels = np.asarray(canvas.buffer_rgba())
+    height, width = pixels.shape[:2]
+    shown = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)
+    # A copy: the pixels are drawn over with the next selection.
+    image = shown.copy()
+    image.setDevicePixelRatio(ratio)
+    return image
 
 
 class NetCanvas(QWidget):
@@ -99,17 +129,28 @@ class NetCanvas(QWidget):
         super().__init__()
         self.lasso: list[QPointF] = []
         self._image: QImage | None = None
+        self._says = ""
         self.setMouseTracking(True)
 
-    def show_net(self, net: DrawnNet) -> None:
+    def show_net(self, net: DrawnNet | DrawnRoses) -> None:
         """This net from now on, or this one with another emphasis."""
-        self._image = net.image()
+        self._image, self._says = net.image(), ""
+        self.update()
+
+    def say(self, text: str) -> None:
+        """Why there is nothing to be seen."""
+        self._image, self._says = None, text
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
         painter = QPainter(self)
         if self._image is not None:
             painter.drawImage(self._place(self._image), self._image)
+        if self._says:
+            room = self.rect().adjusted(12, 12, -12, -12)
+            flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+            painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
+            painter.drawText(room, int(flags), self._says)
         if len(self.lasso) > 1:
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             color = self.palette().color(QPalette.ColorRole.Highlight)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QMimeData, Qt
@@ -21,19 +21,27 @@ from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.long_boxes import fit_to_screen
+from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.products.net.contents import NetContents
+    from vomstudio.products.net.figure_style import FigureStyle
+    from vomstudio.products.net.rose_contents import RoseContents
     from vomstudio.ui.analyse.readings_dialog import Place
     from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
 
 def commands(
-    studio: Studio, net: Callable[[], StereonetPanel | None], parent: QWidget
+    studio: Studio,
+    net: Callable[[], StereonetPanel | None],
+    parent: QWidget,
+    dialogs: OpenDialogs,
+    fill_middle: Callable[[], None],
 ) -> list[Command]:
-    """net : None until its library is there. parent : of the dialogs."""
+    """net : None until its library is there. parent : of the dialogs. fill_middle : gives the net
+    the place of the outcrop, or puts it back"""
 
     def no_net() -> str | None:
         if net() is None:
@@ -48,7 +56,30 @@ def commands(
         if (panel := net()) is not None:
             copy_net(studio, panel)
 
+    def type_in() -> None:
+        from vomstudio.ui.analyse.net_typing_dialog import NetTypingDialog
+
+        if (panel := net()) is not None:
+            dialogs.show(NetTypingDialog, lambda: NetTypingDialog(parent, studio, panel.wishes))
+
+    def style() -> None:
+        from vomstudio.ui.analyse.figure_style_dialog import FigureStyleDialog
+
+        if (panel := net()) is not None:
+            dialogs.show(FigureStyleDialog, lambda: FigureStyleDialog(parent, studio, panel))
+
+    def not_loaded() -> str | None:
+        return None if net() else tr("The stereonet is still being loaded.")
+
     return [
+        Command("type_on_net", tr("Draw and turn on the net…"), type_in, "pencil-ruler", (),
+                tr("Type great and small circles, lines on planes, a turning, levels."),
+                not_loaded),
+        Command("figure_style", tr("Style of figures…"), style, "palette-outline", (),
+                tr("Size, letters, symbols and colours of figures of nets and roses."),
+                not_loaded),
+        Command("net_in_middle", tr("Stereonet in the middle"), fill_middle, "fit-to-page-outline",
+                "Shift+F9", tr("Give the stereonet the place of the outcrop, or put it back.")),
         Command("import_readings", tr("Import &field measurements…"),
                 lambda: choose_readings(parent, studio),
                 "compass-outline", (), tr("Import compass readings from a table and compare them "
@@ -132,14 +163,16 @@ def choose_picture(parent: QWidget, studio: Studio, panel: StereonetPanel) -> No
 
 def copy_net(studio: Studio, panel: StereonetPanel) -> None:
     """What the stereonet shows, as `export_net` writes it, to the clipboard: SVG and a picture."""
-    from vomstudio.products.net.figure import write_stereonet
-
-    net = panel.for_print()
     made = {}
-    for format_ in ("svg", "png"):
-        data = io.BytesIO()
-        write_stereonet(data, net, format=format_, size_mm=_size_mm(net))
-        made[format_] = data.getvalue()
+    try:
+        shown = panel.for_print()
+        for format_ in ("svg", "png"):
+            data = io.BytesIO()
+            write_shown(data, shown, style_of(studio), format_)
+            made[format_] = data.getvalue()
+    except VomError as error:
+        studio.fail(error)
+        return
     mime = QMimeData()
     mime.setImageData(QImage.fromData(made["png"]))
     mime.setData("image/svg+xml", made["svg"])
@@ -147,24 +180,50 @@ def copy_net(studio: Studio, panel: StereonetPanel) -> None:
     studio.info(tr("The stereonet is on the clipboard."))
 
 
-def _size_mm(net: NetContents) -> tuple[float, float]:
-    """Of a printed figure that shows the whole legend."""
-    from vomstudio.products.net.figure import PRINT_SIZE_MM
+def style_of(studio: Studio) -> FigureStyle:
+    """Of printed figures, as the user has chosen it."""
+    from vomstudio.products.net.figure_style import FigureStyle
 
-    wide, high = PRINT_SIZE_MM
-    return wide, max(high, _LEGEND_ROW_MM * (len(net.sets) + 8))
+    return FigureStyle.kept(studio.settings.figure_style)
+
+
+def write_shown(
+    target: Path | IO[bytes],
+    shown: NetContents | RoseContents,
+    style: FigureStyle,
+    format_: str,
+    dpi: float = 300.0,
+) -> None:
+    """The net or the roses as a figure in this style. Raises GeometryError where no set has the
+    angle."""
+    from vomstudio.products.net.figure import write_stereonet
+    from vomstudio.products.net.figure_style import SIZE_MM
+    from vomstudio.products.net.rose import write_roses
+    from vomstudio.products.net.rose_contents import RoseContents, check_roses
+
+    if isinstance(shown, RoseContents):
+        check_roses(shown, None)
+        width = style.width_mm or SIZE_MM[0]
+        write_roses(target, shown, format=format_, style=style.of_net(), width_mm=width, dpi=dpi)
+        return
+    wide, high = style.size_mm
+    if style.height_mm is None:
+        # High enough for the whole legend.
+        high = max(high, _LEGEND_ROW_MM * (len(shown.sets) + 8))
+    write_stereonet(
+        target, shown, format=format_, style=style.of_net(), size_mm=(wide, high), dpi=dpi
+    )
 
 
 def export_net(studio: Studio, panel: StereonetPanel, path: Path) -> None:
     """Write what the stereonet shows, on white, at the size of a printed figure."""
     from vomstudio.files.atomic import atomic_write
-    from vomstudio.products.net.figure import write_stereonet
 
     try:
-        net = panel.for_print()
+        shown = panel.for_print()
         format_ = path.suffix.lower().removeprefix(".")
         with atomic_write(path, True) as temporary:
-            write_stereonet(temporary, net, format=format_, size_mm=_size_mm(net))
+            write_shown(Path(temporary), shown, style_of(studio), format_)
     except VomError as error:
         studio.fail(error)
     else:

@@ -40,6 +40,13 @@ from vomstudio.ui.common.long_boxes import make_room_for_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, file_field
+from vomstudio.ui.forms.copied_command import (
+    CopyCommandButton,
+    Word,
+    copy_command,
+    model_words,
+    numbers_text,
+)
 from vomstudio.ui.scene.view_panel import ViewPanel
 from vomstudio.words import tr, tr_n
 
@@ -70,6 +77,11 @@ class OrthoDialog(QDialog):
         self._start = self._buttons.addButton(
             tr("Make the orthophoto"), QDialogButtonBox.ButtonRole.AcceptRole
         )
+        self.copy = CopyCommandButton(
+            self.copy_command, tr("the command that makes the same orthophoto")
+        )
+        self.copy.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self._buttons.addButton(self.copy, QDialogButtonBox.ButtonRole.ActionRole)
         self._buttons.accepted.connect(self.accept)
         self._buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
@@ -221,6 +233,7 @@ class OrthoDialog(QDialog):
         if why is not None and gsd is not None:
             self._size.setText(why)
         self._start.setEnabled(why is None)
+        self.copy.allow(why)
         self._start.setToolTip("" if why is None else tr("Not now: {reason}", reason=why))
 
     def _browse(self) -> None:
@@ -230,6 +243,32 @@ class OrthoDialog(QDialog):
         if name:
             named = name.lower().endswith((".tif", ".tiff"))
             self.target.setText(name if named else name + _SUFFIX)
+
+    def copy_command(self) -> None:
+        """Put the command that makes the same orthophoto on the clipboard."""
+        place = model_words(self._studio, self._model())
+        gsd = parse_number(self.gsd.text())
+        if place is None or gsd is None:
+            self._studio.warn(tr("The file of the model was not found."))
+            return
+        out = Path(self.target.text()).expanduser()
+        line, seen = self._direction, self._seen
+        words: list[Word | tuple[str, Word]] = [
+            "ortho", *place, ("--trend", line.trend_deg), ("--plunge", line.plunge_deg),
+            ("-o", out), ("--gsd", gsd),
+        ]  # fmt: skip
+        if self.flip.isChecked():
+            words.append("--flip")
+        if self.seen.isChecked():
+            around = numbers_text([*seen.centre, seen.width, seen.height])
+            words.append(("--around", around))
+        if (sheet := self._sheet_of(out)) is not None:
+            words.append(("--sheet", sheet))
+        copy_command(self._studio, [*words, "--force"])
+
+    def _sheet_of(self, out: Path) -> Path | None:
+        ending = str(self.sheet_format.currentData())
+        return out.with_name(f"{out.stem}_sheet.{ending}") if self.sheet.isChecked() else None
 
     # --- the job ------------------------------------------------------------------------------
     def accept(self) -> None:
@@ -251,8 +290,7 @@ class OrthoDialog(QDialog):
         if self.flip.isChecked():
             view = view.flipped()
         region = self._seen if self.seen.isChecked() else None
-        ending = str(self.sheet_format.currentData())
-        sheet = out.with_name(f"{out.stem}_sheet.{ending}") if self.sheet.isChecked() else None
+        sheet = self._sheet_of(out)
         try:
             beside = [*orthophoto.outputs_of(out)[:2], *([sheet] if sheet else [])]
         except VomError as error:

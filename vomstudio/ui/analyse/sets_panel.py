@@ -39,6 +39,8 @@ from vomstudio.ui.common.number_formatting import degrees, length, number
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.common.window_protocols import Docks, Workspaces
+from vomstudio.ui.forms.copied_command import CopyCommandButton
+from vomstudio.ui.forms.copied_planes import beside, copy_with_table, options
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr
 
@@ -115,6 +117,9 @@ class SetsPanel(QWidget):
         self.accept.clicked.connect(lambda _: self._accept())
         self.reject = QPushButton(theme.icon("close"), tr("Reject"))
         self.reject.clicked.connect(lambda _: self.drop())
+        self.copy = CopyCommandButton(
+            self._copy_command, tr("keep these planes as a table, and copy the command")
+        )
         self.said = hint_label()
         self.said.setObjectName("sets_said")
 
@@ -152,7 +157,7 @@ class SetsPanel(QWidget):
         form.addRow(tr("Sets"), self.count)
         form.addRow(tr("Seeds"), self.seeds)
         buttons = QHBoxLayout()
-        for button in (self.start, self.accept, self.reject):
+        for button in (self.start, self.accept, self.reject, self.copy):
             buttons.addWidget(button)
         column = narrow_column(self)
         column.addLayout(form)
@@ -316,7 +321,21 @@ class SetsPanel(QWidget):
             if made is not None
             else tr("There is no proposal to reject.")
         )
+        self.copy.allow(None if made is not None else tr("propose sets first"))
         self._show_count()
+
+    def _copy_command(self) -> None:
+        made = self.proposed
+        if made is None:
+            return
+        seeds, number = self.seeds.text().replace(" ", ""), self._asked
+        how = options([
+            ("--seeds", seeds or None), ("--exactly", None if number is None else str(number)),
+        ])  # fmt: skip
+        copy_with_table(
+            self, self._studio, "planes.csv", made.of.ids,
+            lambda path: ["sets", path, *how, ("-o", beside(path, "csv")), "--force"],
+        )  # fmt: skip
 
     def _show_count(self) -> None:
         seeded = bool(self.seeds.text().strip())

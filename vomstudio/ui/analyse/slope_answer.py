@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import subprocess
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +11,7 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, Record
 from vomstudio.errors import VomError
 from vomstudio.geology.slopes import SlopeFace
+from vomstudio.ui.forms.copied_command import Words
 
 if TYPE_CHECKING:
     from vomstudio.geology.orientation_rows import OrientationRows
@@ -69,14 +67,13 @@ def write_figure(answered: SlopeAnswer, path: Path) -> VomError | None:
     return None
 
 
-def command_line(table: Path, face: SlopeFace) -> str:
-    """The command that says the same of this table, quoted for the shell of this system."""
+def words_of(face: SlopeFace, table: Path) -> Words:
+    """The command that says the same of this table."""
     plane = face.plane
-    words = [
-        "vomstudio", "slope", str(table),
-        "--face", f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}",
-        "--friction", f"{face.friction_deg:g}",
-        "--lateral", f"{face.lateral_deg:g}",
-        "--limits", face.limits,
+    return [
+        "slope", table,
+        ("--face", f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}"),
+        ("--friction", f"{face.friction_deg:g}"),
+        ("--lateral", f"{face.lateral_deg:g}"),
+        ("--limits", face.limits),
     ]  # fmt: skip
-    return subprocess.list2cmdline(words) if sys.platform == "win32" else shlex.join(words)

@@ -7,10 +7,8 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
-    QFileDialog,
     QFormLayout,
     QHBoxLayout,
     QLineEdit,
@@ -24,8 +22,6 @@ from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.slopes import LATERAL_DEG, SlopeFace
-from vomstudio.io.project.export import write_csv
-from vomstudio.tables.project_table import project_table
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.analyse.seen_panel import SeenPanel
@@ -33,16 +29,17 @@ from vomstudio.ui.analyse.slope_answer import (
     SlopeAnswer,
     SlopeQuestion,
     answer,
-    command_line,
+    words_of,
     write_figure,
 )
 from vomstudio.ui.analyse.slope_results import SlopeResults
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.forms.copied_command import CopyCommandButton
+from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr, tr_n
 
@@ -96,7 +93,9 @@ class SlopesPanel(SeenPanel):
         self.said.setObjectName("slope_said")
         self.results = SlopeResults()
         self.results.chosen.connect(self._select)
-        self.copy = _button("content-copy", tr("Copy as command…"), self._ask_for_table)
+        self.copy = CopyCommandButton(
+            self._copy_command, tr("keep the planes as a table, and copy the command")
+        )
         self.figure = _button("image-outline", tr("Figure…"), self._ask_for_figure)
         self._arrange()
         studio.project_opened.connect(self._opened)
@@ -245,39 +244,22 @@ class SlopesPanel(SeenPanel):
             why = tr("choose planes and a face first")
         elif self._writing:
             why = tr("the figure is being written")
-        self.copy.setEnabled(why is None)
+        self.copy.allow(why)
         self.figure.setEnabled(why is None)
-        for button, more in (
-            (self.copy, tr("keep the planes as a table, and copy the command that says the same")),
-            (self.figure, tr("the nets of the four modes as SVG, PDF or PNG")),
-        ):
-            button.setToolTip(
-                tr("{button}: {more}", button=button.text().rstrip("…"), more=why or more)
-            )
-
-    def _ask_for_table(self) -> None:
-        if self.answered is None:
-            return
-        proposed = Path(start_folder(self._studio)) / "slope-planes.csv"
-        name, _ = QFileDialog.getSaveFileName(
-            self, tr("Table of the planes for the command"), str(proposed), tr("Table (*.csv)")
+        more = tr("the nets of the four modes as SVG, PDF or PNG")
+        self.figure.setToolTip(
+            tr("{button}: {more}", button=self.figure.text().rstrip("…"), more=why or more)
         )
-        if name:
-            self.copy_command(Path(name if name.lower().endswith(".csv") else name + ".csv"))
 
-    def copy_command(self, path: Path) -> None:
-        """Write the planes as a table, and put the command on the clipboard."""
+    def _copy_command(self) -> None:
+        """Ask for the table of the planes, and put the command on the clipboard."""
         if self.answered is None:
             return
-        question, studio = self.answered.question, self._studio
-        try:
-            only = {f.id for f in question.features}
-            write_csv(path, project_table(question.records, studio.measurements, only), force=True)
-        except VomError as error:
-            studio.fail(error)
-            return
-        QGuiApplication.clipboard().setText(command_line(path, question.face))
-        studio.info(tr("The command is on the clipboard; its planes are in {file}.", file=path))
+        question = self.answered.question
+        copy_with_table(
+            self, self._studio, "slope-planes.csv", [f.id for f in question.features],
+            partial(words_of, question.face),
+        )  # fmt: skip
 
     def _ask_for_figure(self) -> None:
         path = ask_for_picture(self, self._studio, tr("Figure of the slope"), "slope")

@@ -19,6 +19,8 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.forms.copied_command import CopyCommandButton
+from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -44,6 +46,9 @@ class StatisticsPanel(SeenPanel):
         self.copy.setToolTip(tr("Copy the figures as text"))
         self.copy.setAccessibleName(tr("Copy the figures as text"))
         self.copy.clicked.connect(lambda: QGuiApplication.clipboard().setText(self._plain))
+        self.command = CopyCommandButton(
+            self._copy_command, tr("keep these as a table, and copy the command")
+        )
         row = QHBoxLayout()
         row.setContentsMargins(6, 4, 6, 2)
         label = QLabel(tr("Of"))
@@ -51,6 +56,7 @@ class StatisticsPanel(SeenPanel):
         row.addWidget(label)
         row.addWidget(self.of, 1)
         row.addWidget(self.copy)
+        row.addWidget(self.command)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
@@ -77,6 +83,11 @@ class StatisticsPanel(SeenPanel):
             self._plain = "\n\n".join(_plain(title, rows) for title, rows in pages)
             self.figures.setHtml("".join(_html(title, rows) for title, rows in pages))
         self.copy.setEnabled(bool(pages))
+        self.command.allow(None if pages else tr("there is nothing to describe"))
+
+    def _copy_command(self) -> None:
+        ids = [f.id for f in self.of.features()]
+        copy_with_table(self, self._studio, "planes.csv", ids, lambda path: ["stats", path])
 
     def _of_kind(self, features: Sequence[Typed], geometry: str) -> list[tuple[str, Rows]]:
         """Titles with their rows: of the planes, or of the lines, and of the fold of the planes."""

@@ -2,59 +2,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from time import perf_counter
 
-import numpy as np
 from PySide6.QtCore import QEvent, Qt, QTimer
 from PySide6.QtGui import QAction, QMouseEvent, QPalette
 from PySide6.QtWidgets import (
     QHBoxLayout,
-    QSizePolicy,
     QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
 from vomstudio.document.edit import Edit
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import FeatureType, Typed, get_feature
-from vomstudio.document.registration_errors import model_of, pole_region, turns_of
-from vomstudio.errors import VomError
-from vomstudio.geology.common_turns import Turns
-from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.document.records import Typed
 from vomstudio.geology.notation import format_line
-from vomstudio.geology.orientation import Plane
-from vomstudio.products.net.contents import (
-    AnyEllipse,
-    NetContents,
-    NetEllipse,
-    NetLineEllipse,
-    NetSet,
-    means_of,
-)
+from vomstudio.geology.roses import LINES_HAVE
+from vomstudio.products.net.contents import NetContents, means_of
 from vomstudio.products.net.figure import NetArtists
+from vomstudio.products.net.found_in_sets import with_findings
+from vomstudio.products.net.net_options import MOST_PLANES, with_intersections
+from vomstudio.products.net.rose import RoseArtists
+from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.style import NetStyle
 from vomstudio.ui.analyse.contour_button import ContourButton
-from vomstudio.ui.analyse.net_canvas import DPI, DrawnNet, NetCanvas, NetThread, Wanted
-from vomstudio.ui.analyse.net_sets import Groups, alike, on_the_net, proposed_sets, sets_of
+from vomstudio.ui.analyse.net_canvas import (
+    DPI,
+    DrawnNet,
+    DrawnRoses,
+    NetCanvas,
+    NetThread,
+    Wanted,
+)
+from vomstudio.ui.analyse.net_command import net_words
+from vomstudio.ui.analyse.net_menu import NetMenuButton
+from vomstudio.ui.analyse.net_sets import Groups
+from vomstudio.ui.analyse.net_source import NetSource, fold_of
+from vomstudio.ui.analyse.net_view_box import NetViewBox
+from vomstudio.ui.analyse.net_wishes import NetWishes
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
+from vomstudio.ui.common.widgets import ElidedLabel
+from vomstudio.ui.forms.copied_command import CopyCommandButton
+from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.words import tr
-
-_MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "pentagon": "p",
-            "star": "*"}  # fmt: skip
-
 
 # A press that moves further than this draws a lasso.
 _CLICK_PX = 4
 _FONT_PX = 12.0
 # A redraw that takes long comes seldom: it must never hold up a row of picks.
 _SOON_MS, _QUICK_MS, _LATEST_MS = 30, 60, 500
+_CORNER = 0.4
+"""Of the width, for the name of what is selected."""
 _MANY = 300
 """Orientations above which the net is drawn in a thread: Matplotlib takes 0.1 s for 5,000."""
 
@@ -62,11 +63,15 @@ _MANY = 300
 class StereonetPanel(QWidget):
     """The net with its buttons. A click or a lasso selects features."""
 
-    def __init__(self, studio: Studio, export: QAction, propose: QAction) -> None:
+    def __init__(self, studio: Studio, actions: Mapping[str, QAction]) -> None:
         super().__init__()
         explain(self, "numbers.md#the-net")
         self._studio = studio
+        self.wishes = NetWishes(studio)
+        self._source = NetSource(studio, self.wishes)
+        self._names: list[str] = []
         self._net: DrawnNet | None = None
+        self._roses: DrawnRoses | None = None
         self.canvas = NetCanvas()
         self.canvas.setMinimumSize(220, 220)
         self.canvas.pressed.connect(self._pressed)
@@ -80,11 +85,7 @@ class StereonetPanel(QWidget):
         self._wanted: Wanted | None = None
         self._stale = True
         self._path: list[tuple[float, float]] = []
-        self._projection = ComboBox()
-        self._projection.addItem(tr("Equal area"), "area")
-        self._projection.addItem(tr("Equal angle"), "angle")
-        self._projection.setCurrentIndex(self._projection.findData(studio.settings.projection))
-        self._projection.activated.connect(self._chosen)
+        self.view = NetViewBox(studio, self.wishes)
         self._circles = self._toggle(
             "circle-outline", tr("Great circles (hidden where there are many)"), True
         )
@@ -94,21 +95,34 @@ class StereonetPanel(QWidget):
             "axis-arrow", tr("Fold axis (beta) and pi-plane of the bedding"), True
         )
         self.contours = ContourButton(studio)
-        self._export = QToolButton()
-        self._export.setDefaultAction(export)
-        self.propose = QToolButton()
-        self.propose.setDefaultAction(propose)
-        self._groups: Groups | None = None
+        self.copy = QToolButton()
+        self.copy.setDefaultAction(actions["copy_net"])
+        self.more = NetMenuButton(
+            studio,
+            self.wishes,
+            lambda: self._names,
+            actions["type_on_net"].trigger,
+            [
+                actions[name]
+                for name in ("propose_sets", "net_in_middle", "figure_style", "export_net")
+            ],
+        )
+        self.command = CopyCommandButton(
+            self._copy_command, tr("keep what is shown as a table, and copy the command")
+        )
+        # In the corner of the picture that neither net nor legend ever reaches.
         self._under = ElidedLabel()
-        self._under.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self._under.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self._under.setParent(self.canvas)
+        self._under.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.canvas.resized.connect(self._place_under)
         row = QHBoxLayout()
         row.setContentsMargins(4, 2, 4, 2)
-        row.addWidget(self._projection)
-        toggles = (self._circles, self._poles, self._means, self._beta)
-        for button in (*toggles, self.contours, self.propose, self._export):
+        row.setSpacing(2)
+        row.addWidget(self.view)
+        self._of_net = (self._circles, self._poles, self._means, self._beta, self.contours)
+        for button in (*self._of_net, self.more, self.copy, self.command):
             row.addWidget(button)
-        row.addWidget(self._under, 1)
+        row.addStretch(1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -128,6 +142,8 @@ class StereonetPanel(QWidget):
         studio.settings_changed.connect(self._soon)
         studio.sets_proposed.connect(self._proposed)
         studio.selection_changed.connect(lambda _: self._select())
+        studio.tool_changed_signal.connect(self._show_live)
+        self.wishes.changed.connect(self._soon)
         self._soon()
 
     def _toggle(self, icon: str, tip: str, on: bool) -> QToolButton:
@@ -141,19 +157,19 @@ class StereonetPanel(QWidget):
         button.toggled.connect(lambda _: self.redraw())
         return button
 
+    def _place_under(self) -> None:
+        wide = round(_CORNER * self.canvas.width())
+        self._under.setGeometry(6, 3, wide, self._under.sizeHint().height())
+
     def _soon(self) -> None:
         """Draw anew, once for all that happens meanwhile."""
         if not self._timer.isActive():
             self._timer.start()
 
-    def _chosen(self) -> None:
-        self._studio.settings.projection = str(self._projection.currentData())
-        self._studio.keep_settings()
-
     def _proposed(self, groups: Groups | None) -> None:
         """Show these planes by their proposed sets, and nothing else, until there are none."""
-        if groups != self._groups:
-            self._groups = groups
+        if groups != self._source.groups:
+            self._source.groups = groups
             self._soon()
 
     def _edited(self, edit: Edit) -> None:
@@ -174,8 +190,13 @@ class StereonetPanel(QWidget):
 
     @property
     def artists(self) -> NetArtists | None:
-        """The net that is shown; None before the first."""
+        """The net that is shown; None before the first, and while roses are."""
         return None if self._net is None else self._net.artists
+
+    @property
+    def roses(self) -> RoseArtists | None:
+        """The roses or histograms that are shown."""
+        return None if self._roses is None else self._roses.artists
 
     @property
     def up_to_date(self) -> bool:
@@ -189,100 +210,64 @@ class StereonetPanel(QWidget):
 
     # --- drawing -----------------------------------------------------------------------------
     def contents(self) -> NetContents:
-        """The visible planes and lines: one group for each feature type and set, and within it for
-        planes, lines and compass readings."""
-        studio = self._studio
-        shown = {kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)}
-        features = [
-            f
-            for f in studio.session.records.once(on_the_net)
-            if shown.get(f.type_id, True) and studio.visible(f.id)
-        ]
-        measured = studio.measured(f.id for f in features)
-        turned = turns_of(model_of(studio.records, f) for f in features)
-        turns = {f.id: row for row, f in enumerate(features)}, turned
-        groups: dict[str, dict[str, list[Typed]]] = {}
-        for feature in features:
-            groups.setdefault(feature.type_id, {}).setdefault(feature.set_name, []).append(feature)
-        sets: list[NetSet] = []
-        beds: list[NetSet] = []
-        for kind in studio.session.of(FeatureType):
-            own = groups.get(kind.id, {})
-            # The same symbol for a set, whether picked or read on a compass.
-            for variant, name in enumerate(sorted(own, key=natural)):
-                title = f"{kind.name}: {name}" if name else kind.name
-                for look, evidence, own_look in alike(own[name]):
-                    marker = look.marker or _MARKERS.get(kind.symbol, "o")
-                    new = sets_of(
-                        kind, f"{title}{look.suffix}", own_look, measured, marker, turns, variant
-                    )
-                    if kind.id == "bedding" and evidence == "picked":
-                        beds += [s for s in new if s.kind == "plane"]
-                    sets += new
-        if self._groups is not None:
-            sets, beds = proposed_sets(sets, self._groups), []
-        return NetContents(
+        """What the net shows now."""
+        source, wishes, studio = self._source, self.wishes, self._studio
+        sets, beds = source.shown_sets()
+        asked = wishes.asked
+        net = NetContents(
             sets=tuple(sets),
-            projection=str(self._projection.currentData()),
+            projection=self.view.projection,
             circles=None if self._circles.isChecked() else False,
             poles=self._poles.isChecked(),
             means=means_of(sets, studio.settings.notation) if self._means.isChecked() else (),
-            fold=_fold(beds) if self._beta.isChecked() else None,
+            fold=fold_of(beds) if self._beta.isChecked() else None,
             contour=self.contours.method,
-            contouring=self.contours.contouring,
+            contouring=replace(self.contours.contouring, levels=wishes.levels),
             selected=frozenset(studio.selection.ids),
-            ellipses=self._ellipses(),
-            registered=self._registered(),
+            ellipses=source.of_current(),
+            registered=source.of_current_registered(),
+            circles_typed=wishes.circles,
+            marks=wishes.marks,
+            errors=source.errors(sets) if "errors" in asked else (),
+            live=source.live(),
             notation=studio.settings.notation,
+            notes=wishes.turning.notes,
             compact=True,
         )
+        if "slip planes" in asked:
+            net = replace(net, circles_typed=(*net.circles_typed, *source.slip_planes(sets)))
+        net = with_findings(net, asked)
+        planes = sum(len(s) for s in sets if s.kind == "plane")
+        if "intersections" in asked and 2 <= planes <= MOST_PLANES:
+            net = with_intersections(net)
+        return net
 
-    def for_print(self) -> NetContents:
+    def rose_contents(self) -> RoseContents:
+        """What roses or histograms show now."""
+        return self._source.roses(self._source.shown_sets()[0])
+
+    def _copy_command(self) -> None:
+        """Of the planes and lines that are shown, as the net shows them."""
+        contours, notation = self.contours, self._studio.settings.notation
+        sets, _ = self._source.shown_sets()
+        copy_with_table(
+            self, self._studio, "net.csv", [id_ for s in sets for id_ in s.ids],
+            lambda path: net_words(
+                path, self.wishes, self.view.projection, contours.method, contours.contouring,
+                notation,
+            ),
+        )  # fmt: skip
+
+    def for_print(self) -> NetContents | RoseContents:
         """The contents for a printed figure: with a title, and without selection."""
         project, frame = self._studio.project, self._studio.frame_name()
-        return replace(
-            self.contents().with_selection(()),
-            title="" if project.untitled else project.name,
-            notes=(frame,) if frame else (),
-            compact=False,
-        )
-
-    def _ellipses(self) -> tuple[AnyEllipse, ...]:
-        """Of the current plane or line, where its error is known."""
-        current = self._studio.selection.current
-        if current is None or get_feature(self._studio.records, current) is None:
-            return ()
-        measured = self._studio.measured([current])[current]
-        if measured.line is not None:
-            return _line_ellipse(measured)
-        fit = measured.fit
-        if fit is None or fit.max_confidence95_deg is None or fit.error_rake_deg is None:
-            return ()
-        return (
-            NetEllipse(
-                Plane.from_normal(fit.normal),
-                fit.max_confidence95_deg,
-                fit.min_confidence95_deg or 0.0,
-                fit.error_rake_deg,
-            ),
-        )
-
-    def _registered(self) -> tuple[AnyEllipse, ...]:
-        """That of the current plane or line with the error of its registration, where known."""
-        records, current = self._studio.records, self._studio.selection.current
-        feature = get_feature(records, current)
-        if current is None or feature is None:
-            return ()
-        measured = self._studio.measured([current])[current]
-        if measured.registration_error_deg is None:
-            return ()
-        if measured.line is not None:
-            total = measured.total
-            return () if total is None else (NetLineEllipse.of(measured.line.vector(), total),)
-        pole = pole_region(measured, model_of(records, feature))
-        if pole is None or measured.plane is None:
-            return ()
-        return (NetLineEllipse.of(-measured.plane.normal(), pole),)
+        title = "" if project.untitled else project.name
+        notes = (frame,) if frame else ()
+        if self.wishes.view != "net":
+            roses = self.rose_contents()
+            return replace(roses, title=title, notes=(*self.wishes.turning.notes, *notes))
+        net = self.contents().with_selection(())
+        return replace(net, title=title, notes=(*net.notes, *notes), compact=False, live=None)
 
     def redraw(self) -> None:
         """Draw the net anew, unless it is hidden; it is then drawn when it is painted next."""
@@ -291,14 +276,21 @@ class StereonetPanel(QWidget):
         if self._stale or self.canvas.width() < 50 or self.canvas.height() < 50:
             return
         start = perf_counter()
+        self._names = [s.name for s in self._source.sets()[0]]
+        for button in self._of_net:
+            button.setEnabled(self.wishes.view == "net")
         dark = self.palette().color(QPalette.ColorRole.Window).lightness() < 128
         wanted = Wanted(
-            self.contents(),
+            self.contents() if self.wishes.view == "net" else NetContents(),
             NetStyle.dock(dark=dark, dpi=DPI, font_px=_FONT_PX),
             (self.canvas.width(), self.canvas.height()),
             self.canvas.devicePixelRatioF(),
         )
-        if _many(wanted.contents):
+        if self.wishes.view != "net":
+            self._thread.forget()
+            self._wanted = None
+            self._draw_roses(wanted)
+        elif _many(wanted.contents):
             self._wanted = wanted
             self._thread.draw(wanted)
         else:
@@ -316,11 +308,39 @@ class StereonetPanel(QWidget):
             return
         self._wanted = None
         if wanted.contents.selected != frozenset(self._studio.selection.ids):
-            net.artists.select(self._studio.selection.ids, self._ellipses(), self._registered())
+            self._emphasise_in(net)
+        net.artists.show_live(self._source.live())
         self._show(net)
 
+    def _emphasise_in(self, net: DrawnNet) -> None:
+        source = self._source
+        net.artists.select(
+            self._studio.selection.ids, source.of_current(), source.of_current_registered()
+        )
+
+    def _draw_roses(self, wanted: Wanted) -> None:
+        contents = self.rose_contents()
+        self._net = self._roses = None
+        if contents.roses:
+            self._roses = DrawnRoses.of(contents, wanted)
+            self.canvas.show_net(self._roses)
+        elif contents.of in LINES_HAVE:
+            self.canvas.say(tr("No visible lines with such an angle."))
+        else:
+            self.canvas.say(tr("No visible planes with such an angle."))
+        self._show_selected()
+
+    def _show_live(self) -> None:
+        """The feature that is being picked has changed."""
+        if self._net is None or not self.up_to_date or self._stale:
+            return
+        live = self._source.live()
+        if live is not None or self._net.artists.contents.live is not None:
+            self._net.artists.show_live(live)
+            self.canvas.show_net(self._net)
+
     def _show(self, net: DrawnNet) -> None:
-        self._net = net
+        self._net, self._roses = net, None
         self.canvas.show_net(net)
         self._show_selected()
 
@@ -333,9 +353,7 @@ class StereonetPanel(QWidget):
 
     def _emphasise(self) -> None:
         if self._net is not None and self.up_to_date:
-            self._net.artists.select(
-                self._studio.selection.ids, self._ellipses(), self._registered()
-            )
+            self._emphasise_in(self._net)
             self.canvas.show_net(self._net)
         self._show_selected()
 
@@ -366,13 +384,17 @@ class StereonetPanel(QWidget):
         path, is_lasso = self._path, self._is_lasso()
         self._path, self.canvas.lasso = [], []
         self.canvas.update()
-        if self.artists is None:
-            return
         adding = bool(
             event.modifiers()
             & (Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier)
         )
         selection = self._studio.selection
+        if self.roses is not None and not is_lasso:
+            here = self.roses.features_at(x, y)
+            selection.set([*selection.ids, *here] if adding else here)
+            return
+        if self.artists is None:
+            return
         if is_lasso:
             inside = self.artists.features_within(path)
             # In the order of the records, so that the current one does not hang on chance.
@@ -390,6 +412,8 @@ class StereonetPanel(QWidget):
         ids = self._studio.selection.ids
         shown = self.artists.contents if self.artists else None
         known = {i for s in shown.sets for i in s.ids} if shown and ids else set()
+        if self.roses is not None:
+            known = {i for c in self.roses.contents.counted.values() for i in c.ids}
         here = [i for i in ids if i in known]
         record = self._studio.records.get(here[-1]) if here else None
         if len(here) > 1:
@@ -407,34 +431,3 @@ class StereonetPanel(QWidget):
 
 def _many(net: NetContents) -> bool:
     return sum(map(len, net.sets)) > _MANY
-
-
-def _fold(beds: Sequence[NetSet]) -> FoldAxis | None:
-    """Fold axis of picked bedding only: feature types are never pooled silently."""
-    azimuth = np.concatenate([np.zeros(0), *(s.azimuth_deg for s in beds)])
-    angle = np.concatenate([np.zeros(0), *(s.angle_deg for s in beds)])
-    if len(azimuth) < 3:
-        return None
-    turns = None
-    if any(s.registered for s in beds):
-        own = [s.turns for s in beds if s.turns is not None]
-        turns = Turns(np.concatenate([t.group for t in own]), own[0].rotations)
-    try:
-        return fold_axis(azimuth, angle, turns)
-    except VomError:
-        return None
-
-
-def _line_ellipse(measured: Measurement) -> tuple[NetLineEllipse, ...]:
-    line, largest, smallest = (
-        measured.line,
-        measured.max_confidence95_deg,
-        measured.min_confidence95_deg,
-    )
-    if line is None or largest is None or smallest is None:
-        return ()
-    # A cone has no larger axis: any direction across it will do.
-    axis = measured.confidence_axis
-    if axis is None:
-        axis = np.cross(line.vector(), np.eye(3)[int(np.argmin(np.abs(line.vector())))])
-    return (NetLineEllipse(line, largest, smallest, axis),)

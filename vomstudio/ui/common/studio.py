@@ -45,6 +45,8 @@ class Studio(QObject):
     """Not for the list of what was open lately."""
     recent_changed = Signal()
     visibility_changed = Signal(object)  # tuple of ids
+    hidden_elements_changed = Signal(str)
+    """Id of a model of which other faces or points are hidden."""
     layers_written = Signal(str)
     recovery_found = Signal(object)  # list of folders
     jobs_changed = Signal()
@@ -118,6 +120,7 @@ class Studio(QObject):
         w.preferences.changed.connect(self.settings_changed.emit)
         w.preferences.recent_changed.connect(self.recent_changed.emit)
         w.visibility.changed.connect(self.visibility_changed.emit)
+        w.elements.hidden_changed.connect(self.hidden_elements_changed.emit)
         w.layers.written.connect(self.layers_written.emit)
         w.jobs.changed.connect(self.jobs_changed.emit)
 

@@ -32,6 +32,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.widgets import ComboBox, Scrolling
 from vomstudio.ui.interpret import plane_relations
+from vomstudio.ui.interpret.straight_trace import band_lines, crossing_lines
 from vomstudio.words import tr, tr_n
 
 
@@ -186,9 +187,8 @@ class PropertiesPanel(QWidget):
         first, second = (self._studio.records[i].name for i in self._studio.selection.ids)
         names = tr("{first} and {second}", first=first, second=second)
         measured = self._studio.measure(relation)
-        self._relation.setText(
-            "<br>".join([f"<b>{escape(names)}</b>", *plane_relations.relation_lines(measured)])
-        )
+        lines = [*plane_relations.relation_lines(measured), *crossing_lines(self._studio)]
+        self._relation.setText("<br>".join([f"<b>{escape(names)}</b>", *lines]))
         self._keep.setEnabled(measured.line is not None)
 
     def _show_feature(self, feature: Feature) -> None:
@@ -212,7 +212,10 @@ class PropertiesPanel(QWidget):
                 _show_several(widget)
             else:
                 _show(widget, getattr(feature, name))
-        lines = kind.about(self._studio.subject(feature, measured))
+        lines = [
+            *band_lines(self._studio, feature.id, measured),
+            *kind.about(self._studio.subject(feature, measured)),
+        ]
         self._about.setVisible(bool(lines))
         self._about.setText("\n".join(lines))
 

@@ -14,6 +14,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.errors import TargetError, VomError
 from vomstudio.files.backup import set_aside
+from vomstudio.files.disk_troubles import not_written
 from vomstudio.files.inside import make_folder
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.control.writing import write_control, write_marks
@@ -216,9 +217,7 @@ class PhotoExports(QObject):
             else:
                 kept = write_marks(path, now.marks) or kept
         except OSError as error:
-            raise TargetError(
-                tr("The file cannot be written ({reason}).", reason=error.strerror), file=path
-            ) from error
+            raise not_written(path, error) from error
         self._known[path.name] = _sum(path)
         self._document.set_written(self._known)
         if kept is not None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from PySide6.QtGui import QShowEvent
@@ -23,6 +24,7 @@ from PySide6.QtWidgets import (
 from vomstudio.document.edits import new_id
 from vomstudio.document.records import Model
 from vomstudio.geometry.field_style import FieldStyle
+from vomstudio.io.project.comparisons import KeptComparison, file_for, keep, kept_of, now
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import ExportedModel
 from vomstudio.jobs.registration_tasks import (
@@ -40,10 +42,12 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.registration.agreement_table import AgreementTable
 from vomstudio.ui.registration.histogram import Histogram, counts_of
 from vomstudio.ui.registration.other_model import OtherModelBox, of_project
+from vomstudio.version import __version__
 from vomstudio.words import tr
 from vomstudio.workspace.running_jobs import RunningJob
 
@@ -70,6 +74,7 @@ class ComparePanel(QWidget):
         self._studio = studio
         self.held: Held | None = None
         self._held_id = ""
+        self._sought: tuple[Path, str] | None = None
         self._job: RunningJob | None = None
         self._background = Background(self)
         self._model: Model | None = None
@@ -96,6 +101,7 @@ class ComparePanel(QWidget):
         self.start.clicked.connect(self._start_or_stop)
         self.export = QPushButton(theme.icon("export"), tr("Export PLY…"))
         self.export.clicked.connect(self._ask_for_file)
+        self.copy = CopyCommandButton(self._copy_command, tr("the command that compares these two"))
         self.said = hint_label()
         self.figures = QLabel()
         self.figures.setObjectName("compare_figures")
@@ -123,6 +129,7 @@ class ComparePanel(QWidget):
         row = QHBoxLayout()
         row.addWidget(self.start)
         row.addWidget(self.export)
+        row.addWidget(self.copy)
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(form)
@@ -146,6 +153,7 @@ class ComparePanel(QWidget):
             else tr("{model} held against", model=model.name)
         )
         self.other.offer_besides("" if model is None else model.id)
+        self._take_up()
         if self._moved_since():
             self.said.setText(tr("The model has been placed anew since: compare it again."))
         self._refresh_buttons()
@@ -159,9 +167,58 @@ class ComparePanel(QWidget):
         self.agreement.forget()
         self.refresh()
 
+    def _take_up(self) -> None:
+        """What was kept of the model, once."""
+        model, studio = self._model, self._studio
+        if model is None or self._job is not None or model.id not in studio.models:
+            return
+        # A project that was saved elsewhere has its files there.
+        place = (studio.project.folder, model.id)
+        if self._sought == place or (self.held is not None and self._held_id == model.id):
+            return
+        self._sought = place
+        kept = next(iter(kept_of(*place)), None)
+        if kept is None:
+            return
+        if not kept.stands(model):
+            self.said.setText(
+                tr(
+                    "It was held against {other} on {day}, and has changed or been placed anew "
+                    "since: compare it again.",
+                    other=kept.benchmark,
+                    day=kept.made[:10],
+                )
+            )
+            return
+        crs = model.frame.crs
+        own = of_project(studio, model)
+        if own is not None:
+            crs = own.standing(studio.project.cache).crs
+        cache = studio.project.cache
+        path = studio.project.find_model(model) or Path(kept.model_name)
+        held = Held(
+            StandingModel(kept.model_name, path, cache, kept.to_world, crs),
+            StandingModel(
+                kept.benchmark, Path(kept.benchmark_path), cache, kept.benchmark_to_world, None
+            ),
+            dict(kept.figures),
+            kept.fields,
+        )
+        self.said.setText(tr("Reading the distances of {day}…", day=kept.made[:10]))
+        self._background.run(
+            lambda: _read_kept(kept.fields), lambda read: self._show_kept(model.id, held, read)
+        )
+
+    def _show_kept(self, model_id: str, held: Held, read: object) -> None:
+        """Unless another model was chosen meanwhile, or it is being compared again."""
+        if read is None or self._model is None or self._model.id != model_id or self._job:
+            self.said.setText("")
+            return
+        self._show_read(model_id, held, read)
+
     def _forget(self, *_: object) -> None:
         """Another project."""
-        self.held = None
+        self.held, self._sought = None, None
         self.agreement.forget()
         self.said.setText("")
         self._show()
@@ -179,6 +236,7 @@ class ComparePanel(QWidget):
         self.start.setToolTip(why or "")
         self.export.setEnabled(self.held is not None and not busy)
         self.export.setToolTip("" if self.held is not None else tr("Compare two models first."))
+        self.copy.allow(self._why_not())
         other = self.other.current()
         self.agreement.show_models(
             "" if self._model is None else self._model.id, "" if other is None else other.id
@@ -202,6 +260,23 @@ class ComparePanel(QWidget):
             return tr("Choose the benchmark: another model of the project, or a file.")
         return None
 
+    # --- the command -------------------------------------------------------------------------
+    def _copy_command(self) -> None:
+        model, other = self._model, self.other.current()
+        path = None if model is None else self._studio.project.find_model(model)
+        if model is None or path is None or other is None:
+            return
+        words: list[Word | tuple[str, Word]] = [
+            "compare", path, other.path, ("--project", self._studio.project.folder)
+        ]  # fmt: skip
+        if self.method.currentIndex() == 1:
+            words.append(("--m3c2", self.radius.value()))
+            typed = parse_number(self.error.text()) if self.error.text().strip() else None
+            error = self._error_of(model) if typed is None else typed
+            if error is not None:
+                words.append(("--registration-error", float(error)))
+        copy_command(self._studio, words)
+
     # --- the job -----------------------------------------------------------------------------
     def _start_or_stop(self) -> None:
         if self._job is not None:
@@ -221,7 +296,7 @@ class ComparePanel(QWidget):
         elif by_cylinders:
             error = self._error_of(model)
         cache = studio.project.cache
-        out = cache / "comparisons" / f"{new_id('comparison')}.npz"
+        out = file_for(studio.project.folder, new_id("comparison"))
         order = CompareOrder(
             own.standing(cache), other.standing(cache),
             self.radius.value() if by_cylinders else None, error, out,
@@ -247,10 +322,16 @@ class ComparePanel(QWidget):
 
     def _came(self, model_id: str, order: CompareOrder, made: ComparedModels) -> None:
         held = Held(order.model, order.benchmark, made.figures, made.out)
-        # Seconds, of many millions of points.
-        self._background.run(
-            lambda: _read(made.out), lambda read: self._show_read(model_id, held, read)
-        )
+        model = self._studio.records.get(model_id)
+        kept = None if not isinstance(model, Model) else _as_kept(model, order, made)
+
+        def read() -> tuple[dict[str, Any], float, Any]:
+            if kept is not None:
+                keep(kept)
+            # Seconds, of many millions of points.
+            return _read(made.out)
+
+        self._background.run(read, lambda read: self._show_read(model_id, held, read))
 
     def _show_read(self, model_id: str, held: Held, read: object) -> None:
         assert isinstance(read, tuple)
@@ -295,6 +376,8 @@ class ComparePanel(QWidget):
         if self.held is None:
             return
         held, studio = self.held, self._studio
+        # A project that was saved elsewhere since has taken its files along.
+        fields = file_for(studio.project.folder, held.fields.stem)
 
         def done(made: ExportedModel) -> None:
             said = tr("The distances were written to {file}.", file=path)
@@ -306,7 +389,7 @@ class ComparePanel(QWidget):
 
         studio.jobs.submit(
             EXPORT_COMPARISON,
-            ComparisonExport(held.model, held.benchmark.path, held.fields, path),
+            ComparisonExport(held.model, held.benchmark.path, fields, path),
             title=tr("Exporting {file}", file=path.name),
             on_done=done,
             on_failed=failed,
@@ -315,6 +398,31 @@ class ComparePanel(QWidget):
     def _close(self) -> None:
         self._background.close()
         self.other.close_reading()
+
+
+def _as_kept(model: Model, order: CompareOrder, made: ComparedModels) -> KeptComparison:
+    return KeptComparison(
+        model.id,
+        model.name,
+        model.content_hash,
+        order.model.to_world,
+        order.benchmark.name,
+        str(order.benchmark.path),
+        order.benchmark.to_world,
+        order.radius_m,
+        made.figures,
+        now(),
+        __version__,
+        made.out,
+    )
+
+
+def _read_kept(path: Path) -> tuple[dict[str, Any], float, Any] | None:
+    """In a thread; None for a file that cannot be read."""
+    try:
+        return _read(path)
+    except (OSError, ValueError, KeyError, BadZipFile):
+        return None
 
 
 def _read(path: Path) -> tuple[dict[str, Any], float, Any]:

@@ -66,7 +66,7 @@ class FitDialog(QDialog):
         self._background = Background(self)
         self._solving = NewestResult(self, self._solved, lambda: self.said.setText(tr("Solving…")))
         self.other = OtherModelBox(studio, model.id)
-        self.stable = StablePartBox(studio)
+        self.stable = StablePartBox(studio, model.id)
         self.here, self.there = PickingView(), PickingView()
         self._arrange(model)
         self._connect()
@@ -142,6 +142,7 @@ class FitDialog(QDialog):
         self.other.chosen.connect(self._reference_chosen)
         self.other.said.connect(self.said.setText)
         self.stable.changed.connect(self._stable_changed)
+        self.stable.said.connect(self.said.setText)
         self.undo.clicked.connect(self._undo)
         self.redo.clicked.connect(self._redo)
         self.remove.clicked.connect(self._remove)
@@ -237,6 +238,7 @@ class FitDialog(QDialog):
     # --- what comes of it --------------------------------------------------------------------
     def _changed(self) -> None:
         """Other points: place the model by them, and what was fitted is no more."""
+        from vomstudio.registration.surface_points import some_points
         from vomstudio.workspace.registering import placed_by_points
 
         self.placed = self.fitted = None
@@ -253,7 +255,8 @@ class FitDialog(QDialog):
 
         def work() -> Placed | VomError:
             try:
-                return placed_by_points(pairs, bounds, model, crs)
+                extent = None if opened is None else some_points(opened.data)
+                return placed_by_points(pairs, bounds, model, crs, extent)
             except VomError as error:
                 return error
 
@@ -436,6 +439,7 @@ class FitDialog(QDialog):
             self._background.close()
             self._solving.close()
             self.other.close_reading()
+            self.stable.close_reading()
             if self._job is not None:
                 self._studio.jobs.cancel(self._job)
             for view in (self.here, self.there):

@@ -6,23 +6,26 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QDoubleSpinBox, QFileDialog, QHBoxLayout, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
 from vomstudio.jobs.registration_tasks import HomologousPoint, StablePart
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.registration.other_model import OtherModelBox
 from vomstudio.words import tr
 
-_ALL, _NEAR, _BOX, _POLYGONS = range(4)
+_ALL, _NEAR, _BOX, _POLYGONS, _MODEL = range(5)
 
 
 class StablePartBox(QWidget):
-    """changed : another part was chosen"""
+    """changed : another part was chosen; said : what is being done"""
 
     changed = Signal()
+    said = Signal(str)
 
-    def __init__(self, studio: Studio) -> None:
+    def __init__(self, studio: Studio, besides: str) -> None:
+        """besides : the id of the model that is fitted"""
         super().__init__()
         self._studio = studio
         self._polygons: Path | None = None
@@ -33,6 +36,7 @@ class StablePartBox(QWidget):
             (tr("Near the clicked points"), tr("Only what is within this distance of a point.")),
             (tr("Inside the clipping box"), tr("The box of the outcrop's view (World).")),
             (tr("Inside polygons…"), tr("Of a layer, seen from above (GeoJSON, GeoPackage…).")),
+            (tr("Near a cloud or mesh"), tr("Within 3 of its spacings, in the same frame.")),
         ):
             self.which.addItem(text)
             self.which.setItemData(self.which.count() - 1, tip, 3)
@@ -43,10 +47,18 @@ class StablePartBox(QWidget):
         self.metres.setSuffix(" m")
         self.metres.valueChanged.connect(lambda _: self.changed.emit())
         self.metres.hide()
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
+        self.stable_model = OtherModelBox(studio, besides)
+        self.stable_model.models.setObjectName("stable_model")
+        self.stable_model.chosen.connect(lambda _: self.changed.emit())
+        self.stable_model.said.connect(self.said)
+        self.stable_model.hide()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        row = QHBoxLayout()
         row.addWidget(self.which, 1)
         row.addWidget(self.metres)
+        column.addLayout(row)
+        column.addWidget(self.stable_model)
 
     def _chosen(self, row: int) -> None:
         if row == _POLYGONS:
@@ -60,6 +72,7 @@ class StablePartBox(QWidget):
             elif self._polygons is None:
                 self.which.setCurrentIndex(_ALL)
         self.metres.setVisible(self.which.currentIndex() == _NEAR)
+        self.stable_model.setVisible(self.which.currentIndex() == _MODEL)
         self.changed.emit()
 
     def why_not(self, pairs: Sequence[HomologousPoint]) -> str | None:
@@ -69,6 +82,8 @@ class StablePartBox(QWidget):
             return tr("Click the points near which the rock has not moved.")
         if which == _BOX and self._studio.display.box is None:
             return tr("Set the clipping box in the outcrop's view first (View > Clipping box).")
+        if which == _MODEL and self.stable_model.current() is None:
+            return tr("Choose the cloud or mesh of what has not moved.")
         return None
 
     def part(self, pairs: Sequence[HomologousPoint]) -> StablePart | None:
@@ -78,4 +93,11 @@ class StablePartBox(QWidget):
             return StablePart(self.metres.value(), tuple(pair.there for pair in pairs))
         if which == _BOX and box is not None:
             return StablePart(box=(box.low, box.high))
+        mask = self.stable_model.current()
+        if which == _MODEL and mask is not None:
+            return StablePart(model=mask.standing(self._studio.project.cache))
         return StablePart(polygons=self._polygons) if which == _POLYGONS else None
+
+    def close_reading(self) -> None:
+        """Nothing is handed over any more."""
+        self.stable_model.close_reading()

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
+from vomstudio.tools.registry import TOOLS
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
@@ -45,6 +46,7 @@ class OutcropView(QObject):
         self.viewport = viewport
         self._presenter = ScenePresenter(self._studio, viewport)
         self._presenter.rebuild()
+        self._studio.workspace.elements.look = viewport.looking
         self._cameras.watch(viewport)
         explain(viewport, lambda _: _READING if viewport.reading_place.box else None)
 
@@ -81,6 +83,10 @@ class OutcropView(QObject):
         if self.viewport is not None:
             self.viewport.moves.set_orthographic(True)
             self.viewport.moves.look_along(trend_deg, plunge_deg)
+
+    def direction(self) -> tuple[float, float] | None:
+        """Trend and plunge of the way the viewer looks, degrees; None while there is no view."""
+        return None if self.viewport is None else self.viewport.moves.view_direction()
 
     def now(self) -> tuple[dict[str, Any], dict[str, Any] | None] | None:
         """Camera and clipping box as `restore` takes them; None before anything is shown."""
@@ -143,6 +149,8 @@ class OutcropView(QObject):
             self.viewport.gestures.orbit_button = (
                 Qt.MouseButton.RightButton if paints else Qt.MouseButton.LeftButton
             )
+            takes = {entry.name for entry in TOOLS if entry.takes_keys}
+            self.viewport.gestures.tool_takes_keys = tool in takes
 
     # --- the camera --------------------------------------------------------------------------
     def _camera_changed(self) -> None:

@@ -60,6 +60,7 @@ class ScenePresenter:
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(self._model_loaded)
         studio.visibility_changed.connect(self._visibility)
+        studio.hidden_elements_changed.connect(self._hide_elements)
         studio.selection_changed.connect(viewport.features.select)
         studio.preview.connect(self._preview)
         studio.settings_changed.connect(self._settings_changed)
@@ -126,6 +127,9 @@ class ScenePresenter:
         painted = [p.id for p in self._studio.session.of(Painted) if p.model_id == model_id]
         if painted:
             self._draw(painted)
+
+    def _hide_elements(self, model_id: str) -> None:
+        self._models.hide_elements(model_id, self._studio.workspace.elements.hidden(model_id))
 
     # --- display -----------------------------------------------------------------------------
     def _displayed(self, what: str) -> None:
@@ -437,8 +441,7 @@ class ScenePresenter:
                 self._studio.selection.toggle(found)
             elif not event.ctrl:
                 self._studio.selection.set([] if found is None else [found])
-                hit = self._viewport.pick(event.x, event.y) if found is None else None
-                if hit is not None:
+                if found is None and (hit := self._viewport.pick(event.x, event.y)):
                     self._studio.surface_clicked.emit(hit)
 
 

@@ -50,5 +50,7 @@ def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[
         Command("export_program", tr("Export for &another program…"), files.export_for_program,
                 None, (), tr("Stereonet, Orient, FaultKin, Win-Tensor, GemPy, LoopStructural, "
                              "GeMS, KML, GeoJSON."), no_features),
+        Command("copy_export", tr("&Copy last export as command"), files.copy_export, "console", (),
+                tr("The line for the shell that exports the same."), files.why_no_export),
         Command("quit", tr("&Quit"), leave, None, "Ctrl+Q"),
     ]  # fmt: skip

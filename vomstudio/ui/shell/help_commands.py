@@ -19,6 +19,7 @@ _MOUSE = to_translate(
     "middle button or Shift+drag pans, double click sets the pivot. While picking: click adds, "
     "drag a vertex moves it, Ctrl+click inserts, Enter or double click finishes. With the "
     "patch brush: drag paints, Ctrl+drag erases, the right button orbits. "
+    "select: Shift adds, Ctrl takes away, Ctrl+wheel and Shift+wheel turn the tolerance. "
     "On the stereonet: click a pole or a great circle, drag a lasso around poles; Ctrl adds.</p>"
 )
 _ABOUT = to_translate(

@@ -159,7 +159,7 @@ class MainWindow(QMainWindow):
         ]
 
     def _rest_commands(self) -> list[Command]:
-        from vomstudio.ui.analyse import net_commands, ortho_commands
+        from vomstudio.ui.analyse import net_commands, ortho_commands, surface_commands
         from vomstudio.ui.interpret import feature_commands, line_commands, tool_panels
         from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell import compact_commands, help_commands, tour
@@ -172,8 +172,15 @@ class MainWindow(QMainWindow):
             *ortho_commands.commands(studio, view, self.view_panel, self),
             *work_commands(studio, self._dialogs, self.workspaces, self.docks, self),
             *line_commands.commands(studio, self.view_panel, self),
+            *surface_commands.commands(studio, self),
             *(command for some in self._of_tools for command in some),
-            *net_commands.commands(studio, lambda: getattr(self, "net", None), self),
+            *net_commands.commands(
+                studio,
+                lambda: getattr(self, "net", None),
+                self,
+                self._dialogs,
+                partial(self.workspaces.fill_middle, "stereonet"),
+            ),
             *feature_commands.commands(studio, self._open_types),
             *display_commands.commands(studio, view, self.cameras, self.docks),
             *compact_commands.commands(studio, self),
@@ -256,7 +263,7 @@ class MainWindow(QMainWindow):
         add("in_photos", tr("In the photos"), self.in_photos)
         add("jobs", tr("Jobs"), JobsPanel(self.studio.jobs))
         add("messages", tr("Messages"), self.messages)
-        for name, title, make in work_panels():
+        for name, title, make in work_panels(self.view):
             add(name, tr(title), make(self.studio), scrolls=True)
         self.tool_panel.tell_title(self.docks["tool"].setWindowTitle)
 
@@ -350,7 +357,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
         actions = self.actions_table.all
-        self.net = StereonetPanel(self.studio, actions["export_net"], actions["propose_sets"])
+        self.net = StereonetPanel(self.studio, actions)
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
         _warm_up(self.studio)
@@ -406,12 +413,14 @@ class MainWindow(QMainWindow):
 
     def _refresh(self, *_: object) -> None:
         self.actions_table.refresh()
+        words = {
+            "project": self.files.project_name(),
+            "unsaved": "*" if self.studio.session.dirty else "",
+        }
         self.setWindowTitle(
-            tr(
-                "{project}{unsaved} – VOM Studio",
-                project=self.files.project_name(),
-                unsaved="*" if self.studio.session.dirty else "",
-            )
+            tr("{project}{unsaved} – VOM Studio", **words)
+            if self.studio.workspace.projects.kept
+            else tr("{project}{unsaved} (in memory only) – VOM Studio", **words)
         )
         self._show_start_page()
 

@@ -24,7 +24,7 @@ MENUS = (
         "new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|", "save",
         "save_as", "compact_project", "take_back_compaction", "|", "import_readings", "|",
         "export_csv", "export_gpkg", "export_shp", "export_dxf", "export_program",
-        "export_net", "|", "quit")),
+        "export_net", "copy_export", "|", "quit")),
     (to_translate("&Edit"), (
         "undo", "redo", "|", "delete", "rename", "|", "select_all", "|", "find_command")),
     (to_translate("&View"), (
@@ -33,7 +33,7 @@ MENUS = (
         "*display", "clipping_box", "clipping_reset", "*planes", "*notation", "trackball", "|",
         "show_chosen", "hide_chosen", "show_only", "show_all", "|", "show_in_photos",
         "previous_photo", "next_photo", "fit_photo", "|", "outcrop_or_photo", "*workspaces",
-        "*docks", "only_outcrop", "reset_panels", "*theme")),
+        "*docks", "only_outcrop", "net_in_middle", "reset_panels", "*theme")),
     (to_translate("&Photos"), (
         "plan_survey", "video_frames", "choose_photos", "open_photo", "close_photo",
         "take_in_photos", "|", "make_settings", "make_model", "pause_model", "|",
@@ -47,8 +47,10 @@ MENUS = (
         "feature_types", "update_surroundings")),
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
-        "intersection_of_sets", "|", "propose_sets", "|", "orthophoto", "|", "verdict_profile",
-        "|", "copy_net", "show_stereonet")),
+         "intersection_of_sets", "extend_plane", "patch_surface", "|", "propose_sets",
+         "count_fractures", "fault_displacement", "|", "orthophoto", "elevation_model", "section",
+         "|", "verdict_profile", "|", "type_on_net", "copy_net", "figure_style", "fit_figure",
+         "copy_fit", "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip

@@ -22,6 +22,7 @@ from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.forms.copied_command import copy_command
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog
 from vomstudio.words import to_translate, tr, tr_n
@@ -59,6 +60,7 @@ class Files(QObject):
         self._parent, self._studio, self._survey = parent, studio, survey
         self._frame_dialog: FrameDialog | None = None
         self._to_ask: list[str] = []
+        self._exported: tuple[str, Path] | None = None
 
     def project_name(self) -> str:
         """Name of the open project for titles; "untitled" where it has none."""
@@ -97,15 +99,18 @@ class Files(QObject):
             self.attempt(self._studio.new_project)
 
     def save(self) -> bool:
-        """Save the project, an untitled one under a name that is asked for; False where it is
-        not saved."""
-        if self._studio.project.untitled:
+        """Save the project, an untitled one under a name that is asked for, as one that is no
+        longer at its place; False where it is not saved."""
+        project = self._studio.project
+        if project.untitled or ((trouble := project.trouble) is not None and trouble.lost):
             return self.save_as()
         return self.attempt(self._studio.save)
 
     def save_as(self) -> bool:
         """Ask for a folder and save the project there; False where it is not saved."""
-        return self._save_where(tr("Save project as"), "outcrop")
+        project = self._studio.project
+        return self._save_where(tr("Save project as"),
+                                "outcrop" if project.untitled else project.name)  # fmt: skip
 
     def place_for(self, photos: str) -> bool:
         """Ask where the project is to be, before a model of photos is made in one without a name:
@@ -168,9 +173,25 @@ class Files(QObject):
             made = export_records(self._studio.records, format_, path, force=True,
                                   thresholds=self._studio.settings.thresholds)  # fmt: skip
             files = ", ".join(str(file) for file in made.files)
+            self._exported = format_, path
             self._studio.info(tr("Exported to {files}.", files=files))
 
         self.attempt(write)
+
+    def why_no_export(self) -> str | None:
+        """None where something was exported."""
+        if self._exported is None:
+            return tr("Nothing has been exported yet.")
+        return None
+
+    def copy_export(self) -> None:
+        """Put the command that exports the same on the clipboard."""
+        if self._exported is not None:
+            format_, path = self._exported
+            folder = self._studio.project.folder
+            copy_command(
+                self._studio, ["export", folder, ("--to", format_), ("-o", path), "--force"]
+            )
 
     def export_model(self) -> None:
         """The current model in World coordinates, in any format that can be written, as a job."""
@@ -230,9 +251,13 @@ class Files(QObject):
             box = QMessageBox(self._parent)
             box.setIcon(QMessageBox.Icon.Question)
             box.setText(tr("Save the changes to {project}?", project=self.project_name()))
+            trouble = studio.project.trouble
             box.setInformativeText(
                 tr("Discarded changes stay in the project's history and can be restored with "
                    "Undo.")
+                if trouble is None
+                else tr("{trouble} What is in memory only is lost unless you save the project "
+                        "elsewhere.", trouble=trouble.sentence)
             )  # fmt: skip
             box.setStandardButtons(
                 QMessageBox.StandardButton.Save

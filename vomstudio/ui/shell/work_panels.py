@@ -11,38 +11,57 @@ from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks, Workspaces
+from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.words import to_translate
 
 Make = Callable[[Studio], QWidget]
 
 
-def work_panels() -> tuple[tuple[str, str, Make], ...]:
-    """Name of the dock, title and maker of each; they scroll."""
+def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
+    """Name of the dock, title and maker of each; they scroll. view : from which planes are taken"""
+    from vomstudio.ui.analyse.displacement_panel import DisplacementPanel
+    from vomstudio.ui.analyse.elevation_panel import ElevationPanel
+    from vomstudio.ui.analyse.fractures_panel import FracturesPanel
+    from vomstudio.ui.analyse.section_panel import SectionPanel
     from vomstudio.ui.analyse.sets_panel import SetsPanel
     from vomstudio.ui.analyse.slopes_panel import SlopesPanel
     from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
-    from vomstudio.ui.analyse.surface_panel import SurfacePanel
     from vomstudio.ui.registration.compare_panel import ComparePanel
+    from vomstudio.ui.surface.surface_panel import SurfacePanel
 
     return (
         ("statistics", to_translate("Statistics"), StatisticsPanel),
         ("sets", to_translate("Sets"), SetsPanel),
         ("slopes", to_translate("Slopes"), SlopesPanel),
+        ("section", to_translate("Section"), lambda studio: SectionPanel(studio, view.direction)),
+        ("fractures", to_translate("Fractures"),
+         lambda studio: FracturesPanel(studio, view.direction)),
+        ("displacement", to_translate("Displacement"), DisplacementPanel),
+        ("elevation", to_translate("Elevation model"),
+         lambda studio: ElevationPanel(studio, view.direction)),
         ("surface", to_translate("Surface"), SurfacePanel),
         ("compare", to_translate("Compare"), ComparePanel),
-    )
+    )  # fmt: skip
 
 
 def work_commands(
     studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
 ) -> list[Command]:
     """parent : of the dialogs"""
-    from vomstudio.ui.analyse import profile_dialog, sets_panel, surface_panel
+    from vomstudio.ui.analyse import (
+        fit_commands,
+        panel_commands,
+        profile_dialog,
+        sets_panel,
+    )
     from vomstudio.ui.registration import commands as registration_commands
+    from vomstudio.ui.surface import surface_panel
 
     return [
         profile_dialog.command(studio, dialogs, parent),
         sets_panel.command(studio, workspaces, docks),
+        *panel_commands.commands(studio, workspaces, docks),
+        *fit_commands.commands(studio, parent),
         *surface_panel.commands(studio, docks),
         *registration_commands.commands(studio, dialogs, workspaces, docks, parent),
     ]

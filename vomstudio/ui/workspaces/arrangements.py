@@ -56,6 +56,7 @@ class Workspaces(QObject):
         self._small = False
         self._with_photo: set[str] = set()
         self._put_away: QByteArray | None = None
+        self._filling = ""
         self._begun = False
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
@@ -69,7 +70,12 @@ class Workspaces(QObject):
     @property
     def only_outcrop(self) -> bool:
         """Whether all docks are put away."""
-        return self._put_away is not None
+        return self._put_away is not None and not self._filling
+
+    @property
+    def filling(self) -> str:
+        """The dock that has the place of the outcrop for now; empty where none has."""
+        return self._filling
 
     # --- showing -----------------------------------------------------------------------------
     def begin(self) -> None:
@@ -97,7 +103,7 @@ class Workspaces(QObject):
             return
         self._remember()
         self.leaving.emit()
-        self._put_away = None
+        self._put_away, self._filling = None, ""
         self._shown = wanted
         self._small = self._is_small()
         self._show()
@@ -123,9 +129,9 @@ class Workspaces(QObject):
         if not shown.beside_photo or (shown.name in names) == self.photo_in_front:
             self._with_photo = names
         else:
-            was_away = self._put_away is not None
+            was_away = self.only_outcrop
             self._remember()
-            self._with_photo, self._put_away = names, None
+            self._with_photo, self._put_away, self._filling = names, None, ""
             self._show()
             if was_away:
                 self.show_only_outcrop()
@@ -133,7 +139,7 @@ class Workspaces(QObject):
 
     def reset(self) -> None:
         """Arrange the docks of the workspace that is shown as they are at first."""
-        self._put_away = None
+        self._put_away, self._filling = None, ""
         for key in _keys(self._shown):
             self._states.pop(key, None)
         self._show()
@@ -141,14 +147,44 @@ class Workspaces(QObject):
 
     def show_only_outcrop(self) -> None:
         """Hide every panel, or bring back those that were there."""
-        if self._put_away is not None:
-            # Shown one by one they would share the room anew.
-            self._docks.restore(self._put_away)
-            self._put_away = None
-        else:
+        back = self.only_outcrop
+        self._bring_back()
+        if not back:
             self._put_away = self._docks.state()
             self._docks.hide_all()
         self.changed.emit(self._shown.name)
+
+    def fill_middle(self, name: str) -> None:
+        """Give a dock the place of the outcrop, beside the docks that stand at the sides; or put
+        it back."""
+        back = self._filling == name
+        self._bring_back()
+        if not back:
+            self._put_away, self._filling = self._docks.state(), name
+            places = self._places()
+            below = [dock for stack in places["bottom"] for dock in stack if dock != name]
+            sides: Places = {
+                side: tuple(
+                    rest
+                    for stack in places[side]
+                    if (rest := tuple(dock for dock in stack if dock != name))
+                )
+                for side in ("left", "right")
+            }
+            places = {**sides, "bottom": ((name, *below),)}
+            # The outcrop goes first, or both would ask for room.
+            self.changed.emit(self._shown.name)
+            self._docks.arrange(places)
+            sizes = sizes_in(self._shown, *self._size())
+            self._docks.give_sizes({**sides, "bottom": ()}, sizes, self._shown.first_share)
+        self.changed.emit(self._shown.name)
+
+    def _bring_back(self) -> None:
+        """Restore what was put away."""
+        if self._put_away is not None:
+            # Shown one by one they would share the room anew.
+            self._docks.restore(self._put_away)
+        self._put_away, self._filling = None, ""
 
     def _show(self) -> None:
         self._docks.own = self._shown.docks

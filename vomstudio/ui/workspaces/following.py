@@ -64,9 +64,10 @@ class WorkspaceFollowing(QObject):
     def refresh(self, *_: object) -> None:
         """Show the outcrop, or photos in its place, and the line of an empty workspace."""
         shown, model = self._workspaces.shown, self._model
-        instead = self._docks.get(shown.middle)
+        filling = self._workspaces.filling
+        instead = self._docks.get(filling or shown.middle)
         self._place.show_outcrop(
-            model or instead is None or instead.isHidden() or instead.isFloating()
+            (model and not filling) or instead is None or instead.isHidden() or instead.isFloating()
         )
         by_photos = shown.middle and not model
         if by_photos:

@@ -20,6 +20,10 @@ HOMES: dict[str, Area] = {
     "statistics": "right",
     "sets": "right",
     "slopes": "right",
+    "displacement": "right",
+    "fractures": "bottom",
+    "section": "bottom",
+    "elevation": "bottom",
     "view": "right",
     "display": "right",
     "properties": "right",
@@ -93,7 +97,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",),),
-        right=(("display", "surface"), ("properties",)),
+        right=(("display",), ("properties",)),
         bottom=(("jobs", "messages"),),
         shares=(0.205, 0.233, 0.18),
     ),
@@ -123,7 +127,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",), ("tool",)),
-        right=(("stereonet",), ("properties",)),
+        right=(("stereonet",), ("properties", "surface")),
         bottom=(("table", "in_photos"),),
     ),
     Workspace(
@@ -135,8 +139,11 @@ WORKSPACES: tuple[Workspace, ...] = (
             "features first, or import field measurements."
         ),
         "features",
-        right=(("stereonet",), ("statistics", "sets", "slopes", "properties")),
-        bottom=(("table",),),
+        right=(
+            ("stereonet",),
+            ("statistics", "sets", "slopes", "displacement", "properties"),
+        ),
+        bottom=(("table", "fractures"),),
         shares=(0.205, 0.36, 0.26),
         first_share=0.6,
     ),
@@ -151,6 +158,8 @@ WORKSPACES: tuple[Workspace, ...] = (
         "model",
         left=(("project",),),
         right=(("view",), ("display",)),
+        bottom=(("section", "elevation"),),
+        shares=(0.205, 0.233, 0.36),
     ),
 )
 FIRST = "interpret"

@@ -23,6 +23,7 @@ POINTS, MARKS = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
 _POINT, _PHOTO, _MARK = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I"
 # What is written where nobody has stated an error: a weight, not a length.
 _UNSTATED = (1.0, 1.0, 1.0)
+_HEAD, _MOST_FILES = 4096, 200
 
 
 def points_of(path: Path) -> list[ControlPoint]:
@@ -116,6 +117,20 @@ def marks_of(path: Path) -> list[Mark]:
     return marks
 
 
+def marks_beside(path: Path) -> Path | None:
+    """The one other XML file of the folder that has marks and no points."""
+    found = []
+    for other in sorted(path.parent.glob("*.[xX][mM][lL]"))[:_MOST_FILES]:
+        try:
+            with other.open("rb") as file:
+                head = file.read(_HEAD)
+        except OSError:
+            continue
+        if other != path and MARKS.encode() in head and POINTS.encode() not in head:
+            found.append(other)
+    return found[0] if len(found) == 1 else None
+
+
 # It takes whatever XML no other format knows, and says what it misses in it.
 CONTROL_FORMAT = ControlFormat(
     to_translate("ground points of MicMac (XML)"),
@@ -125,4 +140,5 @@ CONTROL_FORMAT = ControlFormat(
     crs=crs_of,
     certain=False,
     extensions=(".xml",),
+    marks_beside=marks_beside,
 )

@@ -30,6 +30,7 @@ from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_with_file
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.interpret.tool_panels.control_map import ControlMap, MapPoint
 from vomstudio.ui.interpret.tool_panels.control_table import LABEL, TICK, ControlTable
@@ -73,9 +74,13 @@ class ControlPanel(QWidget):
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.register = QPushButton(theme.icon("vector-point-select"), tr("Register"))
         self.register.clicked.connect(self.apply)
+        self.copy = CopyCommandButton(
+            self._copy_command, tr("keep the points as a table, and copy the command")
+        )
         row = QHBoxLayout()
         row.addWidget(self.load)
         row.addWidget(self.register)
+        row.addWidget(self.copy)
         form = QFormLayout()
         form.addRow(tr("CRS of x, y, z"), self.field)
         column = narrow_column(self)
@@ -118,6 +123,7 @@ class ControlPanel(QWidget):
     def _solve(self) -> None:
         """Place the model anew by what is ticked, and say what that is worth: at once where that is
         a matter of milliseconds, else beside the window."""
+        from vomstudio.registration.surface_points import some_points
         from vomstudio.workspace.registering import pairs_of, placed_by_points
 
         model = self.model
@@ -131,7 +137,8 @@ class ControlPanel(QWidget):
             try:
                 if model is None:
                     return GeometryError(tr("Open an outcrop model first."))
-                return placed_by_points(pairs, bounds, model, self.crs)
+                extent = None if opened is None else some_points(opened.data)
+                return placed_by_points(pairs, bounds, model, self.crs, extent)
             except VomError as error:
                 return error
 
@@ -172,6 +179,7 @@ class ControlPanel(QWidget):
     def _explain_button(self, why_not: str) -> None:
         self.register.setEnabled(not why_not)
         self.register.setToolTip(why_not)
+        self.copy.allow(why_not or None)
 
     def _metres(self) -> float:
         from vomstudio.geometry import transform
@@ -226,6 +234,23 @@ class ControlPanel(QWidget):
                 self.table.selectRow(rows[0])
             else:
                 self.table.clearSelection()
+
+    # --- the command -------------------------------------------------------------------------
+    def _copy_command(self) -> None:
+        """Ask for the table of the points, and put the command on the clipboard."""
+        from vomstudio.io.control.writing import write_pairs
+        from vomstudio.workspace.registering import pairs_of
+
+        studio, model = self._studio, self.model
+        path = None if model is None else studio.project.find_model(model)
+        if path is None:
+            return
+        pairs = pairs_of(self._points)
+        crs: list[tuple[str, str]] = [] if self.crs is None else [("--crs", self.crs)]
+        copy_with_file(
+            self, studio, "pairs.csv", lambda file: write_pairs(file, pairs),
+            lambda file: ["register", path, ("--pairs", file), *crs],
+        )  # fmt: skip
 
     # --- what is done ------------------------------------------------------------------------
     def ask_for_points(self) -> None:

@@ -1,15 +1,19 @@
-"""Whether level lines that were marked in photos show the level: a horizon does, and the axis of a
-photo that was held level. A level line on the outcrop that runs away from the camera does not:
-perspective tilts it, as that of a roof seen from below."""
+"""Level lines on a model as observations of its place, and whether level lines that were marked in
+photos show the level: a horizon does, and the axis of a photo that was held level. A level line on
+the outcrop that runs away from the camera does not in its photo: perspective tilts it, as that of a
+roof seen from below."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.errors import UsageError
 from vomstudio.geometry.cameras import View
+from vomstudio.registration.observations import LevelLines
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -18,6 +22,33 @@ Array = npt.NDArray[np.float64]
 _NEAR = 0.02
 _AWAY_DEG = 2.0
 _NAMED = 8
+_LEVEL_DEG = 0.5
+"""One sigma of a water line, a spirit-levelled staff or a built edge whose ends are picked."""
+
+
+@dataclass(frozen=True)
+class LevelLine:
+    """Two places on the model that are at one height. sigma_deg : how level that is known to be,
+    one sigma; None for what a water line, a spirit level or a built edge gives"""
+
+    first: tuple[float, float, float]
+    second: tuple[float, float, float]
+    sigma_deg: float | None = None
+
+
+def level_lines_of(lines: Sequence[LevelLine]) -> LevelLines:
+    """Raises UsageError for a line whose ends are at one place."""
+    ends = np.array([(line.first, line.second) for line in lines], np.float64)
+    along = ends[:, 1] - ends[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    if not (length > 0).all():
+        raise UsageError(
+            tr("Both ends of a level line are at one place of the model. Choose two places."),
+            field="--level",
+        )
+    sigma = [_LEVEL_DEG if line.sigma_deg is None else line.sigma_deg for line in lines]
+    names = [tr("level line {number}", number=k + 1) for k in range(len(lines))]
+    return LevelLines(names, along / length[:, None], np.radians(sigma))
 
 
 def away_deg(view: View, ends: Array, extent: Array) -> float | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def marked_pairs(
-    args: argparse.Namespace, evidence: Evidence, crs: str | None, said: list[str]
+    control: Path, marks_file: Path | None, evidence: Evidence, crs: str | None, said: list[str]
 ) -> tuple[Any, str | None]:
     """Control points with the places on the model that their marks in the photos show."""
     import numpy as np
@@ -28,10 +27,9 @@ def marked_pairs(
     from vomstudio.io.control.observation_tables import Pairs
     from vomstudio.registration.evidence import marked_places
 
-    control = Path(args.gcp)
     points = read_control(control)
     crs = agreed_crs(control, crs)
-    marks = read_marks(args.marks or marks_beside(control))
+    marks = read_marks(marks_file or marks_beside(control))
     evidence.marks = [(m.label, m.photo, m.x, m.y) for m in marks]
     places = marked_places(evidence, evidence.marks, said)
     seen = [p for p in points if p.label in places]

@@ -1,0 +1,36 @@
+"""`vs.follow` in a photo, and `vs.plane_band`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vomstudio as vs
+from tests.extraction.test_photo_following import clicks, wall, written
+
+
+def test_a_photo_is_followed_on_an_array_of_points_and_cameras_are_named(tmp_path: Path) -> None:
+    made = wall(4)
+    folder = written(made, tmp_path)
+    cloud = made.mesh(0.02).vertices
+    found = vs.follow(
+        cloud, clicks(made), cost="dark", photo=folder / "p0.png", cameras=folder / "cameras.json"
+    )
+    assert np.median(np.abs(found.points @ made.normal - made.level)) < 0.012
+    assert found.pixels.shape == (found.vertices, 2)
+    assert found.seen.shape == found.agreeing.shape == (found.vertices,)
+    with pytest.raises(vs.errors.UsageError, match="no cameras beside the model"):
+        vs.follow(cloud, clicks(made), photo=folder / "p0.png")
+    with pytest.raises(vs.errors.UsageError, match="Cameras are for a photo"):
+        vs.follow(cloud, clicks(made), cameras=folder / "cameras.json")
+
+
+def test_a_trace_that_bends_has_no_band_and_crosses_nothing() -> None:
+    t = np.linspace(0.0, 5.0, 60)
+    bent = np.column_stack([t, np.sin(2.0 * t), 0.2 * t])
+    bent += np.random.default_rng(0).normal(0.0, 0.01, bent.shape)
+    assert vs.plane_band(bent) is None
+    with pytest.raises(vs.errors.GeometryError, match="Trace 1 is not straight"):
+        vs.plane_of_crossing(bent, bent)

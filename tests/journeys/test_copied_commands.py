@@ -1,0 +1,244 @@
+"""Dialogs and panels copied as commands: the line runs, and says what the window says."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog
+
+from tests import driver
+from tests.driver import LEFT, NONE, wait
+from vomstudio.cli.common.entry import main
+from vomstudio.document import edits
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Model
+from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
+from vomstudio.ui.analyse.sets_panel import SetsPanel
+from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
+
+
+def press(button) -> None:
+    assert button.isEnabled(), button.toolTip()
+    QTest.mouseClick(button, LEFT, NONE, button.rect().center())
+
+
+@pytest.fixture
+def model_id(window, outcrop, picks):
+    """The outcrop with all its traces, and eighty joints in two bundles."""
+    model_id = driver.open_outcrop(window, outcrop)
+    studio = window.studio
+    model = studio.records[model_id]
+    for name, points in picks.items():
+        vertices = tuple(tuple(p) for p in points.tolist())
+        trace = Trace(name, name, "bedding", model_id, model.content_hash, vertices)
+        assert studio.attempt(edits.add_trace, trace)
+    generator = np.random.default_rng(4)
+    joints = [
+        Reading(f"J{i}", f"J{i}", "joint", "plane", *(at + generator.normal(0, 4, 2)).tolist())
+        for i, at in enumerate(np.repeat([[100.0, 70.0], [200.0, 50.0]], 40, axis=0))
+    ]
+    assert studio.attempt(edits.add_readings, joints)
+    return model_id
+
+
+@pytest.fixture
+def told(monkeypatch, capfd, tmp_path):
+    """Runs what is on the clipboard; files that are asked for come into a folder of their own."""
+    folder = tmp_path / "for commands"
+    folder.mkdir()
+
+    def answer(_parent, _title, proposed, *_):
+        return str(folder / proposed.rpartition("/")[2]), ""
+
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", answer)
+
+    def run() -> dict:
+        program, *arguments = shlex.split(QGuiApplication.clipboard().text())
+        assert program == "vomstudio"
+        capfd.readouterr()
+        code = main([*arguments, "--json"])
+        said = capfd.readouterr()
+        assert code == 0, said.err
+        return json.loads(said.out)
+
+    return run
+
+
+def choose(box, text: str) -> None:
+    box.setCurrentIndex(box.findText(text))
+    box.activated.emit(box.currentIndex())
+    driver.pause(200)
+
+
+def test_statistics(window, model_id, told) -> None:
+    window.workspaces.switch("analyse")
+    window.docks["statistics"].raise_()
+    panel = window.findChild(StatisticsPanel)
+    wait(lambda: panel.figures.toPlainText(), "the figures")
+    choose(panel.of, "Joint")
+    press(panel.command)
+    found = told()["sets"]["all"]
+    shown = panel.figures.toPlainText()
+    assert found["n"] == 80
+    assert re.search(rf"\b{found['n']}\b", shown)
+    assert f"{found['vollmer']['P']:.3f}" in shown or f"{found['vollmer']['P']:.2f}" in shown
+
+
+def test_sets_with_a_number_and_with_seeds(window, model_id, told) -> None:
+    window.actions_table.run("propose_sets")
+    panel = window.findChild(SetsPanel)
+    choose(panel.of, "Joint")
+    for number, seeds in (("2", ""), ("Automatic", ""), ("Automatic", "100/70, 200/50")):
+        panel.count.setCurrentIndex(panel.count.findText(number))
+        panel.seeds.setText(seeds)
+        press(panel.start)
+        wait(lambda: panel.proposed is not None and not panel._newest.waiting, "the sets")
+        press(panel.copy)
+        found = told()
+        mine = panel.proposed.found
+        assert [s["n"] for s in found["sets"]] == [s.n for s in mine.sets]
+        for theirs, ours in zip(found["sets"], mine.sets, strict=True):
+            assert theirs["dip_deg"] == pytest.approx(ours.dip_deg, abs=1e-6)
+        assert found["unassigned"] == mine.unassigned
+
+
+def test_the_net(window, model_id, told) -> None:
+    window.studio.settings.contour = "linear_kamb"
+    window.studio.keep_settings()
+    press(window.net.command)
+    found = told()
+    assert found["n"] == len(window.studio.session.features())
+    line = QGuiApplication.clipboard().text()
+    assert "linear_kamb" in line
+    assert (found["image"]).endswith(".svg")
+
+
+@pytest.mark.parametrize("part", ["whole", "seen"])
+def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, part) -> None:
+    """As it stands in the project, and not in its file."""
+    from dataclasses import replace
+
+    studio = window.studio
+    model = studio.records[model_id]
+    frame = replace(model.frame, unit_m=2.0)
+    assert studio.attempt(edits.declare_frame, model_id, frame)
+    window.view.look(300.0, 20.0)
+    wait(lambda: window.viewport.still, "the camera's rest")
+    window.actions_table.run("orthophoto")
+    (dialog,) = window.findChildren(OrthoDialog)
+    wait(dialog._start.isEnabled, "a proposed pixel size")
+    if part == "seen":
+        dialog.seen.click()
+    dialog.gsd.setText("0.05")
+    out = tmp_path / "o.tif"
+    dialog.target.setText(str(out))
+    press(dialog.copy)
+    press(dialog._start)
+    wait(lambda: out.exists() and not studio.jobs.visible(), "the orthophoto", 60.0)
+    facts = json.loads(out.with_suffix(".json").read_text("utf-8"))
+    found = told()
+    assert (found["width"], found["height"]) == (facts["width"], facts["height"])
+    assert np.array(found["pixel_to_world"]) == pytest.approx(
+        np.array(facts["pixel_to_world"]), abs=1e-9
+    )
+    assert found["coverage"] == facts["coverage"]
+    assert found["crs"] == facts["crs"]
+
+
+def test_fits_and_an_export(window, model_id, told, tmp_path, picks) -> None:
+    run = window.actions_table.run
+    studio = window.studio
+    assert window.actions_table.why_not("copy_export")
+    names = list(picks)[:3]
+    studio.selection.set(names)
+    run("copy_fit")
+    found = told()
+    assert [row["id"] for row in found["planes"]] == names
+    measured = studio.measured(names)
+    for row in found["planes"]:
+        fit = measured[row["id"]].fit
+        assert row["rms_m"] == pytest.approx(fit.rms, rel=1e-6)
+    figure = tmp_path / "shapes.svg"
+    from vomstudio.ui.analyse.fit_commands import write_figure
+
+    write_figure(studio, figure)
+    assert names[0] in figure.read_text() or "good" in figure.read_text()
+    window.files.export_to("csv", tmp_path / "mine.csv")
+    mine = (tmp_path / "mine.csv").read_bytes()
+    run("copy_export")
+    assert told()["n"] == len(studio.session.features())
+    assert (tmp_path / "mine.csv").read_bytes() == mine
+
+
+def test_a_comparison(window, model_id, told, outcrop, tmp_path) -> None:
+    from dataclasses import replace
+
+    from vomstudio.ui.registration.compare_panel import ComparePanel
+
+    studio = window.studio
+    window.actions_table.run("compare_models")
+    panel = window.findChild(ComparePanel)
+    studio.selection.set([model_id])
+    window.open_path(_moved(outcrop, tmp_path))
+    wait(lambda: len(studio.models) == 2, "the other model")
+    wait(lambda: driver.dialog_of(window) is not None, "the frame dialog")
+    driver.declare(window)
+    (other,) = (m for m in studio.session.of(Model) if m.id != model_id)
+    # A centimetre a unit: only the project knows.
+    assert studio.attempt(edits.declare_frame, other.id, replace(other.frame, unit_m=1.0))
+    studio.selection.set([model_id])
+    panel.refresh()
+    box = panel.other.models
+    box.setCurrentIndex(box.findData(other.id))
+    press(panel.copy)
+    press(panel.start)
+    wait(lambda: panel.held is not None, "the distances", 60.0)
+    found = told()
+    for name in ("n", "mean_m", "median_m", "std_m"):
+        assert found[name] == pytest.approx(panel.held.figures[name], rel=1e-9)
+
+
+def _moved(outcrop, folder):
+    """The same outcrop four centimetres higher."""
+    made = folder / "later.obj"
+    lines = []
+    for line in outcrop.read_text().splitlines():
+        if line.startswith("v "):
+            _, x, y, z, *rest = line.split()
+            line = " ".join(["v", x, y, repr(float(z) + 0.04), *rest])
+        lines.append(line)
+    made.write_text("\n".join(lines))
+    return made
+
+
+def test_a_registration_by_points(window, model_id, told, picks) -> None:
+    from vomstudio.document.kinds.control_point import ControlPoint
+    from vomstudio.ui.interpret.tool_panels.control import ControlPanel
+
+    studio = window.studio
+    model = studio.records[model_id]
+    generator = np.random.default_rng(3)
+    for k, points in enumerate(list(picks.values())[:5]):
+        at = tuple(points[0].tolist())
+        there = tuple((points[0] + [3.0, -2.0, 1.0] + generator.normal(0, 0.01, 3)).tolist())
+        point = ControlPoint(
+            f"c{k}", f"P{k}", model_id, model.content_hash, (at,), position=there, check=k == 4
+        )
+        assert studio.attempt(edits.add_features, [point])
+    studio.activate("control")
+    panel = driver.tool_panel(window, ControlPanel)
+    wait(lambda: panel.placed is not None, "the placement")
+    press(panel.copy)
+    found = told()
+    places = np.array([[*p[0], 1.0] for p in list(picks.values())[:5]])
+    moved = [places @ np.array(m).T for m in (found["matrix"], panel.placed.matrix)]
+    # Far from the origin a matrix has fewer digits than what it does to the model.
+    assert np.abs(moved[0] - moved[1]).max() < 1e-6
+    assert [p["label"] for p in found["check"]] == ["P4"]

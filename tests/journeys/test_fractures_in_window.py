@@ -1,0 +1,260 @@
+"""Fractures and fault displacement in the real window, against closed forms and the commands."""
+
+from __future__ import annotations
+
+import json
+import shlex
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog
+
+from tests import driver
+from tests.driver import LEFT, NONE, wait
+from vomstudio.cli.common.entry import main
+from vomstudio.document import edits
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.geology.orientation import Plane
+from vomstudio.ui.analyse.displacement_panel import DisplacementPanel
+from vomstudio.ui.analyse.fractures_panel import FracturesPanel
+
+
+def press(button) -> None:
+    QTest.mouseClick(button, LEFT, NONE, button.rect().center())
+
+
+def type_in(field, text: str) -> None:
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, text)
+
+
+def settle(panel) -> None:
+    driver.pause(200)
+    wait(lambda: not panel._asked.waiting and not panel._timer.isActive(), "the figures")
+
+
+def add(window, model_id: str, name: str, points, kind: str = "joint", set_name: str = "") -> str:
+    model = window.studio.records[model_id]
+    vertices = tuple(map(tuple, np.asarray(points, float).tolist()))
+    trace = Trace(
+        name, name, kind, model_id, model.content_hash, vertices, set_name=set_name
+    )  # fmt: skip
+    assert window.studio.attempt(edits.add_trace, trace)
+    return name
+
+
+def told(line: str, capfd) -> dict:
+    program, *arguments = shlex.split(line)
+    assert program == "vomstudio"
+    capfd.readouterr()
+    code = main([*arguments, "--json"])
+    said = capfd.readouterr()
+    assert code == 0, said.err
+    return json.loads(said.out)
+
+
+# --- fractures ---------------------------------------------------------------------------------
+def on_a_wall(window, model_id: str, xz) -> np.ndarray:
+    """Places right and up on a vertical wall that faces south, beside the outcrop."""
+    low, _ = window.studio.models[model_id].data.bounds
+    xz = np.asarray(xz, float)
+    before = np.where(np.arange(len(xz)) == 1, 0.3, 0.0)  # or they would be straight
+    return np.column_stack([low[0] + xz[:, 0], low[1] - before, low[2] + xz[:, 1]])
+
+
+@pytest.fixture
+def wall(window, outcrop):
+    """Three level traces six metres long, and one that ends on two of them."""
+    model_id = driver.open_outcrop(window, outcrop)
+    for y in (1, 2, 3):
+        add(window, model_id, f"L{y}", on_a_wall(window, model_id, [(0, y), (3, y), (6, y)]),
+            set_name="level")  # fmt: skip
+    add(window, model_id, "V", on_a_wall(window, model_id, [(2, 1), (2, 2), (2, 3)]))
+    window.actions_table.run("count_fractures")
+    panel = window.findChild(FracturesPanel)
+    assert not panel.visibleRegion().isEmpty()
+    window.docks.make_room("fractures", 330)
+    type_in(panel.plane.line, "180/90")
+    settle(panel)
+    return panel
+
+
+def corner(panel) -> np.ndarray:
+    """On the map, of the place (0, 0) of the wall."""
+    return np.concatenate(panel.answered.lines).min(axis=0) - [0, 1]
+
+
+def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_command(
+    window, wall, tmp_path, monkeypatch, capfd
+) -> None:
+    panel = wall
+    left, low = corner(panel)
+    type_in(panel.place, f"{left + 1}, {low}, {left + 5}, {low + 4}")
+    settle(panel)
+    found = panel.answered.mapped.found
+    # Three pieces of four metres and one of two on 16 m2; that one crosses the middle one.
+    assert found.P21_1_per_m == pytest.approx(14 / 16, rel=1e-6)
+    assert found.P20_1_per_m2 == pytest.approx(4 / 16, rel=1e-6)
+    assert (found.nodes.Y, found.nodes.X) == (2, 1)
+    assert {s.name for s in found.sets} == {"level", "Joint"}
+    assert "0.875" in panel.figures.toPlainText()
+    assert "one face" in panel.said.text()
+    panel.tabs.setCurrentWidget(panel.picture)
+    wait(lambda: not panel.picture.image.isNull(), "the figure")
+    driver.keep_picture(window, "fractures_figure")
+    panel.tabs.setCurrentWidget(panel.map)
+    driver.keep_picture(window, "fractures_panel")
+    target = tmp_path / "a b" / "traces.gpkg"
+    target.parent.mkdir()
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
+    press(panel.copy)
+    said = told(QGuiApplication.clipboard().text(), capfd)
+    mine = json.loads(json.dumps(found.as_dict()))
+    said.pop("image")
+    assert said == mine
+
+
+@pytest.mark.parametrize("kind", ["Circle", "Scanline"])
+def test_a_drag_on_the_map_marks_where_is_counted(
+    window, wall, kind, tmp_path, monkeypatch, capfd
+) -> None:
+    panel = wall
+    panel.counted_in.setCurrentIndex(panel.counted_in.findText(kind))
+    settle(panel)
+    assert "Drag" in panel.said.text()
+    assert not panel.copy.isEnabled()
+    origin = corner(panel)
+    ends = origin + ([[3, 2], [3, 3.5]] if kind == "Circle" else [[4, 0.5], [4, 3.5]])
+    start, end = (QPoint(*np.rint(p).astype(int).tolist()) for p in panel.map.place_of(ends))
+    driver.drag(panel.map, start, end)
+    settle(panel)
+    assert panel.place.text()
+    assert panel.answered.mapped is not None, panel.said.text()
+    found = panel.answered.mapped.found
+    if kind == "Circle":
+        radius = panel.answered.counted.circle[2]
+        assert radius == pytest.approx(1.5, abs=0.1)
+        assert found.area_m2 == pytest.approx(np.pi * radius**2, rel=1e-3)
+    else:
+        assert found.scanline.n == 3
+        assert found.P10_1_per_m == pytest.approx(3 / found.scanline_m)
+    target = tmp_path / "traces.gpkg"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
+    press(panel.copy)
+    said = told(QGuiApplication.clipboard().text(), capfd)
+    said.pop("image")
+    assert said == json.loads(json.dumps(found.as_dict()))
+
+
+def test_what_cannot_be_counted_is_said(window, wall) -> None:
+    panel = wall
+    for typed, words in (("1, 2, 3", "two corners"), ("a, b", "numbers"),
+                         ("100, 100, 101, 101", "trace")):  # fmt: skip
+        type_in(panel.place, typed)
+        settle(panel)
+        assert words in panel.said.text(), panel.said.text()
+        assert not panel.copy.isEnabled()
+    panel.place.clear()
+    window.studio.selection.set([])
+    panel.of.setCurrentIndex(panel.of.findText("Selection"))
+    panel.of.activated.emit(panel.of.currentIndex())
+    settle(panel)
+    assert "Select traces" in panel.said.text()
+
+
+# --- displacement ------------------------------------------------------------------------------
+FAULT, BED, SLIP_M = Plane(90.0, 60.0), Plane(180.0, 20.0), 2.0
+
+
+@pytest.fixture
+def faulted(window, outcrop):
+    """A bed that a fault moved by two metres down its dip, picked to a centimetre."""
+    model_id = driver.open_outcrop(window, outcrop)
+    low, _ = window.studio.models[model_id].data.bounds
+    generator = np.random.default_rng(8)
+
+    def scattered(plane: Plane, across, along) -> np.ndarray:
+        steps = np.outer(across, plane.strike_vector()) + np.outer(along, plane.dip_vector())
+        return low + steps + generator.normal(0, 0.01, steps.shape)
+
+    zigzag = np.tile([0.0, 1.0], 8)
+    add(window, model_id, "F", scattered(FAULT, zigzag, np.linspace(-3, 3, 16)), "fault")
+    strike = BED.strike_vector()[0]
+    west = scattered(BED, np.linspace(-6, -1, 16) * strike, zigzag)
+    east = scattered(BED, np.linspace(1, 6, 16) * strike, zigzag) + SLIP_M * FAULT.dip_vector()
+    add(window, model_id, "W", west, "bedding")
+    add(window, model_id, "E", east, "bedding")
+    window.actions_table.run("fault_displacement")
+    panel = window.findChild(DisplacementPanel)
+    assert not panel.visibleRegion().isEmpty()
+    return panel
+
+
+def refreshed(panel) -> None:
+    driver.pause(200)
+    wait(lambda: not panel._timer.isActive(), "the result")
+
+
+def cell(panel, column: int) -> str:
+    return panel.table.item(0, column).text()
+
+
+def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
+    window, faulted, tmp_path, monkeypatch, capfd
+) -> None:
+    panel, studio = faulted, window.studio
+    assert not panel.copy.isEnabled()
+    studio.selection.set(["F"])
+    assert not panel.add.isEnabled()
+    press(panel.fault.take)
+    studio.selection.set(["W", "E"])
+    press(panel.add)
+    refreshed(panel)
+    assert "no slip" in panel.said.text(), "the slip is unknown"
+    type_in(panel.slip.line, "90")
+    refreshed(panel)
+    answered = panel.answered
+    assert answered is not None, panel.said.text()
+    moved = answered.found.pairs[0].displacement
+    assert abs(moved.net_m.value - SLIP_M) <= moved.net_m.error95
+    down = SLIP_M * np.sin(np.radians(60))
+    assert abs(moved.throw_m.value - down) <= moved.throw_m.error95
+    assert moved.heave_m.value > 0
+    assert "±" in cell(panel, 1)
+    driver.keep_picture(window, "displacement_panel")
+    target = tmp_path / "points.csv"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
+    press(panel.copy)
+    said = told(QGuiApplication.clipboard().text(), capfd)
+    assert said == json.loads(json.dumps(answered.found.as_dict()))
+    panel.slip.line.clear()
+    refreshed(panel)
+    press(panel.copy)
+    said = told(QGuiApplication.clipboard().text(), capfd)
+    assert said["what"] == "separation"
+    assert said == json.loads(json.dumps(panel.answered.found.as_dict()))
+
+
+def test_traces_that_say_nothing_of_a_displacement(window, faulted) -> None:
+    panel, studio = faulted, window.studio
+    studio.selection.set(["F"])
+    press(panel.fault.take)
+    add(window, driver.model(window).id, "W2",
+        np.array(studio.records["W"].vertices) + [0, 3, 0], "bedding")  # fmt: skip
+    studio.selection.set(["W", "W2"])
+    press(panel.add)
+    refreshed(panel)
+    assert "same side" in panel.said.text()
+    panel.table.selectRow(0)
+    press(panel.remove)
+    refreshed(panel)
+    assert "Select two traces" in panel.said.text()
+    studio.selection.set(["W", "E"])
+    press(panel.add)
+    type_in(panel.slip.line, "200")
+    refreshed(panel)
+    assert "0 to 180" in panel.said.text()

@@ -1,0 +1,146 @@
+"""The project's place goes away under an open window: it is said, nothing is lost, and the work can
+be saved elsewhere from where it is said."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QPushButton
+
+from tests import driver
+from tests.journeys.test_mishaps import bed_on_model
+from tests.small_disk import failing_disk, fill, small_disk
+from vomstudio.io.project.folder import Project
+from vomstudio.io.project.journal import NAME, read_replay
+from vomstudio.io.project.verify import verify
+
+
+def begun(window, outcrop: Path, folder: Path) -> None:
+    """A saved project with a bed, and one more bed since."""
+    driver.open_outcrop(window, outcrop)
+    bed_on_model(window, 0.0, "first")
+    window.studio.save_as(folder)
+    bed_on_model(window, 1.0, "second")
+    driver.wait(lambda: not window.studio.jobs.jobs, "the layers", 120)
+    assert not window.message_bar.isVisible()
+
+
+def beds(folder: Path) -> list[str]:
+    return sorted(r.name for r in read_replay(folder).records.values() if hasattr(r, "vertices"))
+
+
+def press(window, words: str) -> None:
+    (button,) = [b for b in window.message_bar.findChildren(QPushButton) if words in b.text()]
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def said_and_saved(window, words: str, target: Path, monkeypatch, picture: str) -> None:
+    """An edit is said to be in memory only; the button beside that saves all elsewhere."""
+    studio = window.studio
+    bed_on_model(window, 2.0, "third")
+    assert [t.name for t in driver.traces(window)] == ["first", "second", "third"]
+    assert window.table.model.rowCount() == 3
+    assert words in window.message_bar.text
+    assert "in memory only" in window.message_bar.text
+    assert "in memory only" in window.windowTitle()
+    driver.keep_picture(window, f"ground-{picture}")
+    # Saving is not said where nothing is saved.
+    if studio.project.trouble and not studio.project.trouble.lost:
+        driver.key(window, Qt.Key.Key_S, driver.CTRL)
+        assert "elsewhere" in window.message_bar.text
+        assert studio.session.dirty
+        assert "was saved" not in window.messages.item(window.messages.count() - 1).text()
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
+    press(window, "Save as")
+    assert studio.project.folder == target
+    assert "in memory only" not in window.windowTitle()
+    assert not studio.session.dirty
+    assert beds(target) == ["first", "second", "third"]
+    for _ in range(3):
+        driver.key(window, Qt.Key.Key_Z, driver.CTRL)
+    assert driver.traces(window) == []
+    for _ in range(3):
+        driver.key(window, Qt.Key.Key_Z, driver.CTRL | Qt.KeyboardModifier.ShiftModifier)
+    bed_on_model(window, 3.0, "fourth")
+    assert beds(target) == ["first", "fourth", "second", "third"]
+    studio.save()
+    driver.keep_picture(window, f"ground-{picture}-saved")
+    studio.new_project()
+    assert verify(target).sound
+
+
+@pytest.mark.parametrize("how", ["deleted", "renamed", "replaced", "journal removed"])
+def test_the_folder_goes_away(window, outcrop, tmp_path, monkeypatch, how):
+    folder = tmp_path / "disk" / "cliff.vom"
+    begun(window, outcrop, folder)
+    older = tmp_path / "older.vom"
+    if how == "deleted":
+        shutil.rmtree(folder)
+    elif how == "renamed":
+        folder.rename(folder.with_name("other.vom"))
+    elif how == "journal removed":
+        (folder / NAME).unlink()
+    else:
+        Project.create(older).close()
+        shutil.rmtree(folder)
+        shutil.copytree(older, folder)
+    words = "has taken its place" if how == "replaced" else "no longer there"
+    said_and_saved(window, words, tmp_path / "rescued.vom", monkeypatch, how.replace(" ", "-"))
+    if how == "deleted":
+        assert not folder.exists(), "it is not made again"
+    elif how == "renamed":
+        assert beds(folder.with_name("other.vom")) == ["first", "second"]
+    elif how == "replaced":
+        assert (folder / NAME).read_bytes() == (older / NAME).read_bytes()
+
+
+def test_the_disk_is_full(window, outcrop, tmp_path, monkeypatch):
+    with small_disk(tmp_path / "disk", 2048) as disk:
+        begun(window, outcrop, disk / "cliff.vom")
+        fill(disk)
+        # The log has some room left in its last page.
+        while not window.message_bar.isVisible():
+            window.studio.undo()
+            window.studio.redo()
+        said_and_saved(window, "is full", tmp_path / "rescued.vom", monkeypatch, "full")
+
+
+def test_the_disk_can_only_be_read(window, outcrop, tmp_path, monkeypatch):
+    with failing_disk(tmp_path / "disk") as (disk, fail):
+        begun(window, outcrop, disk / "cliff.vom")
+        fail()
+        said_and_saved(window, "only be read", tmp_path / "rescued.vom", monkeypatch, "read-only")
+
+
+def test_the_drive_is_taken_away(window, outcrop, tmp_path, monkeypatch):
+    with small_disk(tmp_path / "disk", 8192) as disk:
+        begun(window, outcrop, disk / "cliff.vom")
+        subprocess.run(["umount", "-l", str(disk)], check=True)
+        try:
+            said_and_saved(
+                window, "no longer there", tmp_path / "rescued.vom", monkeypatch, "drive"
+            )
+        finally:
+            subprocess.run(["mount", "-t", "tmpfs", "tmpfs", str(disk)], check=True)
+
+
+def test_closing_asks_although_everything_had_been_saved(own_folders, qtbot, outcrop, tmp_path):
+    window = driver.make_window()
+    folder = tmp_path / "cliff.vom"
+    begun(window, outcrop, folder)
+    window.studio.save()
+    driver.wait(lambda: not window.studio.jobs.jobs, "the layers", 120)
+    shutil.rmtree(folder)
+    seen: list[str] = []
+    driver.answer(QMessageBox.StandardButton.Cancel, seen)
+    assert not window.close()
+    assert seen
+    driver.answer(QMessageBox.StandardButton.Discard, seen)
+    assert window.close()
+    driver.delete(window)
+    assert not folder.exists()

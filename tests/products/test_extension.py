@@ -1,0 +1,118 @@
+"""Traces of a plane on a model: where it truly meets it, and how far off it may be there."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.extraction.planes_by_construction import grid_mesh, normal_of
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit
+from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.planes import fit_plane
+from vomstudio.products.section.extension import band_edges, extend, write_traces
+
+ATTITUDE = (60.0, 30.0)
+
+
+def hilly(step: float = 0.25) -> Mesh:
+    y, x = np.mgrid[0:81, 0:81] * step
+    return grid_mesh(1.5 * np.sin(x / 3) * np.cos(y / 4), step)
+
+
+def test_traces_lie_on_the_planes_and_on_the_surface() -> None:
+    mesh = hilly()
+    through = np.array([10.0, 10.0, 0.4])
+    belief = belief_of_attitude(Plane(*ATTITUDE), through, 1.0, 0.02)
+    found = extend(mesh, belief, thickness_m=1.2, thickness_error_m=0.05)
+    assert [bed.bed for bed in found.beds] == sorted(bed.bed for bed in found.beds)
+    assert {bed.bed for bed in found.beds} >= {-2, -1, 0, 1, 2}
+    normal = normal_of(*ATTITUDE)
+    for trace in found.traces:
+        off = (trace.points - through) @ normal - 1.2 * trace.bed
+        assert np.abs(off).max() < 1e-9
+        x, y, z = trace.points.T
+        assert np.abs(z - 1.5 * np.sin(x / 3) * np.cos(y / 4)).max() < 0.01
+        flat = np.linalg.norm(
+            trace.points - through - ((trace.points - through) @ normal)[:, None] * normal, axis=1
+        )
+        tilt = math.tan(math.radians(1.0)) * 1.959964 / math.sqrt(5.991465)
+        expected = np.sqrt(0.02**2 + (tilt * flat) ** 2 + (0.05 * trace.bed) ** 2)
+        assert trace.error95_m == pytest.approx(expected, rel=1e-6)
+    assert found.max_error95_deg == pytest.approx(1.0)
+    assert found.length_m == pytest.approx(
+        sum(np.linalg.norm(np.diff(t.points, axis=0), axis=1).sum() for t in found.traces)
+    )
+
+
+def test_the_band_ends_where_the_distance_is_the_error() -> None:
+    mesh = hilly(0.1)
+    belief = belief_of_attitude(Plane(*ATTITUDE), np.array([4.0, 4.0, 0.2]), 3.0, 0.05)
+    for side, pieces in zip((1.0, -1.0), band_edges(mesh, belief), strict=True):
+        assert len(pieces) > 50
+        points = pieces.reshape(-1, 3)
+        half = belief.t95 * belief.sd(points)
+        assert belief.distances(points) == pytest.approx(side * half, abs=1e-3)
+
+
+def test_a_bed_that_is_known_lies_in_its_band_on_the_outcrop() -> None:
+    # Traces of a true plane on a hill, digitised with noise along a short stretch: all of its true
+    # trace, far away too, is within the band in about 95 of 100 places.
+    rng = np.random.default_rng(1)
+    through = np.array([10.0, 10.0, 0.3])
+    exact = extend(hilly(), belief_of_attitude(Plane(*ATTITUDE), through, 0.0))
+    whole = np.concatenate([trace.points for trace in exact.traces])
+    near = whole[np.linalg.norm(whole - through, axis=1) < 5.0]
+    held = []
+    for _ in range(300):
+        picked = near[rng.choice(len(near), 25, replace=False)]
+        belief = belief_of_fit(
+            fit_plane(picked + 0.02 * rng.standard_normal(picked.shape), ordered=False)
+        )
+        half = belief.t95 * belief.sd(whole)
+        held.append(np.abs(belief.distances(whole)) <= half)
+    assert 0.92 < np.mean(held) < 0.975
+
+
+def test_a_cloud_has_the_same_traces() -> None:
+    mesh = hilly(0.1)
+    belief = belief_of_attitude(Plane(*ATTITUDE), np.array([4.0, 4.0, 0.2]), 1.0)
+    cloud = extend(PointCloud(mesh.vertices), belief, spacing=0.1)
+    exact = extend(mesh, belief)
+    assert cloud.length_m == pytest.approx(exact.length_m, rel=0.15)
+
+
+def test_where_beds_cannot_be_told_apart_it_is_said() -> None:
+    belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.2]), 8.0)
+    assert "which bed is which" in extend(hilly(), belief, thickness_m=0.5).warnings[0]
+    assert extend(hilly(), belief).warnings == ()
+
+
+def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
+    belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 500.0]), 1.0)
+    with pytest.raises(GeometryError, match="does not meet"):
+        extend(hilly(), belief)
+    with pytest.raises(UsageError, match="thickness is a length"):
+        extend(hilly(), belief, thickness_m=-1.0)
+    near = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.5]), 1.0)
+    with pytest.raises(UsageError, match="csv or"):
+        write_traces(tmp_path / "a.shp", extend(hilly(), near), crs=None, model="", force=False)
+
+
+def test_lines_for_a_gis_say_their_bed_and_their_worst_error(tmp_path: Path) -> None:
+    import pyogrio
+
+    belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.5]), 1.0)
+    found = extend(hilly(), belief, thickness_m=1.0)
+    path = tmp_path / "beds.gpkg"
+    write_traces(path, found, crs="EPSG:32615", model="hill", force=False)
+    meta, _, _, columns = pyogrio.raw.read(path)
+    assert meta["crs"] == "EPSG:32615"
+    told = dict(zip(meta["fields"], columns, strict=True))
+    assert told["bed"].tolist() == [trace.bed for trace in found.traces]
+    assert told["error95_m"] == pytest.approx([t.error95_m.max() for t in found.traces])

@@ -1,0 +1,200 @@
+"""What is added to a net on request: girdles, densest places, errors, averages, slip lines."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from tests.geology.samples import fisher_sample
+from vomstudio.errors import UsageError
+from vomstudio.geology.orientation import (
+    Line,
+    Plane,
+    angle_between_lines,
+    normals_to_planes,
+    planes_to_poles,
+)
+from vomstudio.geology.stereonet import project
+from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.products.net.contents import Contouring, NetContents, NetEllipse, make_sets
+from vomstudio.products.net.figure import NetArtists, draw_stereonet
+from vomstudio.products.net.figure_style import FigureStyle, size_of
+from vomstudio.products.net.found_in_sets import averages_of, girdles_of, maxima_of, with_findings
+from vomstudio.products.net.net_options import Turning, net_after, typed_slip
+from vomstudio.products.net.table_net import error_ellipses
+
+
+def fold(axis: Line, n: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    """Dip directions and dips of beds about an axis, all the way round."""
+    along = axis.vector()
+    first = np.cross(along, [0.0, 0.0, 1.0])
+    first /= np.linalg.norm(first)
+    second = np.cross(along, first)
+    turn = np.radians(np.arange(n) * 180.0 / n)[:, None]
+    return normals_to_planes(np.cos(turn) * first + np.sin(turn) * second)[:2]
+
+
+def cluster(n: int = 40, seed: int = 3) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return normals_to_planes(fisher_sample(rng, n, 60.0, planes_to_poles(120, 50)))[:2]
+
+
+def net(**more: object) -> NetContents:
+    sets = make_sets({"folded": ("plane", *fold(Line(40, 20))), "joints": ("plane", *cluster())})
+    return replace(NetContents(sets), **more)
+
+
+def draw(contents: NetContents, style: FigureStyle | None = None) -> NetArtists:
+    figure = Figure(figsize=(6.7, 4.5), dpi=100)
+    return draw_stereonet(figure, contents, (style or FigureStyle()).of_net())
+
+
+def test_a_girdle_goes_across_the_fold_axis_and_a_cluster_has_none() -> None:
+    found, others = girdles_of(net().sets)
+    assert others == ("joints",)
+    (girdle,) = found
+    assert girdle.half_angle_deg == 90.0
+    assert angle_between_lines(girdle.axis, Line(40, 20)) < 1e-6
+    assert girdle.color == net().sets[0].color
+    said = with_findings(net(), {"girdles"})
+    assert any("joints" in note for note in said.notes)
+    assert len(draw(said).axes.lines) > len(draw(net()).axes.lines)
+
+
+@pytest.mark.parametrize("each", [True, False])
+def test_the_densest_place_of_a_cluster_is_near_its_mean(each: bool) -> None:
+    joints = replace(net(), sets=net().sets[1:], contouring=Contouring(each_set=each))
+    for contents in (joints, replace(joints, contour="linear_kamb")):
+        (mark,) = maxima_of(contents)
+        assert angle_between_lines(mark.line, Plane(120, 50).pole()) < 4.0
+        assert mark.label.startswith("max ")
+    assert "% / 1 %" in maxima_of(replace(joints, contour="schmidt"))[0].label
+
+
+def test_averages_name_number_method_and_figures() -> None:
+    folded, joints = averages_of(net().sets)
+    assert folded.startswith("folded: n = 60, girdle (G 1.00) about 040/20")
+    assert joints.startswith("joints: n = 40, Fisher mean 1")
+    assert "κ" in joints
+    assert "α95" in joints
+    written = {t.get_text() for t in draw(with_findings(net(), {"averages"})).axes.texts}
+    assert any(text.startswith("joints: n = 40") for text in written)
+
+
+def test_a_slip_line_lies_in_its_plane_at_its_rake() -> None:
+    circle, mark = typed_slip("120/60/40")
+    plane = Plane(120, 60)
+    assert abs(plane.normal() @ mark.line.vector()) < 1e-9
+    # 40 degrees from the strike that has the dip to its right.
+    strike = Line(plane.strike_rhr_deg, 0.0)
+    assert angle_between_lines(mark.line, strike) == pytest.approx(40.0)
+    assert angle_between_lines(circle.axis, plane.pole()) < 1e-6
+    for wrong in ("120/60", "120/95/10", "a/b/c"):
+        with pytest.raises(UsageError):
+            typed_slip(wrong)
+
+
+TABLE = (
+    "dip_direction_deg,dip_deg,max_confidence95_deg,min_confidence95_deg,error_rake_deg\n"
+    "120,40,8,3,30\n200,70,5,2,100\n300,20,,,\n"
+)
+
+
+def read(folder: Path, text: str):
+    path = folder / "planes.csv"
+    path.write_text(text, encoding="utf-8")
+    return read_orientations(path)
+
+
+def test_errors_are_those_of_the_table_and_turn_with_the_planes(tmp_path: Path) -> None:
+    found = error_ellipses(read(tmp_path, TABLE))
+    assert [e.max_angle_deg for e in found] == [8.0, 5.0]
+    with pytest.raises(UsageError, match="max_confidence95_deg"):
+        error_ellipses(read(tmp_path, "dip_direction,dip\n120,40\n"))
+    contents = NetContents(make_sets({"a": ("plane", [120, 200], [40, 70])}), errors=found)
+    lines = [c for c in draw(contents).axes.collections if isinstance(c, LineCollection)]
+    assert len(lines) > len(
+        [c for c in draw(replace(contents, errors=())).axes.collections
+         if isinstance(c, LineCollection)]
+    )  # fmt: skip
+    turned = net_after(contents, Turning(Plane(120, 40)))
+    first = turned.errors[0]
+    assert first.line.plunge_deg == pytest.approx(90.0)
+    # Of the pole that is upright now, the larger axis still goes by the rake from the strike 030.
+    toward = Line.from_vector(first.axis)
+    assert toward.trend_deg % 180 == pytest.approx(60.0)
+    assert "Untilted by 120/40" in turned.notes
+
+
+def test_an_ellipse_of_a_pole_is_the_same_as_that_of_the_plane() -> None:
+    ellipse = NetEllipse(Plane(120, 40), 9.0, 4.0, 25.0)
+    one, other = ellipse.outline("area"), ellipse.of_pole().outline("area")
+    assert len(one) == len(other)
+    for a, b in zip(one, other, strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-12)
+
+
+def test_turning_keeps_angles_between_features_and_turns_arrows_with_their_striae() -> None:
+    striae = replace(
+        make_sets({"s": ("line", [40.0, 90.0], [10.0, 30.0])})[0],
+        slips=np.array([Line(40, 10).vector(), [np.nan] * 3]),
+    )
+    turning = Turning(Plane(200, 35), Line(70, 20), 50.0)
+    after = turning.of_set(striae)
+    before = striae.vectors() @ striae.vectors().T
+    np.testing.assert_allclose(np.abs(after.vectors() @ after.vectors().T), np.abs(before))
+    assert after.slips is not None
+    assert abs(after.slips[0] @ after.vectors()[0]) == pytest.approx(1.0)
+    assert np.isnan(after.slips[1]).all()
+    # About the vertical nothing happens to a net but that it turns.
+    half = Turning(None, Line(0, 90), 30.0).of_set(striae)
+    np.testing.assert_allclose(half.azimuth_deg, [70.0, 120.0])
+
+
+def test_marks_lie_where_they_belong_and_have_their_words() -> None:
+    _, mark = typed_slip("120/60/40")
+    artists = draw(replace(net(), marks=(mark,)))
+    assert mark.label in {t.get_text() for t in artists.axes.texts}
+    at = project(mark.line.vector())[0]
+    drawn = [line for line in artists.axes.lines if len(line.get_xdata()) == 1]
+    assert any(np.allclose([*line.get_xdata(), *line.get_ydata()], at) for line in drawn)
+
+
+def test_a_grey_figure_has_no_colours_and_other_sizes_are_taken() -> None:
+    from matplotlib.colors import to_rgb
+
+    artists = draw(net(contour="kamb"), FigureStyle(grey=True))
+    for line in artists.axes.lines:
+        colors = [line.get_color()] if line.get_linestyle() != "None" else []
+        if line.get_marker() != "None":
+            colors += [line.get_markerfacecolor(), line.get_markeredgecolor()]
+        for color in colors:
+            assert max(to_rgb(color)) - min(to_rgb(color)) < 0.01
+    large = draw(net(), FigureStyle(font_pt=12.0, symbol_pt=9.0))
+    small = draw(net())
+    assert large.poles[0].get_markersize() == pytest.approx(2.0 * small.poles[0].get_markersize())
+    assert max(t.get_fontsize() for t in large.axes.texts) == pytest.approx(1.15 * 12)
+    swapped = draw(net(), FigureStyle(colors={net().sets[0].color: "#123456"}))
+    assert swapped.poles[0].get_markerfacecolor() == "#123456"
+
+
+def test_a_style_that_cannot_be_is_refused_and_others_are_kept() -> None:
+    for wrong in (
+        FigureStyle(width_mm=1.0), FigureStyle(font_pt=float("nan")), FigureStyle(line_pt=0.0),
+        FigureStyle(font="No Such Font"),
+    ):  # fmt: skip
+        with pytest.raises(UsageError):
+            wrong.check()
+        assert FigureStyle.kept(wrong.to_keep()) == FigureStyle()
+    style = FigureStyle(90.0, font="DejaVu Serif", grey=True, colors={"#000000": "#ff0000"})
+    style.check()
+    assert FigureStyle.kept(style.to_keep()) == style
+    assert FigureStyle.kept({"font_pt": "wide", "other": 3}) == FigureStyle()
+    assert size_of("90 x 60") == (90.0, 60.0)
+    with pytest.raises(UsageError):
+        size_of("wide")

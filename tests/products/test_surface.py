@@ -1,0 +1,240 @@
+"""A patch as a surface: against self-affine surfaces of known exponent, grooves of known direction,
+and a plane that is known to end."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.extraction.planes_by_construction import angle_deg, axes_of, normal_of
+from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.geology.roughness import increments
+from vomstudio.geology.roughness.holding import where_it_holds
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.products.surface.analysis import analyse
+from vomstudio.products.surface.patch import around, of_facet
+
+Array = np.ndarray
+ATTITUDE = (130.0, 60.0)
+PLACE = np.array([4.0e5, 5.0e6, 300.0])
+
+
+def self_affine(n: int, exponent: float, rng: np.random.Generator) -> Array:
+    """(n, n) of fractional Brownian motion with unit variance of first differences, exact by the
+    intrinsic embedding of Stein (2002, Journal of Computational and Graphical Statistics 11, 587),
+    for exponents of at most 0.9."""
+    m, reach, alpha = 2 * n, 2.0, 2.0 * exponent
+    if alpha <= 1.5:
+        beta, c2 = 0.0, alpha / 2.0
+        c0 = 1.0 - c2
+    else:
+        beta = alpha * (2.0 - alpha) / (3.0 * reach * (reach**2 - 1.0))
+        c2 = (alpha - beta * (reach - 1.0) ** 2 * (reach + 2.0)) / 2.0
+        c0 = beta * (reach - 1.0) ** 3 + 1.0 - c2
+    t = np.linspace(0.0, reach, m)
+    r = np.hypot(*np.meshgrid(t, t))
+    far = beta * (reach - r) ** 3 / np.where(r > 0, r, 1.0)
+    g = np.where(r <= 1, c0 - r**alpha + c2 * r**2, np.where(r <= reach, far, 0.0))
+    whole = np.block([[g, g[:, -2:0:-1]], [g[-2:0:-1], g[-2:0:-1, -2:0:-1]]])
+    power = np.fft.fft2(whole).real / whole.size
+    assert power.min() > -1e-5 * power.max()
+    z = rng.standard_normal(whole.shape) + 1j * rng.standard_normal(whole.shape)
+    field = np.fft.fft2(np.sqrt(np.maximum(power, 0.0)) * z).real[:m, :m]
+    tilt = math.sqrt(2.0 * c2) * rng.standard_normal(2)
+    field = field - field[0, 0] + t[:, None] * tilt[0] + t[None, :] * tilt[1]
+    return field[:n, :n] / np.sqrt(np.mean(np.diff(field[:n, :n], axis=0) ** 2))
+
+
+def mesh_over(heights: Array, step: float, attitude: tuple[float, float] = ATTITUDE) -> Mesh:
+    """Heights along the normal, columns along the strike's opposite, rows down the dip."""
+    rows, columns = heights.shape
+    y, x = np.mgrid[0:rows, 0:columns] * step
+    u, v = axes_of(*attitude)
+    points = PLACE + x.reshape(-1, 1) * u + y.reshape(-1, 1) * v
+    points = points + heights.reshape(-1, 1) * normal_of(*attitude)
+    a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    one = np.stack([a, a + 1, a + columns], axis=1)
+    two = np.stack([a + 1, a + columns + 1, a + columns], axis=1)
+    return Mesh(points, np.concatenate([one, two]).astype(np.int32))
+
+
+def grooves(n: int, step: float, angle: float, wave: float, height: float) -> Array:
+    y, x = np.mgrid[0:n, 0:n] * step
+    across = math.radians(angle + 90)
+    phase = (x * math.cos(across) + y * math.sin(across)) / wave
+    return height * np.cos(2 * math.pi * phase)
+
+
+@pytest.mark.parametrize("exponent", [0.4, 0.8])
+def test_the_exponent_of_a_self_affine_surface(exponent: float) -> None:
+    rng = np.random.default_rng(1)
+    found, held = [], 0
+    for _ in range(12):
+        seen = increments.variations(self_affine(128, exponent, rng), 0.02, 0.05)
+        one = increments.exponent(seen, 0.0)
+        found.append(one.H)
+        held += abs(one.H - exponent) <= one.error95
+        assert one.error95 < 0.15
+    assert np.mean(found) == pytest.approx(exponent, abs=0.02)
+    assert held >= 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("exponent", [0.3, 0.6, 0.8])
+def test_the_stated_error_holds_and_no_direction_is_claimed_falsely(exponent: float) -> None:
+    rng = np.random.default_rng(2)
+    runs, held, claimed, found = 200, 0, 0, []
+    for _ in range(runs):
+        seen = increments.variations(self_affine(128, exponent, rng), 1.0, 2.0)
+        one = increments.exponent(seen, 0.0)
+        found.append(one.H)
+        held += abs(one.H - exponent) <= one.error95
+        claimed += increments.smoothest(seen, 0.0).claimed
+    assert np.mean(found) == pytest.approx(exponent, abs=0.01)
+    assert 0.91 <= held / runs <= 0.99
+    assert claimed / runs <= 0.03
+
+
+def test_no_direction_is_claimed_on_surfaces_without() -> None:
+    rng = np.random.default_rng(3)
+    claimed = [
+        increments.smoothest(
+            increments.variations(self_affine(96, 0.7, rng), 1.0, 2.0), 0.0
+        ).claimed
+        for _ in range(20)
+    ]
+    assert sum(claimed) <= 1
+
+
+@pytest.mark.parametrize("angle", [20.0, 75.0, 170.0])
+def test_grooves_are_the_smoothest_direction_within_the_stated_error(angle: float) -> None:
+    rng = np.random.default_rng(4)
+    held, off = 0, []
+    for _ in range(8):
+        rough = self_affine(128, 0.6, rng)
+        seen = increments.variations(rough + grooves(128, 1.0, angle, 14.0, 3.0), 1.0, 2.0)
+        one = increments.smoothest(seen, 0.0)
+        assert one.claimed
+        off.append((one.angle_deg - angle + 90) % 180 - 90)
+        held += abs(off[-1]) <= one.error95_deg
+        assert one.error95_deg < 6
+    assert abs(np.mean(off)) < 1.5
+    assert held >= 7
+
+
+@pytest.mark.parametrize("turn", [0.0, 30.0])
+def test_grooves_on_a_dipping_face_have_their_line_in_the_world(turn: float) -> None:
+    attitude = (ATTITUDE[0] + turn, ATTITUDE[1])
+    rng = np.random.default_rng(5)
+    heights = 0.002 * self_affine(128, 0.6, rng) + grooves(128, 0.05, 40.0, 0.7, 0.012)
+    found = analyse(mesh_over(heights, 0.05, attitude), noise_m=0.0005)
+    u, v = axes_of(*attitude)
+    truth = math.cos(math.radians(40)) * u + math.sin(math.radians(40)) * v
+    line = found.smoothest
+    t, p = math.radians(line.trend_deg), math.radians(line.plunge_deg)
+    seen = np.array([math.sin(t) * math.cos(p), math.cos(t) * math.cos(p), -math.sin(p)])
+    assert angle_deg(truth, seen) <= line.error95_deg + 0.5
+    assert line.error95_deg < 6
+    assert line.ratio > 1.3
+    along, across = found.profiles
+    assert along.deviation_m.std() < 0.7 * across.deviation_m.std()
+    assert ((along.points[-1] - along.points[0]) / np.ptp(along.distance_m)) @ seen == (
+        pytest.approx(1.0, abs=0.01)
+    ) or ((along.points[0] - along.points[-1]) / np.ptp(along.distance_m)) @ seen == (
+        pytest.approx(1.0, abs=0.01)
+    )
+
+
+def test_deviations_are_the_heights_over_the_plane() -> None:
+    heights = grooves(120, 0.05, 0.0, 1.0, 0.03)
+    found = analyse(mesh_over(heights, 0.05))
+    assert (
+        angle_deg(
+            normal_of(found.plane["dip_direction_deg"], found.plane["dip_deg"]),
+            normal_of(*ATTITUDE),
+        )
+        < 0.1
+    )
+    assert found.rms_m == pytest.approx(0.03 / math.sqrt(2), rel=0.02)
+    assert found.highest_m == pytest.approx(0.03, rel=0.05)
+    assert found.lowest_m == pytest.approx(-0.03, rel=0.05)
+    assert found.at_points == pytest.approx(heights.ravel() - heights.mean(), abs=0.002)
+    assert found.trim is None
+    rows, columns = found.deviations.shape
+    assert found.cells == np.isfinite(found.deviations).sum() > 0.9 * rows * columns
+
+
+def test_white_noise_and_a_perfect_plane_have_no_exponent_and_no_direction() -> None:
+    rng = np.random.default_rng(6)
+    y, x = (a.ravel() for a in np.mgrid[0:120, 0:120] * 0.05)
+    u, v = axes_of(*ATTITUDE)
+    flat = PLACE + x[:, None] * u + y[:, None] * v
+    noisy = flat + 0.01 * rng.standard_normal((len(x), 1)) * normal_of(*ATTITUDE)
+    found = analyse(PointCloud(noisy))
+    assert found.noise_from == "points"
+    assert found.noise_m == pytest.approx(0.01, rel=0.1)
+    assert found.hurst is None
+    assert "noise" in found.hurst_reason
+    assert found.smoothest is None
+    exact = analyse(mesh_over(np.zeros((100, 100)), 0.05))
+    assert exact.noise_from == "mesh"
+    assert exact.hurst is None
+    assert exact.smoothest is None
+
+
+def test_a_mesh_whose_roughness_is_below_its_edges_is_refused_unless_its_noise_is_given() -> None:
+    rough = 0.002 * self_affine(128, 0.7, np.random.default_rng(7))
+    mesh = mesh_over(rough, 0.05)
+    assert analyse(mesh).hurst is None
+    given = analyse(mesh, noise_m=0.00005)
+    assert pytest.approx(0.7, abs=max(given.hurst.error95, 0.1)) == given.hurst.H
+    assert len(given.hurst.directions) == increments.DIRECTIONS
+
+
+def test_where_the_plane_ends_is_found_and_its_trim_turns_it_back() -> None:
+    rng = np.random.default_rng(8)
+    n, step = 120, 0.05
+    heights = 0.003 * rng.standard_normal((n, n))
+    # From column 90 on the face bends away by 20 degrees.
+    x = np.arange(n) * step
+    heights += np.maximum(x - 90 * step, 0.0) * math.tan(math.radians(20))
+    found = analyse(mesh_over(heights, step), noise_m=0.003)
+    assert found.trim is not None
+    assert found.trim.share == pytest.approx(0.25, abs=0.04)
+    normal = normal_of(found.trim.plane["dip_direction_deg"], found.trim.plane["dip_deg"])
+    whole = normal_of(found.plane["dip_direction_deg"], found.plane["dip_deg"])
+    assert angle_deg(normal, normal_of(*ATTITUDE)) < 0.1
+    assert found.trim.turn_deg == pytest.approx(angle_deg(normal, whole), abs=1e-6)
+    assert found.trim.turn_deg > 1.0
+    holds = found.holds.reshape(n, n)
+    assert holds[:, :88].all()
+    assert not holds[:, 96:].any()
+
+
+def test_a_rough_surface_that_is_one_plane_is_not_trimmed() -> None:
+    rng = np.random.default_rng(9)
+    trims = [where_it_holds(self_affine(96, 0.5, rng), 0.0).trims for _ in range(20)]
+    assert sum(trims) <= 2
+
+
+def test_parts_of_a_model_and_what_is_refused() -> None:
+    mesh = mesh_over(0.01 * np.random.default_rng(10).standard_normal((80, 80)), 0.05)
+    middle = mesh.vertices.mean(axis=0)
+    part = around(mesh, middle, 1.0)
+    assert np.linalg.norm(part.vertices - middle, axis=1).max() <= 1.0
+    assert len(part.faces) == pytest.approx(math.pi / 0.05**2 * 2, rel=0.1)
+    with pytest.raises(InputError, match="within that radius"):
+        around(mesh, middle + 100, 1.0)
+    with pytest.raises(InputError, match="facets --labels"):
+        of_facet(mesh, 0)
+    with pytest.raises(GeometryError, match="too small"):
+        analyse(around(mesh, middle, 0.15))
+    with pytest.raises(UsageError, match="length"):
+        analyse(mesh, noise_m=-1.0)
+    with pytest.raises(UsageError, match="million"):
+        analyse(mesh, cell_m=0.0005)
+    with pytest.raises(GeometryError):
+        analyse(PointCloud(np.zeros((50, 3))))

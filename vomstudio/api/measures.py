@@ -1,0 +1,180 @@
+"""True measures: displacements of faults, planes through three points, logs along a line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vomstudio.api.checking import warn
+from vomstudio.api.tables import text_of
+from vomstudio.errors import UsageError
+from vomstudio.geology.beds.bed_log import BedLog, bed_log
+from vomstudio.geology.faults.displacement import (
+    Errors,
+    ThreePoints,
+    plane_of_three_points,
+)
+from vomstudio.geology.faults.displacement_pairs import Displacements, displacements
+from vomstudio.geology.orientation import Line, Plane, rake_of
+from vomstudio.io.text.log_reading import boundaries_of, pairs_of
+from vomstudio.words import tr
+
+
+def displacement(
+    pairs: Any,
+    *,
+    fault: tuple[float, float],
+    bed: tuple[float, float] | None = None,
+    rake_deg: float | None = None,
+    slip: tuple[float, float] | None = None,
+    sigma_m: float = 0.0,
+    fault_error_deg: float = 0.0,
+    bed_error_deg: float = 0.0,
+    rake_error_deg: float = 0.0,
+) -> Displacements:
+    """How far the hanging wall of a fault moved, of pairs of points on both sides.
+
+    Parameters
+    ----------
+    pairs : (n, 6) World, metres: x, y, z on the hanging wall, then on the footwall; or a DataFrame
+        or file with the columns ``hanging_x`` ... ``footwall_z`` and, if wanted, ``name``
+    fault : (dip direction, dip), degrees
+    bed : (dip direction, dip) where the points are cut-offs of a bed; None where each pair was one
+        point (piercing points)
+    rake_deg, slip : of the slip lineation on the fault, or its (trend, plunge); an axis
+    sigma_m : standard deviation of each coordinate
+    fault_error_deg, bed_error_deg : half-angles of the 95 % cones of the two normals
+    rake_error_deg : 95 % of the rake
+
+    Returns
+    -------
+    Displacements: ``what`` ("net slip", or "separation" where the slip is unknown), ``n``,
+    ``pairs`` (each with ``displacement`` or ``separations``), means and standard deviations of net
+    slip, throw and heave in metres, ``skipped``.
+
+    Raises
+    ------
+    vs.errors.UsageError for a slip without a bed, both ``rake_deg`` and ``slip``, and negative
+    errors; vs.errors.GeometryError where no pair has a result; vs.errors.InputError for a table
+    without these columns.
+
+    Piercing points give the net slip, cut-offs give it along a known slip and separations without
+    one (Hill 1959, Journal of Geology 67, 641-653).
+
+    Examples
+    --------
+    Ten metres down the dip of a fault of 60 degrees:
+
+    >>> import vomstudio as vs
+    >>> found = vs.displacement([[5, 0, -8.66, 0, 0, 0]], fault=(90, 60), sigma_m=0.1)
+    >>> round(found.mean_net_m, 2), round(found.mean_heave_m, 2)
+    (10.0, 5.0)
+    """
+    plane = Plane(*fault)
+    if slip is not None and rake_deg is not None:
+        raise UsageError(tr("Give the slip by its rake or by trend and plunge."), field="slip")
+    rake = rake_deg if slip is None else rake_of(Line(*slip), plane)
+    names, points = pairs_of(_table(pairs, 6))
+    return displacements(
+        names, points[:, :3], points[:, 3:], plane, bed=None if bed is None else Plane(*bed),
+        slip_rake_deg=rake,
+        errors=Errors(sigma_m, fault_error_deg, bed_error_deg, rake_error_deg),
+    )  # fmt: skip
+
+
+def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
+    """The plane through three points, with the errors that follow from theirs.
+
+    Parameters
+    ----------
+    points : (3, 3) World, metres, or a DataFrame or file with three rows of x, y, z
+    sigma_m : standard deviation of each coordinate
+
+    Returns
+    -------
+    ThreePoints: ``dip_direction_deg``, ``dip_deg``, ``strike_rhr_deg``, ``dip_error_deg`` and
+    ``dip_direction_error_deg`` (95 %, each by itself), ``max_error95_deg`` (half-angle of the
+    joint 95 % cone in the worst direction); None where nothing is known of errors.
+
+    Raises
+    ------
+    vs.errors.GeometryError for points on one line, more or fewer than three;
+    vs.errors.UsageError for a negative sigma; vs.errors.InputError for a table without places.
+
+    The cross product of two sides, with errors to first order.
+
+    Examples
+    --------
+    >>> import vomstudio as vs
+    >>> found = vs.threepoint([[0, 0, 100], [0, 50, 100], [40, 20, 80]], sigma_m=0.5)
+    >>> round(found.dip_direction_deg), round(found.dip_deg, 1), round(found.dip_error_deg, 1)
+    (90, 26.6, 1.4)
+    """
+    return plane_of_three_points(boundaries_of(_table(points, 3)).points, sigma_m)
+
+
+def log(
+    table: Any,
+    *,
+    bed: tuple[float, float],
+    sigma_m: float = 0.0,
+    bed_error_deg: float = 0.0,
+    overturned: bool = False,
+) -> BedLog:
+    """Boundaries of beds along a line, and the true thickness between them.
+
+    Parameters
+    ----------
+    table : (n, 3) World, metres, a point on each boundary, or a DataFrame or file with x, y, z
+        and, if wanted, ``name``, ``lithology`` and ``notes`` of the bed that begins there
+    bed : (dip direction, dip) of the beds, degrees
+    sigma_m : standard deviation of each coordinate
+    bed_error_deg : half-angle of the 95 % cone of the bedding's normal
+    overturned : younger beds lie below
+
+    Returns
+    -------
+    BedLog: ``n``, ``intervals`` from the oldest up (``number``, ``base``, ``top``, ``base_m``,
+    ``top_m``, ``thickness_m`` with ``value`` and ``error95``, ``lithology``, ``strabospot``: its
+    fields in StraboSpot's forms, ``notes``), ``total_m``, ``reordered``, ``warnings``.
+
+    Raises
+    ------
+    vs.errors.GeometryError for fewer than two boundaries; vs.errors.UsageError for negative
+    errors; vs.errors.InputError for a table without places.
+
+    Thickness is what of the way between two points runs across the bedding (Ragan 2009, Structural
+    Geology, chapter 2), its error to first order.
+
+    Examples
+    --------
+    Ten metres along the ground across beds that dip 30 degrees are five across the beds:
+
+    >>> import vomstudio as vs
+    >>> found = vs.log([[0, 0, 0], [10, 0, 0]], bed=(90, 30), bed_error_deg=2)
+    >>> round(found.total_m.value, 2), round(found.total_m.error95, 2)
+    (5.0, 0.24)
+    """
+    read = boundaries_of(_table(table, 3))
+    found = bed_log(
+        read.points, Plane(*bed), names=read.names, lithologies=read.lithologies,
+        notes=read.notes, sigma_m=sigma_m, bed_error_deg=bed_error_deg, overturned=overturned,
+    )  # fmt: skip
+    warn(found.warnings)
+    return found
+
+
+def _table(given: Any, width: int) -> Any:
+    """A DataFrame, a file, or an array (n, width) as a table of texts."""
+    if hasattr(given, "columns") or isinstance(given, str) or hasattr(given, "__fspath__"):
+        return text_of(given)
+    from pandas import DataFrame
+
+    names = ("x", "y", "z") if width == 3 else (
+        "hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z"
+    )  # fmt: skip
+    array = np.asarray(given, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != width:
+        raise UsageError(tr("An array of {width} columns is needed.", width=width))
+    return text_of(DataFrame(array, columns=list(names)))

@@ -1,0 +1,109 @@
+"""What straight traces determine: the band of planes that contain them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vomstudio.api.checking import points as checked
+from vomstudio.api.checking import positive
+from vomstudio.api.tables import rows_of
+from vomstudio.errors import GeometryError
+from vomstudio.geology.band_figures import BandFigures, band_figures, table_priors
+from vomstudio.geology.plane_bands import CrossingPlane, PlaneBand, band_of, crossing_plane
+from vomstudio.geometry.planes import fit_plane
+from vomstudio.words import tr
+
+
+def plane_band(
+    points: Any, *, sets: Any = None, resolution_m: float | None = None
+) -> BandFigures | None:
+    """The band of planes that a straight trace allows, and which sets it may belong to.
+
+    Parameters
+    ----------
+    points : (n, 3) of a trace, in their order, World, metres, or a DataFrame with x, y, z
+    sets : a table of planes as `vs.stats` takes it, with a column ``set``; None for no comparison
+    resolution_m : of the model, which can tilt the trace's line
+
+    Returns
+    -------
+    None where the points determine a plane (95 % within 15 degrees), or not even a line. Else
+    BandFigures: ``trend_deg``, ``plunge_deg`` of the line in every plane, ``half_width95_deg``
+    by how much planes may miss it, ``turn95_deg`` how far they turn about it (90: any),
+    ``lowest_dip_deg``, ``highest_dip_deg``; ``sets``, the most probable first, each with ``p``,
+    ``compatible``, ``probability`` and the plane if the trace is of it (``dip_direction_deg``,
+    ``dip_deg``, ``max_confidence95_deg``, ``min_confidence95_deg``); ``none_probability``.
+
+    Raises
+    ------
+    vs.errors.InputError for points or a table that are none; vs.errors.GeometryError where no plane
+    can be fitted at all, or no set has three planes.
+
+    The band is the joint 95 % region of the normal (F test). A set counts by its share of the
+    planes, and scatters by Fisher's law; the plane is the mean of what both allow (Bayes).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vomstudio as vs
+    >>> t = np.linspace(0, 5, 60)
+    >>> noise = np.random.default_rng(1).normal(0, 0.01, (60, 3))
+    >>> along = np.array([0.0, np.cos(np.radians(20)), -np.sin(np.radians(20))])
+    >>> band = vs.plane_band(np.outer(t, along) + noise)
+    >>> round(band.plunge_deg), round(band.lowest_dip_deg), round(band.highest_dip_deg)
+    (20, 20, 90)
+    """
+    band = _band(points, resolution_m)
+    priors = [] if sets is None else table_priors(rows_of(sets))
+    return None if band is None else band_figures(band, priors)
+
+
+def plane_of_crossing(
+    first: Any, second: Any, *, resolution_m: float | None = None
+) -> CrossingPlane:
+    """The plane that contains two straight traces that cross, if they are of one plane.
+
+    Parameters
+    ----------
+    first, second : (n, 3) points of each in their order, World, metres
+    resolution_m : of the model, which can tilt the traces' lines
+
+    Returns
+    -------
+    CrossingPlane: ``dip_direction_deg``, ``dip_deg``, ``max_confidence95_deg``,
+    ``min_confidence95_deg`` (semi-axes of the joint region of the normal), ``crossing_deg``, the
+    angle between the traces. Whether they are of one plane: `vs.fit_parallel`.
+
+    Raises
+    ------
+    vs.errors.GeometryError for a trace that is not straight, and for traces within 10 degrees of
+    each other; vs.errors.InputError for points that are none.
+
+    The normal is the cross product of the lines; its covariance follows from theirs.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vomstudio as vs
+    >>> t, noise = np.linspace(0, 5, 60), np.random.default_rng(2).normal(0, 0.01, (2, 60, 3))
+    >>> level = np.outer(t, [0, 1, 0]) + noise[0]
+    >>> down = np.outer(t, [np.cos(np.radians(40)), 0, -np.sin(np.radians(40))]) + noise[1]
+    >>> plane = vs.plane_of_crossing(level, down)
+    >>> round(plane.dip_direction_deg), round(plane.dip_deg)
+    (90, 40)
+    """
+    bands = [_band(given, resolution_m) for given in (first, second)]
+    for number, band in enumerate(bands, 1):
+        if band is None:
+            raise GeometryError(
+                tr("Trace {number} is not straight: it has a plane of its own, or none.",
+                   number=number)
+            )  # fmt: skip
+    one, other = bands
+    assert one is not None
+    assert other is not None
+    return crossing_plane(one, other)
+
+
+def _band(points: Any, resolution_m: float | None) -> PlaneBand | None:
+    return band_of(fit_plane(checked(points)), resolution_m=positive(resolution_m, "resolution_m"))

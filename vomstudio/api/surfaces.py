@@ -1,0 +1,92 @@
+"""A patch as a surface."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vomstudio.api.checking import numbers, single_number, warn
+from vomstudio.api.comparisons import placed
+from vomstudio.api.reporting import Reported, told
+from vomstudio.errors import UsageError
+from vomstudio.products.surface.analysis import SurfaceFigures, analyse
+from vomstudio.progress import CancelToken
+from vomstudio.words import tr
+
+
+def surface(
+    model: Any,
+    *,
+    around: Any = None,
+    noise_m: float | None = None,
+    gsd_m: float | None = None,
+    progress: Reported = None,
+    cancel: CancelToken | None = None,
+) -> SurfaceFigures:
+    """How a patch departs from its plane, where the plane ceases to hold, and how rough it is.
+
+    Parameters
+    ----------
+    model : the patch as a Mesh, PointCloud, a model of a project, the path of a file, or an array
+        (n, 3) of points in World, metres
+    around : ((x, y, z), radius) of the part of the model that is the patch, World, m
+    noise_m : standard deviation of the heights that is the model's own; None takes that of a
+        cloud's points about local planes, of a mesh a quarter of its mean edge
+    gsd_m : side of the map's cells; None takes the mean edge or spacing
+    progress : called with (stage, steps done, all steps or None), or a Progress
+    cancel : a vs.CancelToken that stops the work
+
+    Returns
+    -------
+    SurfaceFigures: ``plane`` (dict of the orientation table's columns), ``rms_m``, ``lowest_m``,
+    ``highest_m``, ``trim``, ``hurst``, ``smoothest`` (None with ``hurst_reason`` and
+    ``smoothest_reason``), ``deviations`` (rows, columns) in m, NaN where there is nothing, rows
+    down the dip, ``at_points`` (n,), ``profiles``, ``warnings``.
+
+    Raises
+    ------
+    vs.errors.GeometryError for a patch without a plane or with too few cells;
+    vs.errors.UsageError for lengths that are none; vs.errors.Cancelled.
+
+    Second differences by direction (Kent & Wood 1997; Chan & Wood 2000), jackknife errors;
+    smoothest direction of faults after Renard et al. (2006).
+
+    Examples
+    --------
+    Grooves half a metre apart that run east:
+
+    >>> import numpy as np
+    >>> import vomstudio as vs
+    >>> x, y = (a.ravel() for a in np.meshgrid(np.arange(0, 4, 0.03), np.arange(0, 4, 0.03)))
+    >>> chance = np.random.default_rng(1)
+    >>> grooves = 0.02 * np.sin(2 * np.pi * y / 0.5) + 0.0005 * chance.standard_normal(len(x))
+    >>> found = vs.surface(np.column_stack([x, y, grooves]), noise_m=0.0005)
+    >>> abs(found.smoothest.trend_deg - 90) < 2, round(found.rms_m, 3)
+    (True, 0.014)
+    """
+    data, crs, _ = placed(model, "model")
+    if around is not None:
+        data = _around(data, around)
+    found = analyse(
+        data,
+        noise_m=single_number(noise_m, "noise_m"),
+        cell_m=single_number(gsd_m, "gsd_m"),
+        model=getattr(getattr(model, "path", None), "name", None) or "",
+        frame=crs or "local",
+        progress=told(progress, cancel),
+    )
+    warn(found.warnings)
+    return found
+
+
+def _around(data: Any, given: Any) -> Any:
+    from vomstudio.products.surface.patch import around
+
+    try:
+        place, radius = given
+        centre = numbers(place, "around")
+        reach = single_number(radius, "around")
+    except (TypeError, ValueError):
+        centre, reach = None, None
+    if centre is None or centre.shape != (3,) or reach is None or not reach > 0.0:
+        raise UsageError(tr("A patch is ((x, y, z), radius), in metres."), field="around")
+    return around(data, centre, reach)

@@ -1,0 +1,59 @@
+"""`vomstudio log`: boundaries of beds along a line, and the thickness between them."""
+
+from __future__ import annotations
+
+import argparse
+
+from vomstudio.cli.common import text_tables
+from vomstudio.cli.common.angles import plane_of
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
+from vomstudio.cli.common.output import Output
+from vomstudio.words import tr
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "log", run, help_=tr("True thicknesses along a line, with errors")
+    )
+    parser.add_argument(
+        "table", metavar="TABLE", help=tr("table of a point on each boundary, in metres")
+    )
+    add_output(parser, tr("the log as a table"))
+    parser.add_argument("--bed", metavar="DD/D", required=True, help=tr("attitude of the beds"))
+    for option, of in (
+        ("--sigma", tr("standard deviation of each coordinate, in metres")),
+        ("--bed-error", tr("half-angle of the bedding's 95 %% cone, in degrees")),
+    ):
+        parser.add_argument(option, type=float, default=0.0, metavar="N", help=of)
+    parser.add_argument("--overturned", action="store_true", help=tr("younger beds lie below"))
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.files.atomic import check_target
+    from vomstudio.geology.beds.bed_log import bed_log
+    from vomstudio.io.text.log_reading import read_boundaries
+    from vomstudio.tables.log_table import write_log
+
+    bed = plane_of(args.bed, "--bed")
+    if args.output is not None:
+        check_target(args.output, force=args.force, inputs=[args.table])
+    read = read_boundaries(args.table)
+    found = bed_log(
+        read.points, bed, names=read.names, lithologies=read.lithologies, notes=read.notes,
+        sigma_m=args.sigma, bed_error_deg=args.bed_error, overturned=args.overturned,
+    )  # fmt: skip
+    if args.output is not None:
+        about = tr("bedding {bed} ± {error:g}° (95 %)", bed=args.bed, error=args.bed_error)
+        write_log(args.output, found, about=about, force=args.force)
+    out.result({**found.as_dict(), "table": args.output, "dropped_lines": list(read.dropped)})
+    out.warn(found.warnings)
+    heads = [tr("bed"), tr("from"), tr("to"), tr("thickness"), "+-", tr("lithology"), tr("notes")]
+    rows = [
+        [str(i.number), i.base, i.top, text_tables.number(i.thickness_m.value, 3),
+         text_tables.number(i.thickness_m.error95, 3), i.lithology, i.notes]
+        for i in reversed(found.intervals)
+    ]  # fmt: skip
+    out.text(
+        tr("Metres across the bedding, errors 95 %, the youngest bed on top")
+        + "\n" + text_tables.table(heads, [""] * len(heads), rows)
+    )  # fmt: skip

@@ -1,0 +1,138 @@
+"""`vomstudio surface`: how a patch departs from its plane."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.cli.common import text_tables
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.frames_of_models import add_frame, declared_of
+from vomstudio.cli.common.output import Output
+from vomstudio.errors import UsageError, VomError
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.geometry.cloud import PointCloud
+    from vomstudio.geometry.mesh import Mesh
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers,
+        "surface",
+        run,
+        help_=tr("How a patch departs from its plane, and how rough it is"),
+    )
+    parser.add_argument("model", metavar="MODEL", help=tr("mesh, point cloud or table x, y, z"))
+    parser.add_argument(
+        "--around", metavar="X,Y,Z,R", help=tr("only what lies within R metres of a place")
+    )
+    parser.add_argument(
+        "--facet", metavar="N", type=int, help=tr("only this facet of a model with labels")
+    )
+    add_output(parser, tr("the deviations, .tif, .ply or .csv"), required=True)
+    parser.add_argument(
+        "--noise", metavar="M", type=float, help=tr("standard deviation of the model's own noise")
+    )
+    parser.add_argument("--gsd", metavar="M", type=float, help=tr("side of a cell of the map"))
+    parser.add_argument(
+        "--profiles", metavar="OUT.csv", help=tr("also profiles along and across, as a table")
+    )
+    add_frame(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Raises UsageError, InputError, GeometryError or TargetError."""
+    from vomstudio.files.atomic import check_target
+    from vomstudio.products.surface.analysis import analyse
+    from vomstudio.products.surface.patch import parse_around
+    from vomstudio.products.surface.writing import format_of, write_deviations, write_profiles
+    from vomstudio.workspace.world_models import read_in_world
+
+    format_of(args.output)
+    if args.around is not None and args.facet is not None:
+        raise UsageError(tr("Give --around or --facet, not both."), field="--facet")
+    place = None if args.around is None else parse_around(args.around)
+    check_target(args.output, force=args.force, inputs=[args.model])
+    if args.profiles is not None:
+        check_target(args.profiles, force=args.force, inputs=[args.model, args.output])
+    progress = progress_of(args)
+    model = read_in_world(args.model, progress, declared_of(args))
+    try:
+        patch = _patch(args, model.data, place)
+        found = analyse(
+            patch,
+            noise_m=args.noise,
+            cell_m=args.gsd,
+            model=Path(args.model).name,
+            frame=model.crs or "local",
+            progress=progress,
+        )
+    except UsageError:
+        raise
+    except VomError as error:
+        raise type(error)(error.message, file=args.model, field=error.field) from error
+    warnings = [*model.warnings, *found.warnings]
+    warnings += write_deviations(args.output, found, patch, crs=model.crs, force=args.force)
+    if args.profiles is not None:
+        write_profiles(args.profiles, found, crs=model.crs, force=args.force)
+    result: dict[str, Any] = {"file": args.output, "profiles": args.profiles, **found.as_dict()}
+    result["warnings"] = warnings
+    out.result(result)
+    out.warn(warnings)
+    out.text(in_words(result))
+
+
+def _patch(args: argparse.Namespace, data: Mesh | PointCloud, place: Any) -> Mesh | PointCloud:
+    from vomstudio.products.surface.patch import around, of_facet
+
+    if place is not None:
+        return around(data, *place)
+    return data if args.facet is None else of_facet(data, args.facet)
+
+
+def in_words(found: dict[str, Any]) -> str:
+    """What the patch shows beyond its plane."""
+    plane, figures = found["plane"], text_tables.figures
+    said = [
+        tr(
+            "Plane {plane}: deviations from {low} to {high} m, RMS {rms} m; the model's noise "
+            "is {noise} m.",
+            plane=f"{text_tables.azimuth(plane['dip_direction_deg'], 1)}/"
+            f"{text_tables.inclination(plane['dip_deg'], 1)}",
+            low=figures(found["lowest_m"]),
+            high=figures(found["highest_m"]),
+            rms=figures(found["rms_m"]),
+            noise=figures(found["noise_m"]),
+        )
+    ]
+    hurst, line = found["hurst"], found["smoothest"]
+    if hurst is None:
+        said.append(str(found["hurst_reason"]))
+    else:
+        said.append(
+            tr(
+                "Hurst's exponent {H:.2f} ± {error:.2f} (95 %) from {from_} to {to} m.",
+                H=hurst["H"],
+                error=hurst["error95"],
+                from_=figures(hurst["from_m"]),
+                to=figures(hurst["to_m"]),
+            )
+        )
+    if line is None:
+        said.append(str(found["smoothest_reason"]))
+    else:
+        said.append(
+            tr(
+                "Smoothest along {line}, rake {rake:.0f} ± {error:.0f} degrees (95 %): across it "
+                "{ratio:.1f} times as rough.",
+                line=f"{text_tables.azimuth(line['trend_deg'], 0)}/"
+                f"{text_tables.inclination(line['plunge_deg'], 0)}",
+                rake=line["rake_deg"],
+                error=line["error95_deg"],
+                ratio=line["ratio"],
+            )
+        )
+    return "\n".join(said)

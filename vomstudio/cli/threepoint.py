@@ -1,0 +1,50 @@
+"""`vomstudio threepoint`: the plane through three points, with its errors."""
+
+from __future__ import annotations
+
+import argparse
+
+from vomstudio.cli.common.arguments import Subparsers, add_command
+from vomstudio.cli.common.output import Output
+from vomstudio.words import tr
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "threepoint", run, help_=tr("The plane through three points, with errors")
+    )
+    parser.add_argument("points", metavar="POINTS", help=tr("table of three points, in metres"))
+    parser.add_argument(
+        "--sigma",
+        type=float,
+        default=0.0,
+        metavar="N",
+        help=tr("standard deviation of each coordinate, in metres"),
+    )
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.geology.faults.displacement import plane_of_three_points
+    from vomstudio.geology.notation import format_plane
+    from vomstudio.io.text.log_reading import read_boundaries
+
+    found = plane_of_three_points(read_boundaries(args.points).points, args.sigma)
+    out.result(found.as_dict())
+    said = format_plane(found.plane, decimals=1)
+    if found.max_error95_deg is None:
+        out.text(tr("{plane}; nothing is known of its error", plane=said))
+        return
+    if found.dip_direction_error_deg is None:
+        out.text(
+            tr("{plane}, dip ± {dip:.1f}°, dip direction unknown (95 %)",
+               plane=said, dip=found.dip_error_deg)
+        )  # fmt: skip
+        return
+    out.text(
+        tr(
+            "{plane}, dip ± {dip:.1f}°, dip direction ± {direction:.1f}° (95 %)",
+            plane=said,
+            dip=found.dip_error_deg,
+            direction=found.dip_direction_error_deg,
+        )
+    )

@@ -1,0 +1,248 @@
+"""A line that follows a contact in a photo at its full resolution, thrown on the model.
+
+Between way-points it is the path of least cost over the photo's pixels, found in a smaller picture
+first where they are many. Lines of sight through the lens bring it to the surface (after Seers &
+Hodgetts 2016, Journal of Structural Geology 82, 1). Other photos that see the place have a say in
+what a pixel costs, and are asked afterwards whether they show the same there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.extraction.calibrated_photos import CalibratedPhotos
+from vomstudio.extraction.following import shortest
+from vomstudio.extraction.path_costs import OF_COLOURS, compared, node_costs
+from vomstudio.extraction.photo_votes import Voter, agreement
+from vomstudio.extraction.pixel_graph import along, around, pixel_graph
+from vomstudio.extraction.surface_graph import Graph
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+Bytes = npt.NDArray[np.uint8]
+Ints = npt.NDArray[np.int64]
+
+_STRETCH = 1.4
+_MARGIN = 16.0
+# Pixels: so many are searched at once, and so far beside the line of the smaller picture.
+_MOST_NODES = 120_000
+_BESIDE = 12.0
+_VOTERS = 5
+# Of the model's resolution: so far may a line of sight's end be off, and what another photo shows
+# there with it.
+_OFF = 0.25
+_MOST_PIXELS_OFF = 4
+
+
+@dataclass(frozen=True, eq=False)
+class PhotoPath:
+    """pixels (n, 2) of the photo, points (n, 3) of the model under them, World; at (w,) the rows of
+    the way-points; missed : pixels of the line beside the model
+    seen, agreeing (n,) : how many other photos could judge a point, and how many show the same
+    voters : their names
+    """
+
+    pixels: Array
+    points: Array
+    at: Ints
+    missed: int
+    seen: Ints
+    agreeing: Ints
+    voters: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+
+
+class PhotoFollower:
+    """Follows contacts in one photo of a model, with one cost.
+
+    cost : "colour", "dark", "light" or "gradient", as in `Follower`
+    Raises UsageError for a cost that photos do not have, InputError for a photo that can't be read.
+    """
+
+    def __init__(self, photos: CalibratedPhotos, cost: str = "colour", *, voting: bool = True):
+        if cost not in OF_COLOURS:
+            raise UsageError(
+                tr(
+                    "In a photo there is no cost '{name}'. There are: {known}.",
+                    name=cost,
+                    known=", ".join(OF_COLOURS),
+                ),
+                field="--cost",
+            )
+        self.photos, self.cost, self._voting = photos, cost, voting
+        self.view = photos.views.views[photos.chosen]
+        self._pyramid = [photos.pixels(photos.chosen)]
+
+    def follow(self, way_points: Array) -> PhotoPath:
+        """The path through pixels (w, 2) of the photo, at least two. Raises GeometryError where
+        they are one pixel, off the photo or beside the model."""
+        given = np.asarray(way_points, np.float64).reshape(-1, 2)
+        self._require(given)
+        voters, said = self._voters(given)
+        legs = [self._leg(a, b, given, voters) for a, b in pairwise(given)]
+        pixels = np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
+        at = np.concatenate([[0], np.cumsum([len(leg) - 1 for leg in legs])])
+        if len(pixels) < 2:
+            raise GeometryError(tr("All way-points are at one pixel of the photo."))
+        points = self.thrown(pixels)
+        there = np.isfinite(points[:, 0])
+        if there.sum() < 2:
+            raise GeometryError(tr("The line in the photo lies beside the model."))
+        # Where the way-points are once what misses the model is left out.
+        at = np.maximum(np.cumsum(there)[at] - 1, 0)
+        seen, agreeing = agreement(self._pyramid[0], pixels[there], self.thrown, voters)
+        return PhotoPath(
+            pixels[there], points[there], at, int((~there).sum()), seen, agreeing,
+            tuple(voter.name for voter in voters), tuple(said),
+        )  # fmt: skip
+
+    def thrown(self, pixels: Array) -> Array:
+        """(n, 3) where the lines of sight through pixels (n, 2) end, World; NaN where nowhere."""
+        return self.photos.views.places_under(self.photos.chosen, pixels)
+
+    def _require(self, given: Array) -> None:
+        if len(given) < 2:
+            raise GeometryError(tr("A path needs at least two way-points."))
+        inside = self.view.contains(given) & np.isfinite(given).all(axis=1)
+        for row in np.flatnonzero(~inside).tolist():
+            raise GeometryError(
+                tr(
+                    "Way-point {number} is not on the photo {name}.",
+                    number=row + 1,
+                    name=self.view.name,
+                )
+            )
+        for row in np.flatnonzero(~np.isfinite(self.thrown(given)[:, 0])).tolist():
+            raise GeometryError(
+                tr(
+                    "Way-point {number} lies beside the model in the photo {name}. Give points "
+                    "under which there is rock.",
+                    number=row + 1,
+                    name=self.view.name,
+                )
+            )
+
+    def _voters(self, given: Array) -> tuple[list[Voter], list[str]]:
+        """The other photos that see the way-points best."""
+        if not self._voting:
+            return [], []
+        photos, said = self.photos, list[str]()
+        line = np.concatenate(
+            [a + (b - a) * np.linspace(0, 1, 20)[:, None]
+             for a, b in pairwise(given)]
+        )  # fmt: skip
+        places = self.thrown(line)
+        places = places[np.isfinite(places[:, 0])]
+        found: list[Voter] = []
+        for seen in photos.views.sightings(places):
+            if seen.view == photos.chosen or seen.view not in photos.files:
+                continue
+            try:
+                found.append(Voter(photos.views, seen.view, photos.pixels(seen.view)))
+            except InputError as error:
+                said.append(str(error))
+            if len(found) == _VOTERS:
+                break
+        if not found:
+            said.append(tr("No other photo that was found shows the place, so none has a say."))
+        return found, said
+
+    # --- a leg -------------------------------------------------------------------------------
+    def _leg(self, one: Array, other: Array, given: Array, voters: Sequence[Voter]) -> Array:
+        """(k, 2) middles of the pixels from one to the other."""
+        apart = float(np.hypot(*(other - one)))
+        reach = _STRETCH * apart + _MARGIN
+        area = 0.25 * np.pi * reach * np.sqrt(max(reach**2 - apart**2, 1.0))
+        level = max(0, int(np.ceil(np.log2(max(area / _MOST_NODES, 1.0)) / 2.0)))
+        line = np.zeros((0, 2))
+        for down in range(level, -1, -1):
+            picture, size = self._smaller(down), 2.0**down
+            ends = one / size, other / size
+            if down == level:
+                box, mask = around(*ends, reach / size + _MARGIN, picture.shape)
+            else:
+                box, mask = along(np.vstack([ends[0], 2.0 * line, ends[1]]), _BESIDE, picture.shape)
+            graph = pixel_graph(picture, box, mask)
+            costs = node_costs(graph, self.cost, self._tints(picture, given / size))
+            if down == 0 and voters:
+                costs = self._voted(graph, costs, voters, given)
+            first, last = (_nearest(graph, end) for end in ends)
+            path = shortest(graph, first, last, costs)
+            if path is None:
+                raise GeometryError(tr("The way-points lie apart in the photo."))
+            line = graph.places[path, :2]
+        return line
+
+    def _smaller(self, level: int) -> Bytes:
+        """The photo with a pixel for 2^level x 2^level of its own."""
+        import cv2
+
+        while len(self._pyramid) <= level:
+            last = self._pyramid[-1]
+            height, width = (max(size // 2, 1) for size in last.shape[:2])
+            half = last[: 2 * height, : 2 * width]
+            self._pyramid.append(
+                np.asarray(cv2.resize(half, (width, height), interpolation=cv2.INTER_AREA))
+            )
+        return self._pyramid[level]
+
+    def _tints(self, picture: Bytes, pixels: Array) -> Array:
+        """(w, 3) colours at pixels, each the mean of nine, as they are compared."""
+        found = []
+        for x, y in np.floor(pixels).astype(int).tolist():
+            rows = slice(max(y - 1, 0), y + 2)
+            around_it = picture[rows, max(x - 1, 0) : x + 2].reshape(-1, 3)
+            if not len(around_it):
+                around_it = picture[-1:, -1]
+            found.append(around_it.mean(axis=0))
+        return compared(np.array(found))
+
+    def _voted(self, graph: Graph, costs: Array, voters: Sequence[Voter], given: Array) -> Array:
+        """(n,) half of what the photo says a pixel costs, and half of what the others do; of these
+        the least within as many pixels as the surface may be off."""
+        pixels = graph.places[:, :2]
+        places = self.thrown(pixels)
+        marks = self.thrown(given)
+        total, number = np.zeros(len(costs)), np.zeros(len(costs))
+        assert graph.colours is not None
+        reach = self._pixels_off(places)
+        for voter in voters:
+            colours, seen = voter.colours(places)
+            tints, known = voter.colours(marks)
+            if not seen.any() or not known.any():
+                continue
+            shown = np.where(seen[:, None], colours, graph.colours)
+            own = node_costs(
+                Graph(graph.places, graph.starts, graph.near, shown, {}, graph.rough, graph.row),
+                self.cost, compared(tints[known]),
+            )  # fmt: skip
+            own[~seen] = np.inf
+            for _ in range(reach):
+                own = np.minimum(own, np.minimum.reduceat(own[graph.near], graph.starts[:-1]))
+            has = np.isfinite(own)
+            total[has] += own[has]
+            number[has] += 1
+        asked = number > 0
+        costs = costs.copy()
+        costs[asked] = 0.5 * (costs[asked] + total[asked] / number[asked])
+        return costs
+
+    def _pixels_off(self, places: Array) -> int:
+        """By how many pixels what another photo shows may be beside its place."""
+        views = self.photos.views
+        there = places[np.isfinite(places[:, 0])]
+        if not len(there):
+            return 0
+        depth = float(np.median(self.view.depths(views.local(there))))
+        pixel = depth / float(np.sqrt(np.prod(self.view.intrinsics.focal)))
+        return int(np.clip(round(_OFF * views.resolution / pixel), 0, _MOST_PIXELS_OFF))
+
+
+def _nearest(graph: Graph, pixel: Array) -> int:
+    return int(np.argmin(((graph.places[:, :2] - pixel) ** 2).sum(axis=1)))

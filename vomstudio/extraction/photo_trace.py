@@ -1,0 +1,171 @@
+"""What `vomstudio trace --photo` and `vs.follow` tell of a trace that was followed in a photo."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.extraction.calibrated_photos import CalibratedPhotos
+from vomstudio.extraction.followed_trace import FARTHEST, FollowedTrace, plane_of, require_on_model
+from vomstudio.extraction.photo_following import PhotoFollower, PhotoPath
+from vomstudio.extraction.surface_graph import SurfaceGraph
+from vomstudio.geology.plane_bands import SetPrior
+from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+# Below this share the line is said to be doubtful.
+_AGREEING = 0.8
+# A step so many times longer than the others, and than the model's resolution, leads across a gap
+# that the photo does not show.
+_JUMP, _JUMP_RESOLUTIONS = 10.0, 2.0
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PhotoTrace(FollowedTrace):
+    """Also: pixels (n, 2) of the photo, the middle of its top-left one at (0.5, 0.5); photo : its
+    name; voters : names of the other photos that had a say
+    seen, agreeing : (n,) how many of them could judge each vertex, and how many show the same there
+    agreeing_share : of the vertices that others could judge, those that at least half of these
+        confirm; None where there are none
+    """
+
+    photo: str
+    voters: tuple[str, ...]
+    agreeing_share: float | None
+    pixels: Array = field(repr=False)
+    seen: npt.NDArray[np.int64] = field(repr=False)
+    agreeing: npt.NDArray[np.int64] = field(repr=False)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON, with the names of the command, but for its file."""
+        told = super().as_dict()
+        for name in ("pixels", "seen", "agreeing"):
+            del told[name]
+        return {**told, "voters": list(self.voters)}
+
+
+def photo_trace(
+    surface: SurfaceGraph,
+    photos: CalibratedPhotos,
+    way_points: Array,
+    *,
+    cost: str,
+    resolution: float,
+    model: str,
+    frame: str,
+    thresholds: Thresholds = DEFAULTS,
+    priors: Sequence[SetPrior] = (),
+) -> PhotoTrace:
+    """Follow a contact in a photo and fit its plane.
+
+    surface : of a model in World; resolution : of the model, m
+    way_points : (w, 3) in World, or (w, 2) pixels of the photo
+    Raises GeometryError for a way-point that is not on the model or the photo, or hidden in it;
+    UsageError for a cost that photos do not have; InputError for a photo that cannot be read.
+    """
+    given = np.asarray(way_points, np.float64)
+    follower = PhotoFollower(photos, cost)
+    in_world = given.shape[1] == 3
+    if in_world:
+        require_on_model(surface, given, resolution)
+        pixels = _seen_at(photos, given, resolution)
+    else:
+        pixels = given
+    path = follower.follow(pixels)
+    marks = given if in_world else follower.thrown(pixels)
+    notes = tr(
+        "followed through {count} way-points by {cost} in the photo {photo}",
+        count=len(given),
+        cost=cost,
+        photo=photos.name,
+    )
+    plane, band, said = plane_of(
+        path.points, surface, model=model, frame=frame, thresholds=thresholds, notes=notes,
+        priors=priors,
+    )  # fmt: skip
+    steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
+    share = _share(path)
+    doubts = _doubts(path, steps, share, resolution)
+    return PhotoTrace(
+        points=path.points,
+        length_m=float(steps.sum()),
+        snap_m=float(np.linalg.norm(path.points[path.at] - marks, axis=1).max()),
+        plane=plane,
+        band=band,
+        way_points=len(given),
+        cost=cost,
+        vertices=len(path.points),
+        warnings=(
+            *photos.warnings,
+            *path.warnings,
+            *said,
+            *_doubts(path, steps, share, resolution),
+        ),
+        photo=photos.name,
+        voters=path.voters,
+        agreeing_share=share,
+        pixels=path.pixels,
+        seen=path.seen,
+        agreeing=path.agreeing,
+    )
+
+
+def _seen_at(photos: CalibratedPhotos, given: Array, resolution: float) -> Array:
+    """(w, 2) pixels of way-points in World. Raises GeometryError for one that the photo does not
+    show."""
+    pixels = photos.views.pixels(photos.chosen, given)
+    shown = photos.views.shows(photos.chosen, given, FARTHEST * resolution)
+    for row in np.flatnonzero(~shown).tolist():
+        raise GeometryError(
+            tr(
+                "The photo {name} does not show way-point {number}: it lies outside the picture, "
+                "or behind the rock. Choose a photo that shows all of them.",
+                name=photos.name,
+                number=row + 1,
+            )
+        )
+    return pixels
+
+
+def _share(path: PhotoPath) -> float | None:
+    judged = path.seen > 0
+    if not judged.any():
+        return None
+    return float((2 * path.agreeing[judged] >= path.seen[judged]).mean())
+
+
+def _doubts(path: PhotoPath, steps: Array, share: float | None, resolution: float) -> list[str]:
+    said = []
+    if path.missed:
+        said.append(
+            tr(
+                "{count} pixels of the line lie beside the model and were left out.",
+                count=path.missed,
+            )
+        )
+    least = max(_JUMP * float(np.median(steps)), _JUMP_RESOLUTIONS * resolution)
+    if jumps := int((steps > least).sum()):
+        said.append(
+            tr(
+                "The line crosses {count} edges behind which rock is hidden in the photo; the "
+                "widest gap is {gap:.2g} m. The trace is straight across them.",
+                count=jumps,
+                gap=float(steps.max()),
+            )
+        )
+    if share is not None and share < _AGREEING:
+        said.append(
+            tr(
+                "The other photos show the same on {percent:.0f} % of the line only: elsewhere "
+                "the model is off, or something moved. Look at the line in these photos.",
+                percent=100.0 * share,
+            )
+        )
+    return said

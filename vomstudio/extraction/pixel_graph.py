@@ -1,0 +1,69 @@
+"""A part of a picture as a graph, for paths over its pixels, and the corridors of these."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.extraction.surface_graph import Graph, neighbours_of
+
+Array = npt.NDArray[np.float64]
+Bytes = npt.NDArray[np.uint8]
+Mask = npt.NDArray[np.bool_]
+Box = tuple[slice, slice]
+"""Rows and columns of a picture."""
+
+_ACROSS = ((0, 1), (1, 0), (1, 1), (1, -1))
+
+
+def pixel_graph(picture: Bytes, box: Box, mask: Mask) -> Graph:
+    """The pixels of a box of a picture (h, w, 3) that a mask of its shape has, each with its eight
+    neighbours; places (n, 3) are columns and rows of the picture, the first pixel's middle at
+    (0.5, 0.5), and 0."""
+    number = np.full(mask.shape, -1, np.int64)
+    rows, columns = np.nonzero(mask)
+    n = len(rows)
+    number[rows, columns] = np.arange(n)
+    first, second = [], []
+    for down, right in _ACROSS:
+        height, width = mask.shape
+        here = number[: height - down, max(0, -right) : width - max(0, right)]
+        there = number[down:, max(0, right) : width + min(0, right)]
+        both = (here >= 0) & (there >= 0)
+        first.append(here[both])
+        second.append(there[both])
+    starts, near = neighbours_of(np.concatenate(first), np.concatenate(second), n)
+    corner = np.array([box[1].start, box[0].start]) + 0.5
+    places = np.column_stack([columns + corner[0], rows + corner[1], np.zeros(n)])
+    colours = picture[box][rows, columns].astype(np.float64)
+    return Graph(places, starts, near, colours, {}, lambda: np.zeros(n), np.full(n, -1))
+
+
+def around(one: Array, other: Array, reach: float, shape: Sequence[int]) -> tuple[Box, Mask]:
+    """The pixels of a picture of this shape whose distances from two of its pixels (2,) sum to at
+    most `reach`."""
+    low = np.minimum(one, other) - 0.5 * reach
+    high = np.maximum(one, other) + 0.5 * reach
+    box = _box(low, high, shape)
+    y, x = np.mgrid[box] + 0.5
+    far = np.hypot(x - one[0], y - one[1]) + np.hypot(x - other[0], y - other[1])
+    return box, np.asarray(far <= reach)
+
+
+def along(line: Array, width: float, shape: Sequence[int]) -> tuple[Box, Mask]:
+    """The pixels of a picture of this shape that are at most about `width` from a line (k, 2)."""
+    import cv2
+
+    box = _box(line.min(axis=0) - width - 1.0, line.max(axis=0) + width + 1.0, shape)
+    mask = np.zeros([part.stop - part.start for part in box], np.uint8)
+    own = np.floor(line - [box[1].start, box[0].start]).astype(np.int32)
+    cv2.polylines(mask, [own[:, None]], False, 1, int(2 * width) + 1)
+    return box, mask.astype(np.bool_)
+
+
+def _box(low: Array, high: Array, shape: Sequence[int]) -> Box:
+    x0, y0 = np.clip(np.floor(low), 0, [shape[1] - 1, shape[0] - 1]).astype(int).tolist()
+    x1, y1 = np.clip(np.ceil(high), 1, [shape[1], shape[0]]).astype(int).tolist()
+    return slice(y0, max(y1, y0 + 1)), slice(x0, max(x1, x0 + 1))

@@ -1,0 +1,324 @@
+"""Compiled loops that grow a piece of a surface from one face or point, or by one ring."""
+
+from __future__ import annotations
+
+import math
+
+from vomstudio.geometry.kernels.cells import eigen_of, first_not_below, slot_of
+from vomstudio.geometry.kernels.jit import kernel, part
+
+
+@part
+def _clear(sums):  # type: ignore[no-untyped-def]
+    for j in range(10):
+        sums[j] = 0.0
+
+
+@part
+def _add(sums, w, x, y, z):  # type: ignore[no-untyped-def]
+    sums[0] += w
+    sums[1] += w * x
+    sums[2] += w * y
+    sums[3] += w * z
+    sums[4] += w * x * x
+    sums[5] += w * y * y
+    sums[6] += w * z * z
+    sums[7] += w * x * y
+    sums[8] += w * x * z
+    sums[9] += w * y * z
+
+
+@part
+def _plane(sums, plane):  # type: ignore[no-untyped-def]
+    """The plane of the sums to plane[:6], centre and normal; nothing where they tell none."""
+    w = sums[0]
+    if not w > 0.0:
+        return
+    x, y, z = sums[1] / w, sums[2] / w, sums[3] / w
+    found = eigen_of(
+        sums[4] / w - x * x, sums[5] / w - y * y, sums[6] / w - z * z,
+        sums[7] / w - x * y, sums[8] / w - x * z, sums[9] / w - y * z,
+    )  # fmt: skip
+    if found[4] > 1e-3 * found[5]:
+        plane[0], plane[1], plane[2] = x, y, z
+        plane[3], plane[4], plane[5] = found[0], found[1], found[2]
+
+
+@kernel("void(f8[:,::1], i4[:,::1], f4[:,::1])")
+def face_normals(vertices, faces, out):  # type: ignore[no-untyped-def]
+    """Twice the area of each face times its unit normal."""
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ux, uy = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1]
+        uz, vz = vertices[b, 2] - vertices[a, 2], vertices[c, 2] - vertices[a, 2]
+        vx, vy = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1]
+        out[f, 0] = uy * vz - uz * vy
+        out[f, 1] = uz * vx - ux * vz
+        out[f, 2] = ux * vy - uy * vx
+
+
+@kernel("void(i4[:,::1], i8[::1], i4[::1], f4[:,::1], i8, f4[:,::1])")
+def smooth_normals(corners, starts, near, given, first, out):  # type: ignore[no-untyped-def]
+    """Unit normals of the faces `first` ... , each averaged over those that share a corner with it
+    and are turned by less than 60 degrees, by area, whichever side they face; NaN where none has an
+    area. corners : (m, 3) places of these faces; near[starts[i]:starts[i + 1]] : the faces at a
+    place"""
+    for row in range(len(corners)):
+        f = first + row
+        nx, ny, nz = float(given[f, 0]), float(given[f, 1]), float(given[f, 2])
+        sx, sy, sz = nx, ny, nz
+        own = nx * nx + ny * ny + nz * nz
+        for k in range(3):
+            node = corners[row, k]
+            for at in range(starts[node], starts[node + 1]):
+                o = near[at]
+                x, y, z = float(given[o, 0]), float(given[o, 1]), float(given[o, 2])
+                turn = nx * x + ny * y + nz * z
+                # Beyond an edge lies another surface, which must not bend this one's normals.
+                if turn * turn < 0.25 * own * (x * x + y * y + z * z):
+                    continue
+                side = -1.0 if sx * x + sy * y + sz * z < 0.0 else 1.0
+                sx, sy, sz = sx + side * x, sy + side * y, sz + side * z
+        size = math.sqrt(sx * sx + sy * sy + sz * sz)
+        if size > 0.0:
+            out[row, 0], out[row, 1], out[row, 2] = sx / size, sy / size, sz / size
+        else:
+            out[row, 0] = out[row, 1] = out[row, 2] = math.nan
+
+
+@kernel("void(i4[:,::1], i8[::1], i4[::1], i8, i4[:,::1])")
+def across_edges(corners, starts, near, first, out):  # type: ignore[no-untyped-def]
+    """For each edge of the faces `first` ... the next face that has it too, in a ring of all that
+    have it, however many; -1 where there is none. corners : (n, 3) places of all faces"""
+    for row in range(len(out)):
+        f = first + row
+        for k in range(3):
+            a, b = corners[f, k], corners[f, (k + 1) % 3]
+            least, after = -1, -1
+            for at in range(starts[a], starts[a + 1]):
+                o = near[at]
+                if o == f or a == b:
+                    continue
+                if corners[o, 0] != b and corners[o, 1] != b and corners[o, 2] != b:
+                    continue
+                if least == -1 or o < least:
+                    least = o
+                if o > f and (after == -1 or o < after):
+                    after = o
+            out[row, k] = after if after != -1 else least
+
+
+@kernel(
+    "i8(f8[:,::1], i4[:,::1], i4[:,::1], f4[:,::1], b1[::1], i8, f8, f8, f8[::1], f8[::1], i4[::1])"
+)
+def grow_faces(  # type: ignore[no-untyped-def]
+    vertices, faces, beside, normals, taken, seed, cosine, reach, plane, sums, queue
+):
+    """Faces that hang together with `seed` by their edges, whose normals are within the angle (its
+    cosine) of the plane of those that were taken before and whose centres lie within `reach` of it.
+    How many; they stand in `queue`, whose length is the most. taken : comes as zeros, save for
+    faces that take no part. plane : comes as zeros, and is the last one."""
+    a = faces[seed, 0]
+    ox, oy, oz = vertices[a, 0], vertices[a, 1], vertices[a, 2]
+    _clear(sums)
+    taken[seed] = True
+    queue[0] = seed
+    plane[3], plane[4], plane[5] = normals[seed, 0], normals[seed, 1], normals[seed, 2]
+    a, b, c = faces[seed, 0], faces[seed, 1], faces[seed, 2]
+    plane[0] = (vertices[a, 0] + vertices[b, 0] + vertices[c, 0]) / 3.0 - ox
+    plane[1] = (vertices[a, 1] + vertices[b, 1] + vertices[c, 1]) / 3.0 - oy
+    plane[2] = (vertices[a, 2] + vertices[b, 2] + vertices[c, 2]) / 3.0 - oz
+    _add(sums, 1.0, plane[0], plane[1], plane[2])
+    head, tail, again, most = 0, 1, 24, len(queue)
+    while head < tail:
+        e = queue[head]
+        head += 1
+        for k in range(3):
+            o = beside[e, k]
+            if o == -1 or taken[o]:
+                continue
+            turn = abs(
+                normals[o, 0] * plane[3] + normals[o, 1] * plane[4] + normals[o, 2] * plane[5]
+            )
+            # Around a face without an area there may be none either: NaN is not refused.
+            if turn < cosine:
+                continue
+            a, b, c = faces[o, 0], faces[o, 1], faces[o, 2]
+            x = (vertices[a, 0] + vertices[b, 0] + vertices[c, 0]) / 3.0 - ox
+            y = (vertices[a, 1] + vertices[b, 1] + vertices[c, 1]) / 3.0 - oy
+            z = (vertices[a, 2] + vertices[b, 2] + vertices[c, 2]) / 3.0 - oz
+            off = (x - plane[0]) * plane[3] + (y - plane[1]) * plane[4] + (z - plane[2]) * plane[5]
+            if not abs(off) <= reach:
+                continue
+            taken[o] = True
+            if tail == most:
+                return tail
+            queue[tail] = o
+            tail += 1
+            _add(sums, 1.0, x, y, z)
+            if tail >= again:
+                again = tail + tail // 2
+                _plane(sums, plane)
+    return tail
+
+
+@part
+def _around(rows, columns, names, ends, ny, cell, near):  # type: ignore[no-untyped-def]
+    """The cells that touch a cell, itself included, in `near`; how many. rows, columns : of each
+    cell; names, ends : runs of cells by their row"""
+    row, column, count = rows[cell], columns[cell], 0
+    j0 = row % ny
+    for dk in range(-1, 2):
+        for dj in range(-1, 2):
+            if j0 + dj < 0 or j0 + dj >= ny or row + dj + ny * dk < 0:
+                continue
+            slot = slot_of(names, row + dj + ny * dk)
+            if names[slot] == -1:
+                continue
+            end = ends[slot, 1]
+            at = first_not_below(columns, column - 1, ends[slot, 0], end)
+            while at < end and columns[at] <= column + 1:
+                near[count] = at
+                count += 1
+                at += 1
+    return count
+
+
+@part
+def _cell_normal(points, begins, near, count, cell, given, normals):  # type: ignore[no-untyped-def]
+    """Of the plane of the points in these cells, or the mean of the normals that the cell's own
+    points were given, to normals[cell]; infinite where they tell none."""
+    p = begins[cell]
+    if len(given) > 0:
+        sx, sy, sz = 0.0, 0.0, 0.0
+        for o in range(p, begins[cell + 1]):
+            x, y, z = float(given[o, 0]), float(given[o, 1]), float(given[o, 2])
+            if x * x + y * y + z * z > 0.0:
+                side = -1.0 if sx * x + sy * y + sz * z < 0.0 else 1.0
+                sx, sy, sz = sx + side * x, sy + side * y, sz + side * z
+        size = math.sqrt(sx * sx + sy * sy + sz * sz)
+        if size > 0.0:
+            normals[cell, 0], normals[cell, 1] = sx / size, sy / size
+            normals[cell, 2] = sz / size
+            return
+    x, y, z = points[p, 0], points[p, 1], points[p, 2]
+    n, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
+    xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for at in range(count):
+        for o in range(begins[near[at]], begins[near[at] + 1]):
+            dx, dy, dz = points[o, 0] - x, points[o, 1] - y, points[o, 2] - z
+            n, sx, sy, sz = n + 1.0, sx + dx, sy + dy, sz + dz
+            xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
+            xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
+    sx, sy, sz = sx / n, sy / n, sz / n
+    found = eigen_of(
+        xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz,
+        xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz,
+    )  # fmt: skip
+    if n > 3.5 and found[4] > 1e-3 * found[5]:
+        normals[cell, 0], normals[cell, 1], normals[cell, 2] = found[0], found[1], found[2]
+    else:
+        normals[cell, 0] = normals[cell, 1] = normals[cell, 2] = math.inf
+
+
+@kernel(
+    "i8(f8[:,::1], f4[:,::1], i8[::1], i8[::1], i4[::1], i8[::1], i8[:,::1], i8, f4[:,::1],"
+    "b1[::1], b1[::1], i8, i8, f8, f8, f8[::1], f8[::1], i8[::1], i4[::1], i4[::1])"
+)
+def grow_points(  # type: ignore[no-untyped-def]
+    points, given, begins, rows, columns, names, ends, ny, normals, left_out, met, seed, cell,
+    cosine, reach, plane, sums, near, cells, queue,
+):  # fmt: skip
+    """As `grow_faces`, of points that stand sorted by the cells of a grid, from the point `seed` in
+    `cell` on: from cell to cell that touch. A cell is met where its normal is within the angle, and
+    its points taken that lie within `reach`. How many; -1 where the seed's own cell has no plane.
+
+    begins : (c + 1,) first point of each cell; given : normals of the points, of no rows where
+    there are none; normals : of the cells, NaN where they are not known yet; left_out : points that
+    take no part; met : comes as zeros; near : room for 27 cells, cells : for all
+    """
+    ox, oy, oz = points[seed, 0], points[seed, 1], points[seed, 2]
+    _clear(sums)
+    met[cell] = True
+    cells[0] = cell
+    head, tail, count, again, most = 0, 1, 0, 24, len(queue)
+    while head < tail:
+        c = cells[head]
+        around = _around(rows, columns, names, ends, ny, c, near)
+        if normals[c, 0] != normals[c, 0]:
+            _cell_normal(points, begins, near, around, c, given, normals)
+        if head == 0:
+            if normals[c, 0] == math.inf:
+                return -1
+            plane[3], plane[4], plane[5] = normals[c, 0], normals[c, 1], normals[c, 2]
+        head += 1
+        turn = abs(normals[c, 0] * plane[3] + normals[c, 1] * plane[4] + normals[c, 2] * plane[5])
+        if not (turn >= cosine and turn < 2.0):
+            continue
+        before = count
+        for o in range(begins[c], begins[c + 1]):
+            if left_out[o]:
+                continue
+            x, y, z = points[o, 0] - ox, points[o, 1] - oy, points[o, 2] - oz
+            off = (x - plane[0]) * plane[3] + (y - plane[1]) * plane[4] + (z - plane[2]) * plane[5]
+            if not abs(off) <= reach:
+                continue
+            if count == most:
+                return count
+            queue[count] = o
+            count += 1
+            _add(sums, 1.0, x, y, z)
+        if count >= again:
+            again = count + count // 2
+            _plane(sums, plane)
+        if count == before:
+            continue
+        for at in range(around):
+            if not met[near[at]]:
+                met[near[at]] = True
+                cells[tail] = near[at]
+                tail += 1
+    return count
+
+
+@kernel(
+    "void(f8[:,::1], i8[::1], i8[::1], i4[::1], i8[::1], i8[:,::1], i8, b1[::1], i4[::1], f8,"
+    "i8[::1], b1[::1], b1[::1])"
+)
+def ring_of_points(  # type: ignore[no-untyped-def]
+    points, begins, rows, columns, names, ends, ny, chosen, some, link, near, gained, lost
+):
+    """On either side of the edge of what is chosen: the points within `link` of one of the other
+    side. some : the cells that hold a chosen point; near : room for 27 cells"""
+    limit = link * link
+    for at in range(len(some)):
+        c = some[at]
+        around = _around(rows, columns, names, ends, ny, c, near)
+        for k in range(around):
+            for o in range(begins[near[k]], begins[near[k] + 1]):
+                if chosen[o]:
+                    continue
+                for p in range(begins[c], begins[c + 1]):
+                    if chosen[p] and not (gained[o] and lost[p]):
+                        dx, dy = points[o, 0] - points[p, 0], points[o, 1] - points[p, 1]
+                        dz = points[o, 2] - points[p, 2]
+                        if dx * dx + dy * dy + dz * dz <= limit:
+                            gained[o] = True
+                            lost[p] = True
+
+
+@kernel("void(i4[:,::1], b1[::1], b1[::1])")
+def mark_nodes(corners, chosen, marked):  # type: ignore[no-untyped-def]
+    """The places of the corners of chosen faces."""
+    for f in range(len(corners)):
+        if chosen[f]:
+            marked[corners[f, 0]] = True
+            marked[corners[f, 1]] = True
+            marked[corners[f, 2]] = True
+
+
+@kernel("void(i4[:,::1], b1[::1], b1[::1])")
+def at_marked(corners, marked, out):  # type: ignore[no-untyped-def]
+    """Which faces have a corner at a marked place."""
+    for f in range(len(corners)):
+        out[f] = marked[corners[f, 0]] | marked[corners[f, 1]] | marked[corners[f, 2]]

@@ -1,0 +1,88 @@
+"""Why the disk does not take what is written: full, read-only, forbidden."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+import sqlite3
+from pathlib import Path
+
+from vomstudio.errors import TargetError
+from vomstudio.words import tr
+
+_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+_FORBIDDEN = {errno.EACCES, errno.EPERM}
+_UNCLEAR = {0, errno.EIO}
+_LITTLE = 64 * 1024
+"""Bytes with which neither a database nor a picture gets anywhere."""
+
+
+def is_full(folder: Path, error: BaseException) -> bool:
+    """Whether `error`, met while something was written in `folder`, means that its disk is full."""
+    if _sqlite_code(error) == sqlite3.SQLITE_FULL:
+        return True
+    return _number(folder, error) in _FULL
+
+
+def is_read_only(folder: Path, error: BaseException) -> bool:
+    """Whether `error`, met while something was written in `folder`, means that its disk can only
+    be read."""
+    return _number(folder, error) == errno.EROFS
+
+
+def _number(folder: Path, error: BaseException) -> int | None:
+    """The number of a failure. Libraries hardly tell it: the same is tried again."""
+    number = getattr(error, "errno", None)
+    if isinstance(number, int) and number not in _UNCLEAR:
+        return number
+    return number_of_failure(folder) or number
+
+
+def number_of_failure(folder: Path) -> int | None:
+    """Why nothing can be written in `folder`, as the system numbers it; None where it can be."""
+    probe = folder / f".vom-{secrets.token_hex(6)}.part"
+    try:
+        with open(probe, "xb", buffering=0) as stream:
+            stream.write(bytes(_LITTLE))
+            os.fsync(stream.fileno())
+    except OSError as error:
+        return error.errno
+    except ValueError:
+        return None
+    finally:
+        with contextlib.suppress(OSError, ValueError):
+            probe.unlink(missing_ok=True)
+    return None
+
+
+def _sqlite_code(error: BaseException) -> int:
+    return int(getattr(error, "sqlite_errorcode", 0) or 0) & 0xFF
+
+
+def reason_of(folder: Path, error: BaseException) -> str:
+    """The cause of a failure in a few words, to stand in brackets."""
+    if is_full(folder, error):
+        return tr("the disk is full")
+    if is_read_only(folder, error):
+        return tr("the disk is read-only")
+    return str(getattr(error, "strerror", None) or error)
+
+
+def not_written(path: str | Path, error: BaseException) -> TargetError:
+    """The sentence on an output that could not be written: which one, why, and what to do."""
+    shown = Path(path)
+    number = _number(shown.parent, error)
+    if number in _FULL or _sqlite_code(error) == sqlite3.SQLITE_FULL:
+        said = tr("The disk is full. Free some space, or write elsewhere.")
+    elif number == errno.EROFS:
+        said = tr("The disk is read-only. Choose another folder.")
+    elif number in _FORBIDDEN:
+        said = tr("There is no permission to write here. Choose another folder.")
+    elif number == errno.ENAMETOOLONG:
+        said = tr("This name is too long for the file system. Choose a shorter one.")
+    else:
+        reason = getattr(error, "strerror", None) or error
+        said = tr("The file cannot be written ({reason}). Choose another place.", reason=reason)
+    return TargetError(said, file=shown)

@@ -1,0 +1,48 @@
+"""Rocks in the words of StraboSpot's sedimentary forms (the lists of its form "Lithologies")."""
+
+from __future__ import annotations
+
+PRIMARY = (
+    "siliciclastic", "limestone", "dolostone", "organic_coal", "evaporite", "chert", "ironstone",
+    "phosphatic", "volcaniclastic",
+)  # fmt: skip
+SILICICLASTIC = (
+    "claystone", "mudstone", "shale", "siltstone", "sandstone", "conglomerate", "breccia",
+)  # fmt: skip
+DUNHAM = (
+    "wackestone", "packstone", "grainstone", "boundstone", "cementstone", "recrystallized",
+    "floatstone", "rudstone", "framestone", "bafflestone", "bindstone",
+)  # fmt: skip
+"""Dunham's mudstone is written "lime mudstone", for mudstone alone is siliciclastic."""
+VOLCANICLASTIC = (
+    "volcanic mudstone", "volcanic sandstone", "lapillistone", "agglomerate", "volcanic breccia",
+    "bentonite", "tuff", "welded tuff", "ignimbrite",
+)  # fmt: skip
+ORGANIC = ("amber", "peat", "lignite", "subbituminous", "bituminous", "coal ball", "tar", "coal")
+EVAPORITE = ("gypsum", "anhydrite", "halite")
+COVERED = ("covered", "unexposed")
+FIELDS = ("primary_lithology", "siliciclastic_type", "dunham_classification", "other_type")
+
+
+def in_strabospot(word: str) -> dict[str, str] | None:
+    """The fields of StraboSpot for a rock, case and separators forgiven: `primary_lithology` and
+    what it is called more closely; all empty for nothing and what is covered; None for a word that
+    its forms do not have."""
+    plain = " ".join(word.casefold().replace("_", " ").replace("/", " ").split())
+    found = dict.fromkeys(FIELDS, "")
+    if not plain or plain in COVERED:
+        return found
+    for primary in PRIMARY:
+        if plain == primary.replace("_", " "):
+            return {**found, "primary_lithology": primary}
+    if plain in SILICICLASTIC:
+        return {**found, "primary_lithology": "siliciclastic", "siliciclastic_type": plain}
+    if plain in ("lime mudstone", *DUNHAM):
+        name = plain.removeprefix("lime ")
+        return {**found, "primary_lithology": "limestone", "dunham_classification": name}
+    for primary, names in (
+        ("volcaniclastic", VOLCANICLASTIC), ("organic_coal", ORGANIC), ("evaporite", EVAPORITE)
+    ):  # fmt: skip
+        if plain in names:
+            return {**found, "primary_lithology": primary, "other_type": plain}
+    return None

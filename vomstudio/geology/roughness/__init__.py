@@ -1,0 +1,1 @@
+"""How a surface departs from its plane."""

@@ -1,0 +1,106 @@
+"""Comparisons that a project keeps: the distances of a model's points from a benchmark, with what
+they were found by, in files beside the journal. The records know nothing of them: a file that is
+lost is a comparison that is made again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vomstudio.document.records import Model
+from vomstudio.errors import InputError
+from vomstudio.files.atomic import write_bytes
+from vomstudio.files.regular import read_json
+
+Rows = tuple[tuple[float, ...], ...]
+
+FOLDER = "comparisons"
+"""In the project's folder."""
+
+
+@dataclass(frozen=True)
+class KeptComparison:
+    """model_id, model_name, content_hash, to_world : of the model, as it stood then
+    benchmark, benchmark_path, benchmark_to_world : what it was held against
+    radius_m : of M3C2, None for nearest distances
+    figures : as the command `compare` prints them
+    made : when, UTC; version : of this program
+    fields : the file of the distances, arrays of all points by the names of the model's fields
+    """
+
+    model_id: str
+    model_name: str
+    content_hash: str
+    to_world: Rows
+    benchmark: str
+    benchmark_path: str
+    benchmark_to_world: Rows
+    radius_m: float | None
+    figures: Mapping[str, Any]
+    made: str
+    version: str
+    fields: Path
+
+    def stands(self, model: Model) -> bool:
+        """Whether the model is still the one that was compared, where it was then."""
+        same_file = model.content_hash == self.content_hash
+        return same_file and np.allclose(model.to_world, self.to_world, rtol=0.0, atol=1e-9)
+
+    def of_the_same(self, other: KeptComparison) -> bool:
+        """Whether one takes the place of the other: of the same two models in the same way."""
+        return (self.model_id, self.benchmark_path, self.radius_m) == (
+            other.model_id,
+            other.benchmark_path,
+            other.radius_m,
+        )
+
+
+def file_for(folder: Path, name: str) -> Path:
+    """Where the distances of a new comparison go. folder : of the project"""
+    return folder / FOLDER / f"{name}.npz"
+
+
+def now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def keep(kept: KeptComparison) -> None:
+    """Write what the distances, whose file is there, were found by; an earlier comparison of the
+    same models in the same way is taken away. Raises TargetError."""
+    values = {name: value for name, value in vars(kept).items() if name != "fields"}
+    text = json.dumps({**values, "figures": dict(kept.figures)}, indent=1, allow_nan=False)
+    write_bytes(kept.fields.with_suffix(".json"), text.encode(), force=True)
+    for other in _read_all(kept.fields.parent):
+        if other.fields != kept.fields and other.of_the_same(kept):
+            for path in (other.fields, other.fields.with_suffix(".json")):
+                with suppress(OSError):
+                    path.unlink()
+
+
+def kept_of(folder: Path, model_id: str) -> list[KeptComparison]:
+    """Those of a model, the newest first; what cannot be read is left out."""
+    found = [kept for kept in _read_all(folder / FOLDER) if kept.model_id == model_id]
+    return sorted(found, key=lambda kept: kept.made, reverse=True)
+
+
+def _read_all(folder: Path) -> list[KeptComparison]:
+    found = []
+    for path in sorted(folder.glob("*.json")):
+        fields = path.with_suffix(".npz")
+        with suppress(InputError, OSError, ValueError, TypeError, KeyError):
+            told = read_json(path)
+            if fields.is_file() and isinstance(told["figures"], dict):
+                found.append(KeptComparison(**{**told, **_matrices(told)}, fields=fields))
+    return found
+
+
+def _matrices(told: Mapping[str, Any]) -> dict[str, Any]:
+    names = ("to_world", "benchmark_to_world")
+    return {name: tuple(tuple(float(v) for v in row) for row in told[name]) for name in names}

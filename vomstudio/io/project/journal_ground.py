@@ -1,0 +1,266 @@
+"""What lies under an open journal: its file, which can be deleted, replaced or become unwritable
+while it is open."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from vomstudio.errors import DocumentError, InputError, TargetError, VomError
+from vomstudio.files.disk_troubles import is_full, is_read_only, not_written
+from vomstudio.files.inside import check_beside
+from vomstudio.io.project.journal_rows import Head, read_head, read_rows, text_of
+from vomstudio.words import tr
+
+Cause = Literal["gone", "replaced", "full", "read-only", "failed"]
+
+
+@dataclass(frozen=True)
+class Trouble:
+    """Why a journal cannot be written: the cause, and what happened in a sentence."""
+
+    cause: Cause
+    sentence: str
+
+    @property
+    def lost(self) -> bool:
+        """What is at the journal's place is not what this program wrote, or nothing is."""
+        return self.cause in ("gone", "replaced")
+
+
+class NotWritten(DocumentError):
+    """A row is not on the disk."""
+
+    def __init__(self, trouble: Trouble, path: Path, advice: str) -> None:
+        super().__init__(f"{trouble.sentence} {advice}", file=path)
+        self.trouble = trouble
+
+
+_Stamp = tuple[int, int, int, int]
+_PAGE = 4096
+
+
+class Ground:
+    """The file of a journal and its log as this program has left them last.
+
+    Device and inode tell whether the file is still the one that is open; sizes, times and SQLite's
+    `data_version` whether somebody else has written to it.
+    """
+
+    def __init__(self, path: Path, db: sqlite3.Connection) -> None:
+        self._path, self._db = path, db
+        self._log = path.with_name(f"{path.name}-wal")
+        self._file_stamp: _Stamp | None = None
+        # Open as long as the database: closing any descriptor of a file gives up the locks that
+        # SQLite has on it in this process.
+        self._descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+        self.note()
+
+    def close(self) -> None:
+        """After the database was closed."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+        self._descriptor = -1
+
+    def _beneath(self) -> bytes:
+        """The first page of the file, without its log."""
+        try:
+            return os.pread(self._descriptor, _PAGE, 0) if hasattr(os, "pread") else b""
+        except OSError:
+            return b""
+
+    def note(self) -> None:
+        """The files as they are now are ours."""
+        now = _stamp(self._path)
+        if now != self._file_stamp:
+            self._first_page = self._beneath()
+        self._file_stamp, self._log_stamp = now, _stamp(self._log)
+        self._version = _data_version(self._db)
+
+    def note_written(self) -> Trouble | None:
+        """After a row of ours: as `note`, or why the row is not where the journal was."""
+        was, log = self._file_stamp, self._log_stamp
+        self.note()
+        if not _same_file(was, self._file_stamp) or (log and not _same_file(log, self._log_stamp)):
+            self._file_stamp, self._log_stamp = was, log
+            return self._why_lost()
+        return None
+
+    def trouble(self, head: Head) -> Trouble | None:
+        """Why nothing may be written, or None. head : of the rows that the file holds."""
+        now, log = _stamp(self._path), _stamp(self._log)
+        version = _data_version(self._db)
+        if (now, log, version) == (self._file_stamp, self._log_stamp, self._version):
+            return None
+        same = _same_file(self._file_stamp, now) and (
+            self._log_stamp is None or _same_file(self._log_stamp, log)
+        )
+        # The log hides what is beneath it: an older copy written into the file is not seen through
+        # it until the log is folded in.
+        if same and self._beneath() == self._first_page and holds(self._path, head):
+            # Touched, but nothing was written.
+            self.note()
+            return None
+        return self._why_lost()
+
+    def _why_lost(self) -> Trouble:
+        folder = self._path.parent
+        if not folder.is_dir():
+            return Trouble(
+                "gone",
+                tr(
+                    "The project's folder is no longer there: it was deleted or renamed, or its "
+                    "drive was taken away."
+                ),
+            )
+        if not self._path.is_file():
+            return Trouble(
+                "gone", tr("The project's journal is no longer there: it was deleted or renamed.")
+            )
+        return Trouble(
+            "replaced",
+            tr(
+                "Another state of the project has taken its place: it was replaced by a copy, or "
+                "another program has written to it."
+            ),
+        )
+
+    def is_back(self, head: Head) -> bool:
+        """Whether the rows up to `head` are at the journal's place, be it in another file."""
+        untouched = not self.is_ours() or self._beneath() == self._first_page
+        return untouched and holds(self._path, head)
+
+    def has_log_of_ours(self) -> bool:
+        """Whether the log beside the journal is the one that this program wrote."""
+        return self._log_stamp is not None and _same_file(self._log_stamp, _stamp(self._log))
+
+    def is_ours(self) -> bool:
+        """Whether the file at the journal's place is the one that is open."""
+        return self._file_stamp is not None and _same_file(self._file_stamp, _stamp(self._path))
+
+
+def trouble_of(error: sqlite3.Error, path: Path) -> Trouble:
+    """What an error of SQLite means for a journal."""
+    words = str(error)
+    if is_full(path.parent, error):
+        return Trouble("full", tr("The disk of the project is full."))
+    if is_read_only(path.parent, error):
+        return Trouble("read-only", tr("The disk of the project is read-only."))
+    return Trouble(
+        "failed", tr("The project's journal cannot be written ({reason}).", reason=words)
+    )
+
+
+def holds(path: Path, head: Head) -> bool:
+    """Whether the journal at `path` holds the rows up to `head`, each as it was written."""
+    try:
+        with closing(
+            sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=1.0)
+        ) as db:
+            db.text_factory = text_of
+            if read_head(db) != head:
+                return False
+            return not any(row.problem or row.notice for row in read_rows(db, path, 2))
+    except (sqlite3.Error, VomError, OSError):
+        return False
+
+
+def writing_was_cut_off(path: Path, error: sqlite3.Error) -> bool:
+    """Whether a reader was refused because a row was begun when the power went, and was taken back
+    just now."""
+    log = path.with_name(f"{path.name}-journal")
+    if getattr(error, "sqlite_errorcode", 0) & 0xFF != sqlite3.SQLITE_READONLY or not log.exists():
+        return False
+    try:
+        with closing(sqlite3.connect(path, timeout=5.0)) as db:
+            db.execute("SELECT count(*) FROM sqlite_master").fetchone()
+    except sqlite3.Error:
+        return False
+    return True
+
+
+def copy_database(db: sqlite3.Connection, path: Path) -> None:
+    """A sound copy of everything committed so far. Raises TargetError."""
+    check_beside(path)
+    try:
+        target = sqlite3.connect(path)
+        try:
+            db.backup(target)
+        finally:
+            target.close()
+    except sqlite3.Error as error:
+        raise not_written(path, error) from error
+
+
+def head_of(path: Path) -> Head:
+    """Of a journal that is not open. Raises TargetError where it cannot be read."""
+    try:
+        with closing(sqlite3.connect(path)) as db:
+            return read_head(db)
+    except sqlite3.Error as error:
+        raise not_written(path, error) from error
+
+
+def leave_alone(db: sqlite3.Connection, path: Path, *, log_is_ours: bool) -> None:
+    """Close a journal of which the file was replaced: nothing of the log goes into what is there.
+
+    SQLite folds the log in when the last connection closes. A reader that stays longer keeps it
+    from that, and cannot do it itself.
+    """
+    reader: sqlite3.Connection | None = None
+    try:
+        reader = sqlite3.connect(
+            f"{path.absolute().as_uri()}?mode=ro", uri=True, isolation_level=None
+        )
+        reader.execute("BEGIN")
+        reader.execute("SELECT count(*) FROM sqlite_master").fetchone()
+    except sqlite3.Error:
+        pass
+    db.close()
+    if log_is_ours:
+        # Whoever opens the other state next would take it for a part of that.
+        for ending in ("-wal", "-shm"):
+            path.with_name(path.name + ending).unlink(missing_ok=True)
+    if reader is not None:
+        reader.close()
+
+
+def open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
+    words = str(error)
+    if "not a database" in words or "malformed" in words:
+        return InputError(
+            tr("The journal is damaged, or is not a journal. Restore it from a copy."), file=path
+        )
+    if "locked" in words:
+        return InputError(
+            tr("The journal is in use by another program. Close it there first."), file=path
+        )
+    return TargetError(
+        tr("The journal cannot be opened for writing ({reason}).", reason=words), file=path
+    )
+
+
+def _stamp(path: Path) -> _Stamp | None:
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def _same_file(one: _Stamp | None, other: _Stamp | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return one[:2] == other[:2]
+
+
+def _data_version(db: sqlite3.Connection) -> int:
+    try:
+        (version,) = db.execute("PRAGMA data_version").fetchone()
+    except sqlite3.Error:
+        return -1
+    return int(version)

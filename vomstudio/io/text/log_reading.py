@@ -1,0 +1,78 @@
+"""Tables of points with words: boundaries of a log, points of three-point problems, pairs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vomstudio.errors import InputError
+from vomstudio.io.text.tables import TextTable, read_table
+from vomstudio.words import tr
+
+PAIR_COLUMNS = (
+    "hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Boundaries:
+    """(n, 3) World, metres, and (n,) words; dropped : lines of rows without a place."""
+
+    points: NDArray[np.float64]
+    names: list[str]
+    lithologies: list[str]
+    notes: list[str]
+    dropped: tuple[int, ...]
+
+
+def boundaries_of(table: TextTable) -> Boundaries:
+    """x, y, z and, where there are such columns, name, lithology and notes; without a header the
+    first three columns. Raises InputError where no row has a place."""
+    columns = [table.find(name) for name in "xyz"] if table.names is not None else [0, 1, 2]
+    if table.width < 3:
+        raise InputError(tr("The boundaries need x, y and z."), file=table.path)
+    points = table.numbers(columns)
+    sound = np.isfinite(points).all(axis=1)
+    if not sound.any():
+        raise InputError(tr("No row has x, y and z."), file=table.path)
+    rows = np.flatnonzero(sound)
+
+    def words(name: str) -> list[str] | None:
+        return table.labels(table.find(name)) if table.has(name) else None
+
+    found = {name: words(name) for name in ("name", "lithology", "notes")}
+    names = found["name"] or [str(i + 1) for i in range(len(table))]
+    rocks, notes = (found[name] or [""] * len(table) for name in ("lithology", "notes"))
+    return Boundaries(
+        points[rows], [names[i] for i in rows], [rocks[i] for i in rows], [notes[i] for i in rows],
+        tuple(int(line) for line in table.line_numbers[~sound]),
+    )  # fmt: skip
+
+
+def read_boundaries(path: str | Path) -> Boundaries:
+    return boundaries_of(read_table(path))
+
+
+def pairs_of(table: TextTable) -> tuple[list[str], NDArray[np.float64]]:
+    """Names and (n, 6) coordinates of pairs on both sides of a fault: hanging wall, footwall.
+    Raises InputError where no row has all six."""
+    if table.names is None:
+        if table.width != 6:
+            raise InputError(
+                tr("Pairs need six columns: x, y, z on the hanging wall, then on the footwall."),
+                file=table.path,
+            )
+        points = table.numbers(range(6))
+    else:
+        points = table.numbers([table.find(name) for name in PAIR_COLUMNS])
+    names = (
+        table.labels(table.find("name"))
+        if table.has("name")
+        else [str(i + 1) for i in range(len(table))]
+    )
+    if not np.isfinite(points).any():
+        raise InputError(tr("No row has all six coordinates."), file=table.path)
+    return names, points

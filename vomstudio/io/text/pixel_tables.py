@@ -1,0 +1,26 @@
+"""Text tables of places in a photo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.io.text.named_columns import NamedTable
+from vomstudio.io.text.tables import read_table
+
+COLUMN = ("column", "col", "pixel x", "u")
+ROW = ("row", "pixel y", "v")
+
+
+def read_pixels(path: str | Path) -> npt.NDArray[np.float64] | None:
+    """(n, 2) column and row of a table that names them and has no z, or that has two columns and no
+    header; None for any other. Raises InputError with line and column."""
+    table = read_table(path, named=True)
+    if table.names is None:
+        if table.width != 2:
+            return None
+    elif table.has("z") or not any(table.has(name) for name in COLUMN):
+        return None
+    return NamedTable(path, ("column", "row")).columns((COLUMN, ROW), ("column", "row"))

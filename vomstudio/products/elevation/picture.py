@@ -1,0 +1,70 @@
+"""An elevation model for the screen: coloured by height, shaded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.products.elevation.shading import hillshade
+from vomstudio.words import tr
+
+MOST = 1400
+"""Of the longer side, pixels."""
+_DARKEST = 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class ElevationPicture:
+    """rgba : (h, w, 4) uint8, transparent where there is no height; heights : (h, w) float32; step
+    : side of a pixel in metres; low, high : the range of the colours, metres; table : (256, 3)
+    uint8 from low to high"""
+
+    rgba: npt.NDArray[np.uint8]
+    heights: npt.NDArray[np.float32]
+    step: float
+    low: float
+    high: float
+    table: npt.NDArray[np.uint8]
+
+
+def read_picture(raster: Path, most: int = MOST) -> ElevationPicture:
+    """Of a raster that `write_elevation` has written, at most so many pixels a side; cells are
+    averaged where it has more. Raises InputError."""
+    import rasterio
+    from rasterio.enums import Resampling
+
+    try:
+        with rasterio.open(raster) as file:
+            share = max(file.width, file.height, most) / most
+            size = tuple(max(1, round(side / share)) for side in (file.height, file.width))
+            read = file.read(1, out_shape=size, resampling=Resampling.average)
+            step = float(file.transform.a) * file.width / size[1]
+    except (OSError, rasterio.errors.RasterioError) as error:
+        raise InputError(
+            tr("The elevation model cannot be read ({reason}).", reason=error), file=raster
+        ) from error
+    heights = np.asarray(read, np.float32)
+    return picture_of(heights, step)
+
+
+def picture_of(heights: npt.NDArray[np.float32], step: float) -> ElevationPicture:
+    """heights : (h, w) metres, NaN where there is none; step : side of a cell, metres"""
+    from matplotlib import colormaps
+
+    table = colormaps["viridis"].resampled(256)(np.arange(256), bytes=True)[:, :3]
+    known = np.isfinite(heights)
+    low, high = (float(f(heights[known])) for f in (np.min, np.max)) if known.any() else (0.0, 0.0)
+    share = np.where(known, (heights - low) / max(high - low, 1e-12), 0.0)
+    rgb = table[np.clip(255 * share, 0, 255).astype(np.uint8)].astype(np.float32)
+    shade = hillshade(heights, step).astype(np.float32) / 255
+    # Beside an edge the shading is not known: as on a level surface.
+    shade[shade == 0] = np.sqrt(0.5)
+    rgb *= (_DARKEST + (1 - _DARKEST) * shade)[:, :, None]
+    rgba = np.dstack([rgb.astype(np.uint8), np.where(known, 255, 0).astype(np.uint8)])
+    return ElevationPicture(
+        np.ascontiguousarray(rgba), heights, step, low, high, np.ascontiguousarray(table)
+    )

@@ -1,0 +1,102 @@
+"""The figures of a map of fractures in words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vomstudio.geology.fractures.network import FractureNetwork
+from vomstudio.tables.numbers_text import azimuth, figures, number
+from vomstudio.words import tr, tr_n
+
+
+def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
+    """Each figure with its name; errors and units with them."""
+    found = network.as_dict()
+    nodes, length = found["nodes"], found["length"]
+    rows = [
+        (tr("traces"), tr("{traces:,}, in {pieces:,} pieces", traces=found["traces"],
+                          pieces=found["pieces"])),
+    ]  # fmt: skip
+    error = found["error95"]
+    if error is not None:
+        rows += [
+            (tr("area"), tr("{size} m2", size=number(found["area_m2"], 1))),
+            ("P20", _with_error(found["P20_1_per_m2"], error["P20_1_per_m2"], "1/m2")),
+            (
+                tr("P20 by nodes"),
+                _with_error(found["P20_nodes_1_per_m2"], error["P20_nodes_1_per_m2"], "1/m2"),
+            ),
+            ("P21", _with_error(found["P21_1_per_m"], error["P21_1_per_m"], "1/m")),
+        ]
+    if found["scanline"] is not None:
+        line = found["scanline"]
+        rows += [
+            (tr("scanline"), tr_n(
+                "{count} crossing on {length} m", "{count} crossings on {length} m", line["n"],
+                length=number(found["scanline_m"], 2))),
+            ("P10", tr("{value} 1/m", value=figures(found["P10_1_per_m"]))),
+            (tr("  by Terzaghi"), tr("P21 {value} 1/m, cap: {cap}",
+                                   value=figures(line["P21_1_per_m"]),
+                                   cap=found["terzaghi_cap"] or tr("none"))),
+            (tr("  spacing"), tr("{mean} m along the line, {true} m across the traces, cv {cv}",
+                               mean=figures(line["mean_m"]), true=figures(line["true_mean_m"]),
+                               cv=number(line["cv"], 2))),
+        ]  # fmt: skip
+    rows.append((
+        tr("nodes"),
+        tr("I {i:,}, Y {y:,}, X {x:,} (tolerance {snap:g} m, {mended} ends mended)",
+           i=nodes["I"], y=nodes["Y"], x=nodes["X"], snap=found["snap_m"],
+           mended=len(found["mended"])),
+    ))  # fmt: skip
+    low, high = length["mean_95_m"]
+    rows += [
+        (tr("mean length"), tr("{mean} m (95 %: {low} to {high}), of the pieces {naive} m",
+                               mean=figures(length["mean_m"]), low=figures(low),
+                               high=figures(high), naive=figures(length["naive_mean_m"]))),
+        (tr("  cut off"), tr("{share} % of the pieces by the edge of the area",
+                           share=number(100 * (length["censored_share"] or 0.0), 1))),
+        (tr("  distribution"), _law_in_words(length)),
+    ]  # fmt: skip
+    for of_set in found["sets"] if len(found["sets"]) > 1 else ():
+        rows.append((tr("set {name}", name=of_set["name"]), _set_in_words(of_set)))
+    return rows
+
+
+def _with_error(value: float, error: float, unit: str) -> str:
+    return tr(
+        "{value} +- {error} {unit} (95 %, of traces placed independently)",
+        value=figures(value), error=figures(error, 2), unit=unit,
+    )  # fmt: skip
+
+
+def _law_in_words(length: dict[str, Any]) -> str:
+    if length["distribution"] is None:
+        return tr("none: {reason}", reason=length["reason"])
+    parameters = ", ".join(
+        f"{name} {figures(value)}" for name, value in length["parameters"].items()
+    )
+    name = length["distribution"].replace("_", " ")
+    if len(length["fits"]) < 2:
+        return f"{name} ({parameters})"
+    second = length["fits"][1]
+    return tr(
+        "{name} ({parameters}); the next, {second}, has an AIC {delta} higher",
+        name=name, parameters=parameters, second=second["distribution"].replace("_", " "),
+        delta=number(second["delta_aic"], 1),
+    )  # fmt: skip
+
+
+def _set_in_words(of_set: dict[str, Any]) -> str:
+    said = tr_n(
+        "{count} piece, strike {strike}", "{count} pieces, strike {strike}", of_set["n"],
+        strike=azimuth(of_set["strike_deg"], 0),
+    )  # fmt: skip
+    if of_set["P21_1_per_m"] is not None:
+        said += tr(", P21 {value} 1/m", value=figures(of_set["P21_1_per_m"]))
+    if of_set["spacing"] is not None:
+        said += tr(
+            ", spacing {mean} m, across the traces {true} m",
+            mean=figures(of_set["spacing"]["mean_m"]),
+            true=figures(of_set["spacing"]["true_mean_m"]),
+        )
+    return said

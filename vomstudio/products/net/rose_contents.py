@@ -1,0 +1,135 @@
+"""What roses and histograms show, as plain data: of the rows of a table, or the sets of a net."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.geology.orientation import Array
+from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.roses import (
+    HISTOGRAM_OF,
+    LINES_HAVE,
+    Histogram,
+    Rose,
+    angles_of,
+    azimuths_of,
+    histogram_of,
+    rose_of,
+    weights_of,
+)
+from vomstudio.products.net.contents import NetSet
+from vomstudio.products.net.table_net import members_of
+from vomstudio.words import tr
+
+
+@dataclass(frozen=True, eq=False)
+class Counted:
+    """The features of one rose, for picking: their ids, and the angles by which they were counted,
+    NaN for none. color: #rrggbb."""
+
+    ids: tuple[str, ...]
+    angles_deg: Array
+    color: str
+
+
+@dataclass(frozen=True, eq=False)
+class RoseContents:
+    """of: one of `roses.ROSE_OF` or `roses.HISTOGRAM_OF`; roses: by the name of their set; weight:
+    what weights them, None for counts; by_area: the area of a petal is its share, else its length;
+    empty: sets of which no row has an angle and a weight; counted: by the name of the set, where
+    the features are known. notes: over the caption."""
+
+    of: str
+    roses: Mapping[str, Rose | Histogram]
+    weight: str | None = None
+    by_area: bool = True
+    empty: tuple[str, ...] = ()
+    counted: Mapping[str, Counted] = field(default_factory=dict)
+    title: str = ""
+    notes: tuple[str, ...] = ()
+
+    @property
+    def bin_deg(self) -> float:
+        return next(iter(self.roses.values())).bin_deg
+
+
+def roses_of_table(
+    table: OrientationRows,
+    of: str,
+    by: str | None = None,
+    *,
+    bin_deg: float = 10.0,
+    weight: str | None = None,
+    by_area: bool = True,
+) -> RoseContents:
+    """Of each set that has such angles. by, weight : name or number of a column; by None: `set`,
+    else `kind`, else all. Raises UsageError for columns that are not there or no numbers."""
+    angles = azimuths_of(table, of)
+    weights = None if weight is None else weights_of(table, weight)
+    wanted = table.is_plane != (of in LINES_HAVE)
+    roses, empty = {}, []
+    for name, members in members_of(table, by).items():
+        rows = np.array([i for i in members if wanted[i]], dtype=np.intp)
+        if len(rows):
+            w = None if weights is None else weights[rows]
+            rose = _one(of, angles[rows], bin_deg, w)
+            if rose.total > 0:
+                roses[name] = rose
+            else:
+                empty.append(name)
+    return RoseContents(of, roses, weight, by_area, tuple(empty))
+
+
+def roses_of_sets(
+    sets: Iterable[NetSet],
+    of: str,
+    *,
+    bin_deg: float = 10.0,
+    weights: Mapping[str, float | None] | None = None,
+    weight: str | None = None,
+    by_area: bool = True,
+) -> RoseContents:
+    """Of each set of a net that has such angles. weights : of features by their ids, None where one
+    has none; weight : what they are"""
+    wanted = "line" if of in LINES_HAVE else "plane"
+    roses, counted, empty = {}, {}, []
+    for s in sets:
+        if s.kind != wanted or not len(s):
+            continue
+        angles = angles_of(s.azimuth_deg, s.angle_deg, of)
+        w = None
+        if weights is not None:
+            found = [weights.get(id_) for id_ in s.ids]
+            w = np.array([np.nan if each is None else each for each in found])
+        rose = _one(of, angles, bin_deg, w)
+        if rose.total > 0:
+            roses[s.name] = rose
+            counted[s.name] = Counted(s.ids, angles, s.color)
+        else:
+            empty.append(s.name)
+    return RoseContents(of, roses, weight, by_area, tuple(empty), counted)
+
+
+def _one(of: str, angles: Array, bin_deg: float, weights: npt.ArrayLike | None) -> Rose | Histogram:
+    if of in HISTOGRAM_OF:
+        return histogram_of(angles, bin_deg=bin_deg, weights=weights)
+    return rose_of(angles, axial=of == "strike", bin_deg=bin_deg, weights=weights)
+
+
+def check_roses(contents: RoseContents, path: Path | None) -> None:
+    """Raises GeometryError where there is nothing to draw."""
+    if contents.roses:
+        return
+    if contents.of in LINES_HAVE:
+        message = tr("The table has no lines with such an angle; of planes draw --of strike.")
+        if contents.of == "trend":
+            message = tr("The table has no lines with a trend.")
+    else:
+        message = tr("The table has no planes with a strike; of lines draw --of trend.")
+    raise GeometryError(message, file=path, field="--of")

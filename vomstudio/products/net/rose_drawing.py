@@ -1,0 +1,120 @@
+"""One rose or one histogram, drawn into its panel."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vomstudio.geology.orientation import Array
+from vomstudio.geology.roses import Histogram, Rose
+from vomstudio.products.net.style import NetStyle, layer, mixed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FLOOR, CEILING = -0.92, 1.12
+LEFT, RIGHT = -0.82, 1.1
+"""Of a histogram, in its panel."""
+
+
+def petal_radius(share: Array, outermost: float, by_area: bool) -> Array:
+    """Of shares (k,), where the outermost ring has the radius 1."""
+    return np.sqrt(share / outermost) if by_area else np.asarray(share / outermost)
+
+
+def draw_rose(
+    ax: Axes, rose: Rose, rings: list[float], by_area: bool, color: str, style: NetStyle
+) -> None:
+    """One rose, of radius 1 at its outermost ring, into axes that show a little more than that."""
+    from matplotlib.patches import Circle, Polygon
+
+    radii = petal_radius(np.array(rings), rings[-1], by_area)
+    for radius in radii:
+        last = radius == radii[-1]
+        ring = Circle(
+            (0, 0), float(radius), facecolor="none", edgecolor=style.ink if last else style.soft,
+            linewidth=(1.25 if last else 0.5) * style.line_pt,
+            zorder=layer("rim" if last else "ground"),
+        )  # fmt: skip
+        ax.add_patch(ring)
+    for quarter in np.arange(0.0, 360.0, 90.0):
+        ax.plot(*_ray(quarter, (0.0, 1.04)), color=style.soft, linewidth=0.5 * style.line_pt,
+                zorder=layer("ground"))  # fmt: skip
+    lengths = petal_radius(rose.shares, rings[-1], by_area)
+    for i, length in enumerate(lengths):
+        if length > 0:
+            azimuth = np.radians(np.linspace(i, i + 1, 13) * rose.bin_deg)
+            arc = length * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
+            petal = Polygon(
+                np.vstack([[0.0, 0.0], arc]), closed=True, facecolor=mixed(color, style.net, 0.25),
+                edgecolor=style.outline(mixed(color, style.ink, 0.3)),
+                linewidth=0.7 * style.line_pt, zorder=layer("poles"),
+            )  # fmt: skip
+            ax.add_patch(petal)
+    if rose.mean_deg is not None:
+        for end in (rose.mean_deg, rose.mean_deg + 180.0)[: 2 if rose.axial else 1]:
+            ax.plot(*_ray(end, (1.0, 1.1)), color=style.ink, linewidth=3.0 * style.line_pt,
+                    solid_capstyle="butt", zorder=layer("means"))  # fmt: skip
+    ax.text(0.0, 1.13, "N", ha="center", va="bottom", fontsize=1.15 * style.font_pt,
+            weight="bold", color=style.ink)  # fmt: skip
+    place = _clearest(rose)
+    for share, radius in zip(rings, radii, strict=True):
+        x, y = _ray(place, (float(radius), float(radius)))
+        label = ax.text(
+            x[0], y[0], f"{100 * share:g} %", ha="center", va="center",
+            fontsize=0.9 * style.font_pt, color=style.ink, zorder=layer("words"),
+        )  # fmt: skip
+        label.set_bbox({"facecolor": style.net, "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
+
+
+def _clearest(rose: Rose) -> float:
+    """Azimuth beside north or south where the petals are shortest: figures that stand there, one
+    over the other, do not meet."""
+    tried = np.array([30.0, 330.0, 150.0, 210.0, 20.0, 340.0, 160.0, 200.0, 40.0, 320.0])
+    span = np.arange(-15.0, 16.0, 1.0)
+    bins = ((tried[:, None] + span) % 360.0 // rose.bin_deg).astype(np.intp)
+    longest = rose.shares[bins % len(rose.shares)].max(axis=1)
+    return float(tried[int(np.argmin(np.round(longest, 9)))])
+
+
+def draw_histogram(
+    ax: Axes, found: Histogram, rings: list[float], color: str, style: NetStyle
+) -> None:
+    """Bars from 0 to 90 degrees, the highest mark at the last of `rings`."""
+    from matplotlib.patches import Rectangle
+
+    top, tall, across = rings[-1], CEILING - FLOOR, (RIGHT - LEFT) / 90.0
+    small: dict[str, Any] = {"fontsize": 0.9 * style.font_pt, "color": style.ink}
+    for share in (0.0, *rings):
+        y = FLOOR + tall * share / top
+        last = share == 0.0
+        ax.plot([LEFT, RIGHT], [y, y], color=style.ink if last else style.soft,
+                linewidth=(1.25 if last else 0.5) * style.line_pt,
+                zorder=layer("rim" if last else "ground"))  # fmt: skip
+        if share:
+            ax.text(LEFT - 0.04, y, f"{100 * share:g} %", ha="right", va="center", **small)
+    for angle in (0, 30, 60, 90):
+        x = LEFT + angle * across
+        ax.plot([x, x], [FLOOR, FLOOR - 0.05], color=style.ink, linewidth=style.line_pt)
+        ax.text(x, FLOOR - 0.08, f"{angle}°", ha="center", va="top", **small)
+    wide = found.bin_deg * across
+    for i, share in enumerate(found.shares):
+        if share > 0:
+            bar = Rectangle(
+                (LEFT + i * wide, FLOOR), wide, tall * float(share) / top,
+                facecolor=mixed(color, style.net, 0.25),
+                edgecolor=style.outline(mixed(color, style.ink, 0.3)),
+                linewidth=0.7 * style.line_pt, zorder=layer("poles"),
+            )  # fmt: skip
+            ax.add_patch(bar)
+    if found.mean_deg is not None:
+        x = LEFT + found.mean_deg * across
+        ax.plot([x, x], [FLOOR, CEILING], color=style.ink, linewidth=1.5 * style.line_pt,
+                linestyle="--", zorder=layer("means"))  # fmt: skip
+
+
+def _ray(azimuth_deg: float, radii: tuple[float, float]) -> tuple[list[float], list[float]]:
+    a = math.radians(azimuth_deg)
+    return [r * math.sin(a) for r in radii], [r * math.cos(a) for r in radii]

@@ -1,0 +1,310 @@
+"""A plane carried on through a model: its traces on the surface, with how far off they may be."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.files.atomic import atomic_group, write_bytes
+from vomstudio.geology.beds.extended import Bands, PlaneBelief, Repeats, bands, repeated
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.products.section.curtain import Curtain, curtain_of_plane
+from vomstudio.products.section.cutting import SLAB_SPACINGS, Cut, cut_model
+from vomstudio.reprs import Shown
+from vomstudio.version import __version__
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+ENDINGS = (".csv", ".gpkg")
+COLUMNS = ("bed", "line", "x", "y", "z", "error95_m")
+LAYER = "extended_planes"
+_NEIGHBOURS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """Where one of the planes meets the surface: bed, its number, 0 the plane itself; points
+    (n, 3) World, m; error95_m (n,) of its position there, across it"""
+
+    bed: int
+    points: Array
+    error95_m: Array
+
+
+@dataclass(frozen=True)
+class Bed:
+    """One of the planes: traces on the model, their length, and the least and the most error of its
+    position (95 %) along them"""
+
+    bed: int
+    offset_m: float
+    traces: int
+    length_m: float
+    least_error95_m: float
+    most_error95_m: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ExtendedPlane(Shown):
+    """A plane carried on through a model, with what the command says of it.
+
+    middle : (3,) World, where it is known best; max_error95_deg, min_error95_deg : half-angles of
+        the joint 95 % region of its normal; thickness_m : of the beds, None for one plane
+    beds : those that meet the model, upwards; traces : of all of them
+    within_share : of the model's points, those in the band of a plane
+    bands : of the model's points
+    """
+
+    dip_direction_deg: float
+    dip_deg: float
+    middle: tuple[float, float, float]
+    max_error95_deg: float
+    min_error95_deg: float
+    thickness_m: float | None
+    beds: tuple[Bed, ...]
+    length_m: float
+    within_share: float
+    warnings: tuple[str, ...]
+    traces: tuple[Trace, ...] = field(default=())
+    bands: Bands | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON: all but the traces and the figures of each point."""
+        told = {k: v for k, v in vars(self).items() if k not in ("traces", "bands", "beds")}
+        return {**told, "beds": [asdict(bed) for bed in self.beds]}
+
+    def as_fields(self) -> dict[str, npt.NDArray[np.float32]]:
+        """Fields of the model's points: distance from the nearest plane, the error of its position
+        there, and its number in its band, NaN outside."""
+        assert self.bands is not None
+        found = self.bands
+        return {
+            "plane_distance_m": found.distance_m.astype(np.float32),
+            "plane_error95_m": found.error95_m.astype(np.float32),
+            "bed": np.where(found.inside, found.bed, np.nan).astype(np.float32),
+        }
+
+
+def extend(
+    data: Mesh | PointCloud,
+    belief: PlaneBelief,
+    *,
+    thickness_m: float | None = None,
+    thickness_error_m: float = 0.0,
+    spacing: float = 0.0,
+) -> ExtendedPlane:
+    """Carry a plane on through a model of World.
+
+    thickness_m : repeat it as often as the model is thick; thickness_error_m : 95 %, of it; spacing
+    : of a cloud's points. Raises UsageError for a thickness that is none, GeometryError where no
+    plane meets the model.
+    """
+    if thickness_m is not None and not 0.0 < thickness_m < np.inf:
+        raise UsageError(tr("A thickness is a length in metres."), field="--thickness")
+    if not 0.0 <= thickness_error_m < np.inf:
+        raise UsageError(
+            tr("The error of the thickness is a length in metres."), field="--thickness-error"
+        )
+    points = data.vertices if isinstance(data, Mesh) else data.points
+    sound = points[np.isfinite(points).all(axis=1)]
+    if not len(sound):
+        raise GeometryError(tr("The model has no points with coordinates."))
+    repeats = repeated(belief, sound, thickness_m, thickness_error_m)
+    found = bands(belief, repeats, points)
+    beds, traces = [], []
+    for number in repeats.numbers.tolist():
+        cut = _cut(data, belief, repeats, number, spacing)
+        own = [_trace(line, belief, repeats, number) for line in cut.world if len(line) > 1]
+        if not own:
+            continue
+        traces += own
+        errors = np.concatenate([trace.error95_m for trace in own])
+        beds.append(
+            Bed(number, repeats.offset(number), len(own), cut.length_m,
+                float(errors.min()), float(errors.max()))
+        )  # fmt: skip
+    if not beds:
+        raise GeometryError(
+            tr("The plane does not meet the model. Check its attitude and its point.")
+        )
+    small, large = _half_angles(belief)
+    plane = belief.plane
+    return ExtendedPlane(
+        plane.dip_direction_deg,
+        plane.dip_deg,
+        (float(belief.middle[0]), float(belief.middle[1]), float(belief.middle[2])),
+        large,
+        small,
+        thickness_m,
+        tuple(beds),
+        float(sum(bed.length_m for bed in beds)),
+        float(np.mean(found.inside)),
+        _warnings(beds, thickness_m),
+        tuple(traces),
+        found,
+    )
+
+
+def band_edges(mesh: Mesh, belief: PlaneBelief) -> tuple[Array, ...]:
+    """Lines (k, 2, 3) on a mesh of World along which the band of the plane ends: pieces, one for
+    each triangle that an edge of it crosses."""
+    away = belief.distances(mesh.vertices)
+    half = belief.t95 * belief.sd(mesh.vertices)
+    return tuple(_level_pieces(mesh, away + side * half) for side in (-1.0, 1.0))
+
+
+def _level_pieces(mesh: Mesh, values: Array) -> Array:
+    """(k, 2, 3) where values of the vertices, linear within triangles, are 0."""
+    above = values >= 0.0
+    corners = above[mesh.faces]
+    met = np.flatnonzero(corners.any(axis=1) & ~corners.all(axis=1))
+    faces, corners = mesh.faces[met], corners[met]
+    alone = np.where(
+        corners[:, 0] == corners[:, 1], 2, np.where(corners[:, 0] == corners[:, 2], 1, 0)
+    )
+    rows = np.arange(len(faces))
+    tip = faces[rows, alone]
+    ends = []
+    for k in (1, 2):
+        other = faces[rows, (alone + k) % 3]
+        share = values[tip] / (values[tip] - values[other])
+        a, b = mesh.vertices[tip], mesh.vertices[other]
+        ends.append(a + share[:, None] * (b - a))
+    return np.stack(ends, axis=1)
+
+
+def _cut(
+    data: Mesh | PointCloud, belief: PlaneBelief, repeats: Repeats, number: int, spacing: float
+) -> Cut:
+    """Of the part of the model that the plane can meet, so that many planes cost no more than the
+    model has faces."""
+    offset = repeats.offset(number)
+    origin = belief.middle + offset * belief.axes[2]
+    curtain: Curtain = curtain_of_plane(belief.plane, origin)
+    if isinstance(data, Mesh):
+        away = belief.distances(data.vertices) - offset
+        above = (away >= 0.0)[data.faces]
+        met = data.faces[above.any(axis=1) & ~above.all(axis=1)]
+        if not len(met):
+            return Cut((), ())
+        ids, which = np.unique(met, return_inverse=True)
+        part = Mesh(data.vertices[ids], which.reshape(-1, 3).astype(np.int32))
+        return cut_model(part, curtain)
+    crossings = _crossings(data.points, belief.distances(data.points) - offset, spacing)
+    return cut_model(PointCloud(crossings), curtain, spacing, spacing)
+
+
+def _crossings(points: Array, away: Array, spacing: float) -> Array:
+    """(k, 3) where links between neighbours of a cloud cross the plane that they are `away` from:
+    a slab of points would be as wide as the plane is slanting to the surface."""
+    from scipy.spatial import cKDTree
+
+    rows = np.flatnonzero(np.abs(away) <= SLAB_SPACINGS * spacing)
+    if len(rows) < 2:
+        return np.zeros((0, 3))
+    near, off = points[rows] - points[rows[0]], away[rows]
+    _, other = cKDTree(near).query(
+        near, k=min(_NEIGHBOURS + 1, len(near)), distance_upper_bound=SLAB_SPACINGS * spacing
+    )
+    one = np.repeat(np.arange(len(near)), other.shape[1])
+    two = other.ravel()
+    linked = two < len(near)
+    one, two = one[linked], two[linked]
+    crossed = (off[one] >= 0.0) & (off[two] < 0.0)
+    one, two = one[crossed], two[crossed]
+    share = off[one] / (off[one] - off[two])
+    return np.asarray(points[rows[0]] + near[one] + share[:, None] * (near[two] - near[one]))
+
+
+def _trace(line: Array, belief: PlaneBelief, repeats: Repeats, number: int) -> Trace:
+    variance = belief.sd(line) ** 2 + number**2 * repeats.of_thickness
+    return Trace(number, line, belief.t95 * np.sqrt(variance))
+
+
+def _half_angles(belief: PlaneBelief) -> tuple[float, float]:
+    """Of the joint 95 % region, as `belief_of_fit` and `belief_of_attitude` took them."""
+    from vomstudio.geometry.plane_errors import joint_quantile
+    from vomstudio.geometry.tilts import CHI2_TWO
+
+    free = belief.free
+    limit = CHI2_TWO
+    if np.isfinite(free):
+        limit = float(joint_quantile(np.array([free]))[0]) * free
+    small, large = np.degrees(np.arctan(np.sqrt(np.sort(belief.of_tilts) * limit)))
+    return float(small), float(large)
+
+
+def _warnings(beds: list[Bed], thickness: float | None) -> tuple[str, ...]:
+    if thickness is None or max(bed.most_error95_m for bed in beds) < 0.5 * thickness:
+        return ()
+    return (
+        tr(
+            "Far from its points the plane is known worse than half the thickness: there it cannot "
+            "be told which bed is which."
+        ),
+    )
+
+
+def format_of(path: str | Path) -> str:
+    """Raises UsageError for another ending."""
+    ending = Path(path).suffix.lower()
+    if ending not in ENDINGS:
+        raise UsageError(
+            tr("Traces are written as .csv or .gpkg. Give the name one of these endings."),
+            file=path,
+            field="--output",
+        )
+    return ending
+
+
+def write_traces(
+    path: str | Path, found: ExtendedPlane, *, crs: str | None, model: str, force: bool
+) -> None:
+    """A row for each vertex, or a layer of lines with the error at their worst place; whole or not
+    at all. Raises UsageError, TargetError."""
+    if format_of(path) == ".csv":
+        write_bytes(path, _table(found, crs, model).encode("utf-8"), force=force)
+        return
+    import shapely
+
+    from vomstudio.io.gis.layer_writing import write_layer
+
+    with atomic_group([Path(path)], force) as parts:
+        write_layer(
+            parts[0],
+            LAYER,
+            "LineString Z",
+            np.array([shapely.LineString(trace.points) for trace in found.traces]),
+            {
+                "bed": np.array([trace.bed for trace in found.traces], np.int32),
+                "error95_m": np.array([float(t.error95_m.max()) for t in found.traces]),
+            },
+            crs,
+        )
+
+
+def _table(found: ExtendedPlane, crs: str | None, model: str) -> str:
+    file = io.StringIO()
+    file.write(f"# VOM Studio {__version__}, a plane carried on over {' '.join(model.split())}\n")
+    file.write(f"# CRS: {crs or 'local'}; x East, y North, z Up, metres\n")
+    file.write(
+        f"# plane {found.dip_direction_deg:.4f}/{found.dip_deg:.4f} (dip direction/dip, deg); "
+        "error95_m: 95 % of its position, across it\n"
+    )
+    out = csv.writer(file, lineterminator="\n")
+    out.writerow(COLUMNS)
+    for line, trace in enumerate(found.traces, 1):
+        out.writerows(
+            [trace.bed, line, f"{x:.6f}", f"{y:.6f}", f"{z:.6f}", f"{error:.6g}"]
+            for (x, y, z), error in zip(trace.points.tolist(), trace.error95_m, strict=True)
+        )
+    return file.getvalue()

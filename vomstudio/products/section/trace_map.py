@@ -1,0 +1,103 @@
+"""Traces of an outcrop as a map on its face."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.files.atomic import atomic_group
+from vomstudio.geology.fractures.network import Counted
+from vomstudio.geology.orientation import Plane
+from vomstudio.io.gis.layer_writing import write_layer
+from vomstudio.io.gis.raster import view_plane_crs
+from vomstudio.products.section.curtain import Curtain, curtain_of_plane
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+_THIN = 1e-6
+
+
+def face_of(lines: Sequence[Array], plane: Plane | None = None) -> Curtain:
+    """The plane on which traces (n, 3) of World are mapped, through their middle, looked at against
+    its upward normal: distances to the right, and up its dip or, where it is vertical, Z. plane :
+    None takes the one that fits all points best. Raises GeometryError where they determine none."""
+    if not lines:
+        raise GeometryError(tr("There are no traces."))
+    points = np.concatenate(lines)
+    middle = points.mean(axis=0)
+    if plane is None:
+        _, sizes, axes = np.linalg.svd(points - middle, full_matrices=False)
+        if len(sizes) < 3 or not sizes[1] > _THIN * sizes[0]:
+            raise GeometryError(
+                tr("The traces lie on one line, so no face fits them. Type the plane of the face.")
+            )
+        plane = Plane.from_normal(axes[2])
+    return curtain_of_plane(plane, middle)
+
+
+def on_face(lines: Sequence[Array], face: Curtain) -> list[Array]:
+    """(n, 2) each: to the right and up on the face, metres."""
+    return [np.ascontiguousarray(face.panels[0].coordinates(line)[:, :2]) for line in lines]
+
+
+def map_files(traces: Path, counted: Counted) -> dict[str, Path]:
+    """Of `write_map`: the traces, and what they are counted in, where that is a file."""
+    found = {"traces": traces}
+    if counted.scanlines is not None:
+        found["scanline"] = traces.with_name(f"{traces.stem}_scanline.gpkg")
+    elif counted.area is not None and counted.circle is None:
+        found["area"] = traces.with_name(f"{traces.stem}_area.gpkg")
+    return found
+
+
+def write_map(
+    traces: Path,
+    lines: Sequence[Array],
+    names: Sequence[str],
+    sets: Sequence[str],
+    counted: Counted,
+    *,
+    metric: bool = True,
+    force: bool = False,
+) -> dict[str, Path]:
+    """GeoPackages that `vomstudio fractures` reads, in the plane's own metres: the traces (n, 2)
+    with `name` and `set`, and the area or scanlines. Raises TargetError."""
+    import shapely
+
+    files = map_files(traces, counted)
+    crs = view_plane_crs(metric)
+    with atomic_group(list(files.values()), force) as parts:
+        at = dict(zip(files, parts, strict=True))
+        columns = {"name": _words(names), "set": _words(sets)}
+        shapes = _shapes([shapely.linestrings(line) for line in lines])
+        _write(at["traces"], "traces", "LineString", shapes, columns, crs)
+        if "area" in at:
+            area = _shapes(list(shapely.get_parts(counted.area)))
+            _write(at["area"], "area", "Polygon", area, {}, crs)
+        if "scanline" in at:
+            assert counted.scanlines is not None
+            _write(at["scanline"], "scanline", "LineString", counted.scanlines, {}, crs)
+    return files
+
+
+def _write(
+    part: Path, layer: str, kind: str, shapes: Any, columns: dict[str, Any], crs: str
+) -> None:
+    part.unlink(missing_ok=True)
+    write_layer(part, layer, kind, shapes, columns, crs)
+
+
+def _shapes(found: Sequence[Any]) -> Any:
+    made = np.empty(len(found), object)
+    made[:] = found
+    return made
+
+
+def _words(words: Sequence[str]) -> Any:
+    return np.array(list(words), dtype=object)

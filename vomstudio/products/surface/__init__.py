@@ -1,0 +1,1 @@
+"""A patch as a surface: how it departs from its plane."""

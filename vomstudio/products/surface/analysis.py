@@ -1,0 +1,424 @@
+"""What a patch of a model shows beyond its plane: a map of deviations, where the plane holds, how
+rough the surface is by direction, and profiles."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.quality import judge
+from vomstudio.geology.roughness import increments
+from vomstudio.geology.roughness.holding import where_it_holds
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.moment_planes import fit_moments
+from vomstudio.geometry.patches import face_areas, face_points, moments
+from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.resolution import COUNTS, of_neighbours
+from vomstudio.geometry.vectors import strike_and_dip_lines
+from vomstudio.io.models.opening import resolution
+from vomstudio.products.elevation.heights import draw_heights
+from vomstudio.products.elevation.planning import HeightPlan, plan_heights
+from vomstudio.progress import Progress
+from vomstudio.reprs import Shown
+from vomstudio.tables.orientation_table import Row, plane_row
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+FEWEST_CELLS = 100
+MOST_CELLS = 1_000_000
+NOISE_OF_EDGE = 0.25
+"""Of a mesh, which smooths its points' noise away but not its own errors: depths of photos err by
+about a pixel, and an edge is some pixels long."""
+SHORTEST = 3.0
+"""Edges of a mesh, spacings of a cloud: over less it is smooth whatever the rock is."""
+_SAMPLED = 500
+
+
+@dataclass(frozen=True)
+class Trim:
+    """What is left out where the plane does not hold. share : of the surface; limit_m : departures
+    beyond it; turn_deg : by which the plane of the rest is turned; plane : its row"""
+
+    share: float
+    limit_m: float
+    turn_deg: float
+    plane: Row
+
+
+@dataclass(frozen=True)
+class DirectionRoughness:
+    """Hurst's exponent along one direction of the plane. rake_deg : from the right-hand-rule
+    strike, [0, 180); trend_deg, plunge_deg : of the line; H, error95"""
+
+    rake_deg: float
+    trend_deg: float
+    plunge_deg: float
+    H: float
+    error95: float
+
+
+@dataclass(frozen=True)
+class Hurst:
+    """Of all directions together, over distances from from_m to to_m; directions : each on its
+    own"""
+
+    H: float
+    error95: float
+    from_m: float
+    to_m: float
+    directions: tuple[DirectionRoughness, ...]
+
+
+@dataclass(frozen=True)
+class SmoothestLine:
+    """The line in the plane along which the surface is smoothest. error95_deg : of its rake; ratio
+    : of the roughness across it to that along it; p : of as much on a surface without direction"""
+
+    rake_deg: float
+    trend_deg: float
+    plunge_deg: float
+    error95_deg: float
+    ratio: float
+    p: float
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """Deviations along a line in the plane through the middle of the patch. name : "along" or
+    "across"; distance_m, deviation_m : (n,); points : (n, 3) World, on the surface"""
+
+    name: str
+    distance_m: Array
+    deviation_m: Array
+    points: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SurfaceFigures(Shown):
+    """A patch as a surface, with what the command says of it.
+
+    plane : the row of its plane; rms_m, lowest_m, highest_m : of the deviations, positive along the
+    upward normal; noise_m : of the model, noise_from : "given", "points" or "mesh"
+    cells, cell_m : of the map; bent_share : of the mean square that a paraboloid takes away
+    trim : None where the plane holds all over; hurst, smoothest : None with the reason
+    deviations : (rows, columns) of the map, m, NaN where there is nothing; plan : of its cells
+    at_points : (n,) deviation of each point of the patch, and holds (n,)
+    """
+
+    plane: Row
+    rms_m: float
+    lowest_m: float
+    highest_m: float
+    noise_m: float
+    noise_from: str
+    cells: int
+    cell_m: float
+    bent_share: float
+    trim: Trim | None
+    hurst: Hurst | None
+    hurst_reason: str | None
+    smoothest: SmoothestLine | None
+    smoothest_reason: str | None
+    warnings: tuple[str, ...]
+    deviations: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    plan: HeightPlan | None = None
+    at_points: Array = field(default_factory=lambda: np.zeros(0))
+    holds: npt.NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
+    profiles: tuple[Profile, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON: all but the map, the points and the profiles."""
+        left_out = ("deviations", "plan", "at_points", "holds", "profiles")
+        told = {k: v for k, v in vars(self).items() if k not in left_out}
+        for name in ("trim", "hurst", "smoothest"):
+            if told[name] is not None:
+                told[name] = asdict(told[name])
+        return told
+
+
+def analyse(
+    data: Mesh | PointCloud,
+    *,
+    noise_m: float | None = None,
+    cell_m: float | None = None,
+    model: str = "",
+    frame: str = "local",
+    thresholds: Thresholds = DEFAULTS,
+    progress: Progress | None = None,
+) -> SurfaceFigures:
+    """Of a patch: a mesh or a cloud in World, m, that is nothing but the patch.
+
+    noise_m : standard deviation of the heights that is the model's own; without it that of a
+    cloud's points about local planes, of a mesh a quarter of its mean edge
+    cell_m : side of the map's cells; the mean edge or spacing
+    Raises UsageError for lengths that are none, GeometryError for a patch without a plane, or too
+    small for a map, Cancelled.
+    """
+    for value, name in ((noise_m, "--noise"), (cell_m, "--gsd")):
+        if value is not None and not (0.0 <= value < math.inf and (value or name == "--noise")):
+            raise UsageError(tr("This is a length in metres."), field=name)
+    points, fit, area = _fitted(data)
+    edge = resolution(data)
+    noise, source = _noise(data, noise_m, edge)
+    plane = Plane.from_normal(fit.normal)
+    plan = plan_heights(data, plane, to_world=np.eye(4), gsd=cell_m)
+    if plan.grid.width * plan.grid.height > MOST_CELLS:
+        raise UsageError(
+            tr("The map would have more than a million cells. Give larger ones with --gsd."),
+            field="--gsd",
+        )
+    heights, _ = draw_heights(data, plan, None, progress)
+    base = fit.centroid[2] if plan.is_map else (fit.centroid - plan.reference) @ plane.normal()
+    deviations = np.asarray(heights, np.float64) - float(base)
+    if int(np.isfinite(deviations).sum()) < FEWEST_CELLS:
+        raise GeometryError(
+            tr("The patch is too small: {count} cells of its map are known; {least} are needed.",
+               count=int(np.isfinite(deviations).sum()), least=FEWEST_CELLS)
+        )  # fmt: skip
+    row = _row(fit, area, edge, model, frame, thresholds)
+    trim, holds = _trim(points, fit, deviations, plan, noise, edge, model, frame, thresholds)
+    rough = _roughness(deviations, plan, plane, noise, edge)
+    known = deviations[np.isfinite(deviations)]
+    line = rough["smoothest"]
+    return SurfaceFigures(
+        plane=row,
+        rms_m=float(np.sqrt((known**2).mean())),
+        lowest_m=float(known.min()),
+        highest_m=float(known.max()),
+        noise_m=noise,
+        noise_from=source,
+        cells=len(known),
+        cell_m=plan.grid.gsd,
+        trim=trim,
+        warnings=_warnings(rough["bent_share"], trim, known, noise),
+        deviations=deviations,
+        plan=plan,
+        at_points=(points - fit.centroid) @ plane.normal(),
+        holds=holds,
+        profiles=_profiles(deviations, plan, float(base), 90.0 if line is None else line.rake_deg),
+        **rough,
+    )
+
+
+def _fitted(data: Mesh | PointCloud) -> tuple[Array, PlaneFit, float | None]:
+    """Its points (n, 3), its plane and its area."""
+    if isinstance(data, Mesh) and len(data.faces):
+        faces = np.arange(len(data.faces))
+        known = moments(*face_points(data, faces))
+        points, area = np.asarray(data.vertices, np.float64), float(face_areas(data, faces).sum())
+    else:
+        points = np.asarray(data.vertices if isinstance(data, Mesh) else data.points, np.float64)
+        known, area = moments(points[np.isfinite(points).all(axis=1)]), None
+    return points, fit_moments(known.n, known.mean, known.scatter, known.n_effective), area
+
+
+def _row(
+    fit: PlaneFit, area: float | None, edge: float, model: str, frame: str, thresholds: Thresholds
+) -> Row:
+    resolution_m = max(edge, fit.rms or 0.0) if math.isfinite(edge) else None
+    verdict = judge(
+        fit, resolution_m=resolution_m, outcrop_normal=None, kind="patch", thresholds=thresholds
+    )
+    return plane_row(
+        fit, verdict, id="1", area_m2=area, resolution_m=resolution_m, model=model, frame=frame
+    )
+
+
+def _noise(data: Mesh | PointCloud, given: float | None, edge: float) -> tuple[float, str]:
+    if given is not None:
+        return given, "given"
+    if isinstance(data, Mesh) and len(data.faces):
+        return NOISE_OF_EDGE * edge, "mesh"
+    from scipy.spatial import cKDTree
+
+    points = np.asarray(data.vertices if isinstance(data, Mesh) else data.points, np.float64)
+    points = points[np.isfinite(points).all(axis=1)]
+    local = points - points.mean(axis=0)
+    at = local[:: max(1, len(local) // _SAMPLED)]
+    _, near = cKDTree(local).query(at, k=min(COUNTS[0], len(local)))
+    _, noises = of_neighbours(local[near])
+    return float(np.median(noises[np.isfinite(noises)])), "points"
+
+
+def _trim(
+    points: Array,
+    fit: PlaneFit,
+    deviations: Array,
+    plan: HeightPlan,
+    noise: float,
+    edge: float,
+    model: str,
+    frame: str,
+    thresholds: Thresholds,
+) -> tuple[Trim | None, npt.NDArray[np.bool_]]:
+    """What to leave out, and (n,) which points the plane holds for."""
+    from scipy.ndimage import distance_transform_edt
+
+    found = where_it_holds(deviations, noise)
+    if not found.trims:
+        return None, np.ones(len(points), np.bool_)
+    at = np.linalg.inv(plan.cell_to_world) @ np.c_[points, np.ones(len(points))].T
+    column, row = np.floor(at[:2]).astype(np.int64)
+    row, column = (
+        np.clip(row, 0, found.holds.shape[0] - 1), np.clip(column, 0, found.holds.shape[1] - 1)
+    )  # fmt: skip
+    # Beside the cells that are known points lie as the nearest one does.
+    nearest = distance_transform_edt(
+        ~np.isfinite(deviations), return_distances=False, return_indices=True
+    )
+    holds = np.asarray(found.holds[tuple(nearest)][row, column])
+    try:
+        known = moments(points[holds])
+        rest = fit_moments(known.n, known.mean, known.scatter, known.n_effective)
+    except GeometryError:
+        return None, np.ones(len(points), np.bool_)
+    turn = math.degrees(math.acos(min(abs(float(rest.normal @ fit.normal)), 1.0)))
+    made = _row(rest, None, edge, model, frame, thresholds)
+    return Trim(found.departs, found.limit, turn, made), holds
+
+
+def _roughness(
+    deviations: Array, plan: HeightPlan, plane: Plane, noise: float, edge: float
+) -> dict[str, Any]:
+    """bent_share, hurst, smoothest and their reasons."""
+    flat, bent = _without_bend(deviations)
+    shortest = SHORTEST * edge
+    made: dict[str, Any] = {
+        "bent_share": bent, "hurst": None, "hurst_reason": None,
+        "smoothest": None, "smoothest_reason": None,
+    }  # fmt: skip
+    found = increments.variations(deviations, plan.grid.gsd, shortest)
+    if found is None:
+        reason = tr(
+            "The patch is too small for its resolution: the shortest distance that the model can "
+            "tell is {shortest:.3g} m.",
+            shortest=shortest,
+        )
+        return {**made, "hurst_reason": reason, "smoothest_reason": reason}
+    whole = increments.exponent(found, noise)
+    if whole is None:
+        made["hurst_reason"] = tr(
+            "The surface does not stand out of the model's noise of {noise:.3g} m over a range of "
+            "distances; what is smaller is the model's and not the rock's.",
+            noise=noise,
+        )
+    else:
+        each = tuple(
+            DirectionRoughness(*_line(one.angle_deg, plan, plane), one.H, one.error95)
+            for one in increments.exponents(found, noise)
+        )
+        made["hurst"] = Hurst(whole.H, whole.error95, whole.from_m, whole.to_m, each)
+    straight = increments.variations(flat, plan.grid.gsd, shortest)
+    line = None if straight is None else increments.smoothest(straight, noise)
+    if line is None:
+        made["smoothest_reason"] = tr(
+            "The surface does not stand out of the model's noise of {noise:.3g} m, so that no "
+            "direction can be told.",
+            noise=noise,
+        )
+    elif not line.claimed:
+        made["smoothest_reason"] = tr(
+            "The surface is as rough in all directions as far as can be told (p = {p:.2g}).",
+            p=line.p,
+        )
+    else:
+        made["smoothest"] = SmoothestLine(
+            *_line(line.angle_deg, plan, plane), line.error95_deg, line.ratio, line.p
+        )
+    return made
+
+
+def _without_bend(deviations: Array) -> tuple[Array, float]:
+    """Less a paraboloid, and the share of the mean square that it takes away."""
+    known = np.isfinite(deviations)
+    row, column = np.nonzero(known)
+    x = column / max(deviations.shape[1] - 1, 1) - 0.5
+    y = row / max(deviations.shape[0] - 1, 1) - 0.5
+    columns = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y], axis=1)
+    values = deviations[known]
+    flat = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
+    made = np.full(deviations.shape, np.nan)
+    made[known] = flat
+    whole = float((values**2).sum())
+    return made, 1.0 - float((flat**2).sum()) / whole if whole > 0.0 else 0.0
+
+
+def _line(angle_deg: float, plan: HeightPlan, plane: Plane) -> tuple[float, float, float]:
+    """Rake, trend and plunge of a direction in the map, from its columns toward its rows."""
+    angle = math.radians(angle_deg)
+    vector = math.cos(angle) * plan.frame.right + math.sin(angle) * plan.frame.down
+    line = Line.from_vector(vector).downward()
+    strike, down = _axes(plane)
+    rake = math.degrees(math.atan2(float(vector @ down), float(vector @ strike))) % 180.0
+    return (0.0 if rake > 180.0 - 1e-9 else rake), line.trend_deg, line.plunge_deg
+
+
+def _axes(plane: Plane) -> tuple[Array, Array]:
+    strike, down = strike_and_dip_lines(
+        np.array([plane.dip_direction_deg]), np.array([plane.dip_deg])
+    )
+    return strike[0], down[0]
+
+
+def _profiles(
+    deviations: Array, plan: HeightPlan, base: float, rake_deg: float
+) -> tuple[Profile, ...]:
+    """Along the direction of a rake, and across it, through the middle of the known cells."""
+    rows, columns = np.nonzero(np.isfinite(deviations))
+    middle = np.array([columns.mean(), rows.mean()])
+    angle, (strike, down) = math.radians(rake_deg), _axes(plan.plane)
+    vector = math.cos(angle) * strike + math.sin(angle) * down
+    along = np.array([vector @ plan.frame.right, vector @ plan.frame.down])
+    made = []
+    for name, way in (("along", along), ("across", np.array([-along[1], along[0]]))):
+        reach = math.hypot(*deviations.shape)
+        steps = np.arange(-reach, reach)
+        at = middle + steps[:, None] * way
+        column, row = np.floor(at + 0.5).astype(np.int64).T
+        inside = (column >= 0) & (row >= 0)
+        inside &= (column < deviations.shape[1]) & (row < deviations.shape[0])
+        steps, column, row = steps[inside], column[inside], row[inside]
+        values = deviations[row, column]
+        known = np.isfinite(values)
+        cells = np.c_[column + 0.5, row + 0.5, values + base, np.ones(len(values))][known]
+        made.append(
+            Profile(
+                name,
+                steps[known] * plan.grid.gsd,
+                values[known],
+                (cells @ plan.cell_to_world.T)[:, :3],
+            )
+        )
+    return tuple(made)
+
+
+def _warnings(bent_share: float, trim: Trim | None, known: Array, noise: float) -> tuple[str, ...]:
+    said = []
+    if trim is not None:
+        said.append(
+            tr(
+                "The plane does not hold over {share:.0f} % of the patch. Without it the plane "
+                "turns by {turn:.1f} degrees.",
+                share=100.0 * trim.share,
+                turn=trim.turn_deg,
+            )
+        )
+    spread = 1.4826 * float(np.median(np.abs(known - np.median(known))))
+    if bent_share > 0.9 and spread > 2.0 * noise:
+        said.append(
+            tr(
+                "The patch is bent: a paraboloid explains {share:.0f} % of its deviations. Its "
+                "smoothest direction is that of what is left.",
+                share=100.0 * bent_share,
+            )
+        )
+    return tuple(said)

@@ -1,0 +1,127 @@
+"""The map of a patch's deviations as a raster, as points, or as a table; profiles as a table."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import UsageError
+from vomstudio.files.atomic import atomic_group, write_bytes
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
+from vomstudio.products.ortho.tiles import TILE
+from vomstudio.products.surface.analysis import SurfaceFigures
+from vomstudio.version import __version__
+from vomstudio.words import tr
+
+ENDINGS = (".tif", ".tiff", ".ply", ".csv")
+FIELDS = ("deviation_m", "plane_holds")
+PROFILE_COLUMNS = ("profile", "distance_m", "deviation_m", "x", "y", "z")
+
+
+def format_of(path: str | Path) -> str:
+    """Raises UsageError for another ending."""
+    ending = Path(path).suffix.lower()
+    if ending not in ENDINGS:
+        raise UsageError(
+            tr(
+                "Deviations are written as a raster .tif, as points .ply, or as a table .csv. Give "
+                "the name one of these endings."
+            ),
+            file=path,
+            field="--output",
+        )
+    return ending
+
+
+def as_fields(found: SurfaceFigures) -> dict[str, npt.NDArray[np.float32]]:
+    """Of the points of the patch: deviation, m, and 1 where the plane holds, else 0."""
+    return {
+        FIELDS[0]: found.at_points.astype(np.float32),
+        FIELDS[1]: found.holds.astype(np.float32),
+    }
+
+
+def write_deviations(
+    path: str | Path,
+    found: SurfaceFigures,
+    data: Mesh | PointCloud,
+    *,
+    crs: str | None,
+    force: bool,
+) -> list[str]:
+    """One file, whole or not at all; what its writer says. data : the patch. Raises UsageError,
+    TargetError."""
+    ending = format_of(path)
+    if ending == ".csv":
+        write_bytes(path, _table(found, data, crs).encode("utf-8"), force=force)
+        return []
+    if ending == ".ply":
+        from vomstudio.io.models.writing import write_model
+
+        fields = {**data.fields, **as_fields(found)}
+        return write_model(replace(data, fields=fields), crs, path, force=force)
+    plan = found.plan
+    assert plan is not None
+    raster = Raster(
+        plan.grid.width, plan.grid.height, "float", plan.transform,
+        crs if plan.is_map else view_plane_crs(True),
+        {
+            "VOMSTUDIO_VERSION": __version__,
+            "VOMSTUDIO_PLANE": f"dip direction {plan.plane.dip_direction_deg:.4f} dip "
+            f"{plan.plane.dip_deg:.4f} deg; deviations from it in metres",
+        },
+    )  # fmt: skip
+    with atomic_group([Path(path)], force) as parts, open_geotiff(parts[0], raster, path) as out:
+        values = found.deviations.astype(np.float32)
+        for row in range(0, values.shape[0], TILE):
+            for column in range(0, values.shape[1], TILE):
+                write_tile(out, column, row, values[row : row + TILE, column : column + TILE])
+    return []
+
+
+def _table(found: SurfaceFigures, data: Mesh | PointCloud, crs: str | None) -> str:
+    points = data.vertices if isinstance(data, Mesh) else data.points
+    file = io.StringIO()
+    file.write(_head(crs))
+    out = csv.writer(file, lineterminator="\n")
+    out.writerow(["x", "y", "z", *FIELDS])
+    out.writerows(
+        [f"{x:.6f}", f"{y:.6f}", f"{z:.6f}", f"{off:.6g}", int(holds)]
+        for (x, y, z), off, holds in zip(
+            points.tolist(), found.at_points.tolist(), found.holds.tolist(), strict=True
+        )
+    )
+    return file.getvalue()
+
+
+def write_profiles(
+    path: str | Path, found: SurfaceFigures, *, crs: str | None, force: bool
+) -> None:
+    """CSV with a row for each cell of the profiles along and across. Raises TargetError."""
+    file = io.StringIO()
+    file.write(_head(crs))
+    out = csv.writer(file, lineterminator="\n")
+    out.writerow(PROFILE_COLUMNS)
+    for one in found.profiles:
+        out.writerows(
+            [one.name, f"{distance:.6g}", f"{off:.6g}", f"{x:.6f}", f"{y:.6f}", f"{z:.6f}"]
+            for distance, off, (x, y, z) in zip(
+                one.distance_m, one.deviation_m, one.points.tolist(), strict=True
+            )
+        )
+    write_bytes(path, file.getvalue().encode("utf-8"), force=force)
+
+
+def _head(crs: str | None) -> str:
+    return (
+        f"# VOM Studio {__version__}, deviations of a surface from its plane\n"
+        f"# CRS: {crs or 'local'}; x East, y North, z Up, metres; deviations are positive along "
+        "the upward normal\n"
+    )

@@ -1,0 +1,441 @@
+"""The dock of fault displacement: cut-off traces on both sides of a fault, and its slip."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QHeaderView,
+    QLineEdit,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+)
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.kinds import has_plane
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import Picked, get_feature
+from vomstudio.errors import InputError, VomError
+from vomstudio.files.atomic import write_bytes
+from vomstudio.geology.notation import format_plane
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.forms.copied_command import (
+    CopyCommandButton,
+    Word,
+    Words,
+    copy_with_file,
+    numbers_text,
+)
+from vomstudio.ui.forms.line_field import LineField
+from vomstudio.ui.forms.taken_plane import TakenPlane
+from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.geology.faults.cutoffs import CutOffs
+    from vomstudio.geology.faults.displacement import Displacement, Errors
+    from vomstudio.geology.faults.displacement_pairs import Displacements, Pair
+    from vomstudio.geology.measured import Measured
+
+_COLUMNS = ("net_m", "throw_m", "heave_m", "strike_slip_m")
+_LEAST_HEIGHT = 96
+
+
+@dataclass(frozen=True, eq=False)
+class Answered:
+    """What the command is asked, and what it says. names, cuts : of each pair"""
+
+    names: tuple[str, ...]
+    cuts: tuple[CutOffs, ...]
+    fault: Plane
+    bed: Plane
+    rake_deg: float | None
+    errors: Errors
+    found: Displacements
+
+
+class DisplacementPanel(SeenPanel):
+    """pairs : of ids of traces, both of one bed; answered : None where there is nothing to say"""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__(studio)
+        explain(self, "window.md#fault-displacement")
+        self.pairs: list[tuple[str, str]] = []
+        self.answered: Answered | None = None
+        self.fault = TakenPlane(studio, "displacement_fault", tr("select it and take it"))
+        self.bed = TakenPlane(studio, "displacement_bed", tr("fitted to the cut-offs"))
+        self.slip = LineField(studio, "displacement_slip", tr("unknown: separations only"))
+        self.slip.line.setToolTip(
+            tr("Trend/plunge of the slip lineation, or its rake on the fault, 0 to 180.")
+        )
+        self.slip_error = _field("displacement_slip_error", "± 0°",
+                                 tr("95 % error of the slip's rake, degrees."))  # fmt: skip
+        self.sigma = _field(
+            "displacement_sigma",
+            tr("scatter of the traces"),
+            tr("Standard deviation of each coordinate of a cut-off, metres."),
+        )
+        self.add = QPushButton(theme.icon("plus"), tr("Add the selected two"))
+        self.remove = QPushButton(theme.icon("minus"), tr("Remove"))
+        self.table = _table()
+        self.said = hint_label()
+        self.said.setObjectName("displacement_said")
+        self.copy = CopyCommandButton(
+            self.copy_command, tr("keep the points as a table, and copy the command")
+        )
+        self._arrange()
+        for field in (self.slip_error, self.sigma):
+            field.textChanged.connect(self._soon)
+        self.slip.changed.connect(self._soon)
+        self.slip.take.clicked.connect(lambda _=False: self._take_slip_error())
+        for taken in (self.fault, self.bed):
+            taken.changed.connect(self._soon)
+        self.add.clicked.connect(lambda _=False: self.add_pair())
+        self.remove.clicked.connect(lambda _=False: self._remove())
+        self.table.itemSelectionChanged.connect(self._row_chosen)
+        studio.project_opened.connect(self._opened)
+        studio.edited.connect(self._edited)
+        studio.settings_changed.connect(self._soon)
+        studio.selection_changed.connect(lambda _: self._refresh())
+        studio.jobs.closed.connect(self._timer.stop)
+
+    def _arrange(self) -> None:
+        form = narrow_form()
+        form.addRow(tr("Fault"), self.fault)
+        form.addRow(tr("Bed"), self.bed)
+        slip = QHBoxLayout()
+        slip.setSpacing(3)
+        slip.addWidget(self.slip, 3)
+        slip.addWidget(self.slip_error, 1)
+        form.addRow(tr("Slip"), slip)
+        form.addRow(tr("Points ± (1σ, m)"), self.sigma)
+        buttons = QHBoxLayout()
+        for button in (self.add, self.remove, self.copy):
+            buttons.addWidget(button)
+        buttons.addStretch()
+        column = narrow_column(self)
+        column.addLayout(form)
+        column.addLayout(buttons)
+        column.addWidget(self.table, 1)
+        column.addWidget(self.said)
+
+    # --- what is chosen ----------------------------------------------------------------------
+    def _selected_two(self) -> tuple[str, str] | None:
+        records, ids = self._studio.records, self._studio.selection.ids
+        traces = [i for i in ids if isinstance(get_feature(records, i), Picked)]
+        traces = [i for i in traces if i != self.fault.id]
+        return (traces[0], traces[1]) if len(traces) == 2 else None
+
+    def add_pair(self) -> None:
+        two = self._selected_two()
+        if two is not None and not {two, two[::-1]} & set(self.pairs):
+            self.pairs.append(two)
+            self.refresh()
+
+    def _remove(self) -> None:
+        row = self.table.currentRow()
+        if 0 <= row < len(self.pairs):
+            del self.pairs[row]
+            self.refresh()
+
+    def _row_chosen(self) -> None:
+        self._refresh()
+
+    def _take_slip_error(self) -> None:
+        current = self._studio.selection.current
+        if current is not None and self.slip.selected() is not None:
+            error = self._studio.measured([current])[current].max_confidence95_deg
+            self.slip_error.setText("" if error is None else f"{error:.2f}")
+
+    def _edited(self, edit: Edit) -> None:
+        there = self._studio.records
+        self.pairs = [pair for pair in self.pairs if all(i in there for i in pair)]
+        super()._edited(edit)
+
+    def _opened(self) -> None:
+        self.pairs = []
+        self._soon()
+
+    # --- the answer --------------------------------------------------------------------------
+    def show_now(self) -> None:
+        if not self._studio.has_project:
+            return
+        try:
+            self.answered, why = self._answer(), ""
+        except VomError as error:
+            self.answered, why = None, error.message
+        self._show(why)
+
+    def _answer(self) -> Answered | None:
+        """None without pairs. Raises VomError, which says what is missing."""
+        from vomstudio.geology.faults.cutoffs import bed_of, cut_offs
+        from vomstudio.geology.faults.displacement import Errors
+        from vomstudio.geology.faults.displacement_pairs import displacements
+
+        if not self.pairs:
+            raise InputError(
+                tr(
+                    "Select two traces of one bed, on both sides of the fault, and add them. More "
+                    "pairs give a mean."
+                )
+            )
+        studio = self._studio
+        if not has_plane(studio.records.get(self.fault.id)):
+            raise InputError(tr("Select a plane that was picked on the fault, and take it."))
+        measured = studio.measured(
+            {i for pair in self.pairs for i in pair} | {self.fault.id, self.bed.id} - {""}
+        )
+        of_fault = measured[self.fault.id]
+        fault = _plane_of(of_fault)
+        through = of_fault.points.mean(axis=0)
+        traces = [(measured[a].points, measured[b].points) for a, b in self.pairs]
+        cuts = tuple(cut_offs(a, b, fault, through) for a, b in traces)
+        if self.bed.id:
+            of_bed = measured[self.bed.id]
+            bed, bed95 = _plane_of(of_bed), of_bed.max_confidence95_deg
+        else:
+            bed, bed95 = bed_of([points for pair in traces for points in pair])
+        errors = Errors(
+            self._sigma([measured[i] for pair in self.pairs for i in pair]),
+            of_fault.max_confidence95_deg or 0.0,
+            bed95 or 0.0,
+            self._number(self.slip_error, tr("The error of the slip is in degrees, 0 or more.")),
+        )
+        names = tuple(self._names())
+        rake = self._rake(fault)
+        found = displacements(
+            names,
+            np.array([cut.hanging_wall for cut in cuts]),
+            np.array([cut.footwall for cut in cuts]),
+            fault,
+            bed=bed,
+            slip_rake_deg=rake,
+            errors=errors,
+        )
+        return Answered(names, cuts, fault, bed, rake, errors, found)
+
+    def _names(self) -> list[str]:
+        """Of the pairs, each another one."""
+        records = self._studio.records
+
+        def name(id_: str) -> str:
+            return getattr(get_feature(records, id_), "name", "") or id_
+
+        return [f"{k}: {name(a)} / {name(b)}" for k, (a, b) in enumerate(self.pairs, 1)]
+
+    def _rake(self, fault: Plane) -> float | None:
+        from vomstudio.geology.orientation import rake_of
+
+        text = self.slip.line.text().strip()
+        if not text:
+            return None
+        rake = parse_number(text)
+        if rake is not None:
+            if not 0.0 <= rake <= 180.0:
+                raise InputError(tr("A rake is 0 to 180 degrees; a direction is written 120/45."))
+            return rake
+        line = self.slip.direction()
+        assert isinstance(line, Line)
+        return rake_of(line, fault)
+
+    def _number(self, field: QLineEdit, otherwise: str) -> float:
+        text = field.text().strip()
+        value = parse_number(text) if text else 0.0
+        if value is None or not 0.0 <= value < math.inf:
+            raise InputError(otherwise)
+        return value
+
+    def _sigma(self, traces: list[Measurement]) -> float:
+        """What was typed, else the scatter of the traces about their planes, the largest one."""
+        wrong = tr("The error of the points is a length in metres.")
+        if self.sigma.text().strip():
+            return self._number(self.sigma, wrong)
+        scatter = [m.fit.rms or 0.0 for m in traces if m.fit is not None]
+        scatter += [m.resolution_m or 0.0 for m in traces]
+        return max(scatter, default=0.0)
+
+    def _show(self, why: str) -> None:
+        answered = self.answered
+        pairs = {} if answered is None else {pair.name: pair for pair in answered.found.pairs}
+        self.table.setRowCount(len(self.pairs))
+        for row, name in enumerate(self._names()):
+            cells = _cells(pairs.get(name))
+            for column, text in enumerate((name, *cells)):
+                item = QTableWidgetItem(text)
+                if column:
+                    right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                    item.setTextAlignment(right)
+                self.table.setItem(row, column, item)
+        self.said.setText(why if answered is None else self._in_words(answered))
+        self._refresh()
+
+    def _in_words(self, answered: Answered) -> str:
+        found, notation = answered.found, self._studio.settings.notation
+        known = answered.rake_deg is not None
+        said = [
+            tr("Net slip of the hanging wall, metres, with 95 % errors.")
+            if known
+            else tr(
+                "Dip separation, metres, with 95 % errors; the slip is unknown, so this is no slip."
+            ),
+            tr(
+                "Fault {fault} ± {fault95:.1f}°, bed {bed} ± {bed95:.1f}°, points ± {sigma:.3g} m "
+                "(1σ).",
+                fault=format_plane(answered.fault, notation, 1),
+                fault95=answered.errors.fault95_deg,
+                bed=format_plane(answered.bed, notation, 1),
+                bed95=answered.errors.bed95_deg,
+                sigma=answered.errors.sigma_m,
+            ),
+        ]
+        if known:
+            said.append(tr("Rake of the slip {rake:.1f}°.", rake=answered.rake_deg))
+        separations = [p.separations for p in found.pairs if p.separations is not None]
+        if separations:
+            said.append(
+                tr(
+                    "Stratigraphic separation {values} m.",
+                    values=", ".join(_with_error(s.stratigraphic_m) for s in separations),
+                )
+            )
+        if found.n > 1:
+            said.append(
+                tr(
+                    "Mean of {n} pairs: net {net:.3f} ± {std:.3f} m (standard deviation).",
+                    n=found.n, net=found.mean_net_m, std=found.std_net_m or 0.0,
+                )
+            )  # fmt: skip
+        said += [f"{each['id']}: {each['reason']}" for each in found.skipped]
+        return "\n".join(said)
+
+    def _refresh(self) -> None:
+        two = self._selected_two() if self._studio.has_project else None
+        self.add.setEnabled(two is not None)
+        self.add.setToolTip(
+            tr("A pair of cut-offs of one bed.")
+            if two is not None
+            else tr("Select two traces of one bed first (Ctrl adds to the selection).")
+        )
+        chosen = 0 <= self.table.currentRow() < len(self.pairs)
+        self.remove.setEnabled(chosen)
+        self.remove.setToolTip("" if chosen else tr("Choose a pair in the table first."))
+        self.copy.allow(None if self.answered is not None else tr("there is no result yet"))
+
+    # --- the command -------------------------------------------------------------------------
+    def copy_command(self) -> None:
+        """Ask for the table of the points, and put the command on the clipboard."""
+        answered = self.answered
+        if answered is not None:
+            copy_with_file(
+                self, self._studio, "cutoffs.csv", partial(_write_points, answered),
+                partial(words_of, answered),
+            )  # fmt: skip
+
+
+def words_of(answered: Answered, points: Path) -> Words:
+    """The command that says the same of these points."""
+    errors = answered.errors
+    options: list[tuple[str, Word]] = [
+        (name, f"{plane.dip_direction_deg!r}/{plane.dip_deg!r}")
+        for name, plane in (("--fault", answered.fault), ("--bed", answered.bed))
+    ]
+    if answered.rake_deg is not None:
+        options.append(("--rake", float(answered.rake_deg)))
+    for name, value in (
+        ("--sigma", errors.sigma_m), ("--fault-error", errors.fault95_deg),
+        ("--bed-error", errors.bed95_deg), ("--rake-error", errors.rake95_deg),
+    ):  # fmt: skip
+        if value:
+            options.append((name, float(value)))
+    return ["displacement", points, *options]
+
+
+def _write_points(answered: Answered, path: Path) -> None:
+    import csv
+    import io
+
+    file = io.StringIO()
+    out = csv.writer(file, lineterminator="\n")
+    sides = [f"{side}_{axis}" for side in ("hanging", "footwall") for axis in "xyz"]
+    out.writerow(["name", *sides])
+    for name, cut in zip(answered.names, answered.cuts, strict=True):
+        points = [*cut.hanging_wall.tolist(), *cut.footwall.tolist()]
+        out.writerow([name, *numbers_text(points).split(",")])
+    write_bytes(path, file.getvalue().encode(), force=True)
+
+
+def _plane_of(measured: Measurement) -> Plane:
+    if measured.plane is None:
+        raise InputError(measured.problem or tr("This feature has no plane."))
+    return measured.plane
+
+
+def _vector(pair: Pair) -> Displacement | None:
+    return pair.displacement if pair.separations is None else pair.separations.dip
+
+
+def _cells(pair: Pair | None) -> list[str]:
+    moved = None if pair is None else _vector(pair)
+    if moved is None:
+        return [""] * (len(_COLUMNS) + 1)
+    rake = moved.slip_rake_deg
+    return [
+        *(_with_error(getattr(moved, name)) for name in _COLUMNS),
+        "–" if rake is None else f"{rake:.0f}°",
+    ]
+
+
+def _with_error(measured: Measured) -> str:
+    if measured.error95 is None:
+        return f"{measured.value:.3f}"
+    return f"{measured.value:.3f} ± {measured.error95:.3f}"
+
+
+def _table() -> QTableWidget:
+    heads = (
+        (tr("Traces"), tr("Of one bed, on both sides of the fault.")),
+        (tr("Net"), tr("How far the hanging wall moved against the footwall.")),
+        (tr("Throw"), tr("Vertical part; down is positive.")),
+        (tr("Heave"), tr("Horizontal part across the strike; apart is positive.")),
+        (tr("Strike slip"), tr("Along the strike; sinistral is positive.")),
+        (tr("Rake"), tr("Of the motion on the fault; positive with a reverse part.")),
+    )
+    table = QTableWidget(0, len(heads))
+    table.setObjectName("displacement_table")
+    table.setAccessibleName(tr("Pairs of cut-offs"))
+    for column, (title, tip) in enumerate(heads):
+        item = QTableWidgetItem(title)
+        item.setToolTip(tip)
+        table.setHorizontalHeaderItem(column, item)
+    table.verticalHeader().hide()
+    table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+    table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+    table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+    table.setTabKeyNavigation(False)
+    header = table.horizontalHeader()
+    header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+    table.setMinimumHeight(_LEAST_HEIGHT)
+    return table
+
+
+def _field(name: str, empty: str, tip: str) -> QLineEdit:
+    field = QLineEdit()
+    field.setObjectName(name)
+    field.setPlaceholderText(empty)
+    field.setToolTip(tip)
+    return field

@@ -1,0 +1,376 @@
+"""The dock in which an elevation model is made: over a plane of reference, by a worker process."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QFileDialog,
+    QGridLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QMessageBox,
+    QPushButton,
+    QWidget,
+)
+
+from vomstudio.document.records import Model
+from vomstudio.errors import VomError
+from vomstudio.geology.notation import format_plane
+from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.jobs.events import Failed
+from vomstudio.jobs.product_tasks import ELEVATION, ElevationOrder
+from vomstudio.products.elevation.results import Wanted, WrittenElevation
+from vomstudio.ui.analyse.elevation_view import ElevationView
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import file_field, narrow_form
+from vomstudio.ui.forms.copied_command import (
+    CopyCommandButton,
+    Words,
+    copy_command,
+    model_words,
+)
+from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.forms.model_box import ModelBox
+from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
+from vomstudio.ui.interpret.tool_panels.common import hint_label
+from vomstudio.words import tr, tr_n
+from vomstudio.workspace.running_jobs import RunningJob
+
+HORIZONTAL = Plane(0.0, 0.0)
+
+
+class ElevationPanel(QWidget):
+    """made : what was written last, None while there is nothing"""
+
+    def __init__(self, studio: Studio, view: ViewDirection) -> None:
+        super().__init__()
+        explain(self, "window.md#elevation-model")
+        self._studio = studio
+        self._background = Background(self)
+        self._job: RunningJob | None = None
+        self.made: WrittenElevation | None = None
+        self.model = ModelBox(studio)
+        self.model.setObjectName("elevation_model")
+        self.plane = PlaneField(studio, "elevation_plane", tr("horizontal"), view)
+        self.plane.changed.connect(self._check)
+        self.gsd = _length_field(
+            "elevation_gsd",
+            tr("as the model"),
+            tr("Side of a cell. Empty: the mean edge of a mesh, the mean spacing of a cloud."),
+        )
+        self.limit = _length_field(
+            "elevation_limit",
+            tr("automatic"),
+            tr(
+                "Of a point cloud: the longest side of triangles between points. Larger holes stay "
+                "open."
+            ),
+        )
+        self.contours = _length_field(
+            "elevation_contours", tr("none"), tr("Contour lines at every so many metres.")
+        )
+        self.hillshade = QCheckBox(tr("Hillshade"))
+        self.slope = QCheckBox(tr("Slope"))
+        self.aspect = QCheckBox(tr("Aspect"))
+        self.hillshade.setChecked(True)
+        self.target, self._file = file_field("elevation_target", tr("Choose…"), self._browse)
+        self.start = QPushButton(theme.icon("image-filter-hdr"), tr("Make"))
+        self.start.clicked.connect(lambda _=False: self._start_or_stop())
+        self.copy = CopyCommandButton(
+            self.copy_command, tr("the command that makes the same elevation model")
+        )
+        self.said = hint_label()
+        self.said.setObjectName("elevation_said")
+        self.figures = hint_label()
+        self.figures.setObjectName("elevation_figures")
+        self.pointed = hint_label()
+        self.picture = ElevationView()
+        self.picture.pointed.connect(self.pointed.setText)
+        self._arrange()
+        self.model.currentIndexChanged.connect(self._model_chosen)
+        for field in (self.gsd, self.limit, self.contours, self.target):
+            field.textChanged.connect(self._check)
+        for signal in (studio.project_opened, studio.edited, studio.model_loaded):
+            signal.connect(self.refresh)
+        studio.project_opened.connect(self._forget)
+        studio.jobs_changed.connect(self._progress)
+        studio.jobs.closed.connect(self._background.close)
+
+    def _arrange(self) -> None:
+        form = narrow_form()
+        form.addRow(tr("Model"), self.model)
+        form.addRow(tr("Over"), self.plane)
+        sizes = QGridLayout()
+        sizes.setSpacing(3)
+        sizes.addWidget(self.gsd, 0, 0)
+        sizes.addWidget(self.limit, 0, 1)
+        form.addRow(tr("Cell, limit (m)"), sizes)
+        form.addRow(tr("Contours (m)"), self.contours)
+        also = QHBoxLayout()
+        for box in (self.hillshade, self.slope, self.aspect):
+            also.addWidget(box)
+        also.addStretch()
+        form.addRow(tr("Also"), also)
+        form.addRow(tr("File"), self._file)
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.start)
+        buttons.addWidget(self.copy)
+        buttons.addStretch()
+        body = FormBeside(self)
+        body.column.addLayout(form)
+        body.column.addLayout(buttons)
+        for label in (self.said, self.figures, self.pointed):
+            body.column.addWidget(label)
+        body.put_beside(self.picture)
+
+    # --- what is asked -----------------------------------------------------------------------
+    def refresh(self, *_: object) -> None:
+        """The models that there are."""
+        if self._studio.has_project:
+            self.model.list_models()
+        self._model_chosen()
+
+    def _model_chosen(self, *_: object) -> None:
+        model = self.model.chosen_model()
+        cloud = model is not None and self._is_cloud(model)
+        self.limit.setEnabled(cloud)
+        if not self.target.isModified() and model is not None:
+            project = self._studio.project
+            folder = Path(start_folder(self._studio))
+            if not project.untitled:
+                folder = project.folder.parent
+            self.target.setText(str(folder / f"{Path(model.name).stem}_dem.tif"))
+            self.target.setModified(False)
+        self._check()
+
+    def _is_cloud(self, model: Model) -> bool:
+        return isinstance(self._studio.models[model.id].data, PointCloud)
+
+    def _length(self, field: QLineEdit) -> float | None:
+        """None where it is empty; NaN for what is no length."""
+        if not field.text().strip():
+            return None
+        value = parse_number(field.text())
+        return value if value is not None and 0 < value < math.inf else math.nan
+
+    def why_not(self) -> str | None:
+        """None where it can be made now."""
+        model = self.model.chosen_model()
+        if model is None:
+            return tr("open a model first")
+        if self._studio.project.find_model(model) is None:
+            return tr("the model's file was not found; choose it with Model > Locate file")
+        try:
+            self.plane.plane()
+        except VomError as error:
+            return error.message
+        for field, what in (
+            (self.gsd, tr("the side of a cell")),
+            (self.limit, tr("the longest side")),
+            (self.contours, tr("the spacing of contours")),
+        ):
+            value = self._length(field)
+            if value is not None and math.isnan(value):
+                return tr("{what} must be a length, such as 0.05", what=what)
+        if not self.target.text().strip().lower().endswith((".tif", ".tiff")):
+            return tr("the file name must end in .tif")
+        return None
+
+    def _check(self, *_: object) -> None:
+        why = self.why_not()
+        busy = self._job is not None
+        self.start.setText(tr("Stop") if busy else tr("Make"))
+        self.start.setEnabled(busy or why is None)
+        self.start.setToolTip("" if why is None else tr("Not now: {reason}", reason=why))
+        self.copy.allow(why)
+        if not busy and self.made is None:
+            self.said.setText("" if why is None else tr("Not now: {reason}.", reason=why))
+
+    def _browse(self) -> None:
+        name, _ = QFileDialog.getSaveFileName(
+            self, tr("Elevation model"), self.target.text(), tr("GeoTIFF (*.tif)")
+        )
+        if name:
+            named = name.lower().endswith((".tif", ".tiff"))
+            self.target.setText(name if named else f"{name}.tif")
+            self.target.setModified(True)
+
+    def order(self) -> ElevationOrder | None:
+        """None where it cannot be made."""
+        model = self.model.chosen_model()
+        if model is None or self.why_not() is not None:
+            return None
+        path = self._studio.project.find_model(model)
+        assert path is not None
+        plane = self.plane.plane() or HORIZONTAL
+        frame = model.frame
+        return ElevationOrder(
+            path,
+            self._studio.project.cache,
+            model.to_world,
+            world_crs(frame.crs, frame.unit_m),
+            frame.has_metres,
+            frame.has_north,
+            (plane.dip_direction_deg, plane.dip_deg),
+            self._length(self.gsd),
+            self._length(self.limit) if self.limit.isEnabled() else None,
+            Path(self.target.text()).expanduser(),
+            Wanted(
+                self.hillshade.isChecked(),
+                self.slope.isChecked(),
+                self.aspect.isChecked(),
+                self._length(self.contours),
+            ),
+        )
+
+    # --- the job -----------------------------------------------------------------------------
+    def _start_or_stop(self) -> None:
+        if self._job is not None:
+            self._studio.jobs.cancel(self._job)
+            return
+        asked, model = self.order(), self.model.chosen_model()
+        if asked is None or model is None:
+            return
+        from vomstudio.products.elevation.writing import outputs_of
+
+        there = [p.name for p in outputs_of(asked.out, asked.wanted).values() if p.exists()]
+        if there and not self._replace(there):
+            return
+        self.made = None
+        self.figures.setText("")
+        self._job = self._studio.jobs.submit(
+            ELEVATION,
+            asked,
+            title=tr("Elevation model {file}", file=asked.out.name),
+            on_done=self._background.unless_closed(partial(self._came, model.frame.has_metres)),
+            on_failed=self._background.unless_closed(self._failed),
+        )
+        self._check()
+
+    def _replace(self, names: list[str]) -> bool:
+        answer = QMessageBox.question(
+            self,
+            tr("Replace files?"),
+            tr_n(
+                "{files} already exists. Replace it?",
+                "{files} already exist. Replace them?",
+                len(names),
+                files=", ".join(names),
+            ),
+        )
+        return answer == QMessageBox.StandardButton.Yes
+
+    def _progress(self) -> None:
+        if self._job is not None and not self._job.outcome:
+            self.said.setText(self._job.status())
+
+    def _came(self, metric: bool, made: WrittenElevation) -> None:
+        self._job, self.made = None, made
+        unit = "m" if metric else tr("units")
+        self.figures.setText(in_words(made, self._studio.settings.notation, unit))
+        said = [tr("Written to {file}.", file=made.raster), *made.warnings]
+        self.said.setText("\n".join(said))
+        self._studio.info(tr("The elevation model was written to {file}.", file=made.raster))
+        from vomstudio.products.elevation.picture import read_picture
+
+        def read() -> object:
+            try:
+                return read_picture(Path(made.raster))
+            except VomError as error:
+                return error
+
+        self._background.run(read, partial(self._show, metric))
+        self._check()
+
+    def _show(self, metric: bool, read: object) -> None:
+        from vomstudio.products.elevation.picture import ElevationPicture
+
+        if isinstance(read, ElevationPicture):
+            self.picture.show_picture(read, metric=metric)
+        elif isinstance(read, VomError):
+            self.said.setText(read.message)
+
+    def _failed(self, event: Failed) -> None:
+        self._job = None
+        self._check()
+        stopped = tr("Stopped. Nothing was written.")
+        self.said.setText(stopped if event.cancelled else event.message)
+
+    def _forget(self) -> None:
+        """Another project."""
+        self.made = None
+        self.figures.setText("")
+        self.picture.show_picture(None)
+        self.target.setModified(False)
+        self.refresh()
+
+    # --- the command -------------------------------------------------------------------------
+    def copy_command(self) -> None:
+        """Put the command that makes the same on the clipboard."""
+        words = self.words()
+        if words is not None:
+            copy_command(self._studio, words)
+
+    def words(self) -> Words | None:
+        asked, model = self.order(), self.model.chosen_model()
+        place = None if model is None else model_words(self._studio, model)
+        if asked is None or place is None:
+            return None
+        dd, d = asked.plane
+        options: list[tuple[str, str | float | Path]] = [("-o", asked.out)]
+        if asked.plane != (0.0, 0.0):
+            options.append(("--plane", f"{dd:.10g}/{d:.10g}"))
+        for name, value in (
+            ("--gsd", asked.gsd),
+            ("--limit", asked.limit),
+            ("--contours", asked.wanted.contours),
+        ):
+            if value is not None:
+                options.append((name, value))
+        also = [f"--{n}" for n in ("hillshade", "slope", "aspect") if getattr(asked.wanted, n)]
+        return ["dem", *place, *options, *also, "--force"]
+
+
+def in_words(made: WrittenElevation, notation: str, unit: str) -> str:
+    """The figures of the command, in lines."""
+    f = made.figures
+    plane = Plane(f.dip_direction_deg, f.dip_deg)
+    over = tr("the horizontal") if plane.undefined else format_plane(plane, notation, 1)
+    said = [
+        tr(
+            "{width:,} × {height:,} cells of {gsd:g} {unit} over {plane}",
+            width=f.width, height=f.height, gsd=f.gsd_m, unit=unit, plane=over,
+        ),
+        tr(
+            "{coverage:.0f} % have a height, {low:.3f} to {high:.3f} {unit}",
+            coverage=100 * f.coverage, low=f.lowest_m, high=f.highest_m, unit=unit,
+        ),
+    ]  # fmt: skip
+    if f.interpolation_limit_m is not None:
+        said.append(
+            tr(
+                "between points no farther apart than {limit:.3g} {unit}",
+                limit=f.interpolation_limit_m,
+                unit=unit,
+            )
+        )
+    return "\n".join(said)
+
+
+def _length_field(name: str, empty: str, tip: str) -> QLineEdit:
+    field = QLineEdit()
+    field.setObjectName(name)
+    field.setPlaceholderText(empty)
+    field.setToolTip(tip)
+    return field

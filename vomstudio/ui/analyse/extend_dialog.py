@@ -1,0 +1,199 @@
+"""A plane carried on through its model: the band of its error in colours, and its traces as a
+file."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QLabel,
+    QLineEdit,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.document.records import Feature, Model
+from vomstudio.errors import VomError
+from vomstudio.geology.beds.extended import belief_of_fit
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.field_style import FieldStyle
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.moving import moved
+from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.units import length_text
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.io.models.opening import point_spacing
+from vomstudio.products.section.extension import ExtendedPlane, extend, write_traces
+from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.words import tr, tr_n
+
+FIELD = "extended_plane_m"
+"""Of the model's points in the band: their distance from the plane."""
+
+
+class ExtendDialog(QDialog):
+    """Of the plane that was selected when it was opened. The work is done in a thread."""
+
+    def __init__(self, parent: QWidget, studio: Studio, plane: Feature) -> None:
+        super().__init__(parent)
+        explain(self, "conventions.md#planes-carried-on")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle(tr("Extend {name} through the model", name=plane.name))
+        self.setMinimumWidth(520)
+        self._studio, self._plane = studio, plane
+        self._model_id: str = plane.model_id  # type: ignore[attr-defined]
+        self.found: ExtendedPlane | None = None
+        self.thickness, self.error = QLineEdit(), QLineEdit()
+        self.thickness.setPlaceholderText(tr("Empty: this plane alone"))
+        self.error.setPlaceholderText("0")
+        form = QFormLayout()
+        form.addRow(tr("Repeat at a thickness of (m)"), self.thickness)
+        form.addRow(tr("95 % error of the thickness (m)"), self.error)
+        self.said = QLabel(
+            tr("Places on the outcrop that lie within the 95 % error of the plane are coloured by "
+               "their distance from it.")
+        )  # fmt: skip
+        self.said.setWordWrap(True)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        role = QDialogButtonBox.ButtonRole.ActionRole
+        self.show_button = buttons.addButton(tr("Show on the outcrop"), role)
+        self.save_button = buttons.addButton(tr("Save its traces…"), role)
+        self.show_button.clicked.connect(self.start)
+        self.save_button.clicked.connect(self._ask_for_file)
+        buttons.rejected.connect(self.reject)
+        self.show_button.setDefault(True)
+        layout = QVBoxLayout(self)
+        layout.addLayout(form)
+        layout.addWidget(self.said)
+        layout.addStretch()
+        layout.addWidget(buttons)
+        self._background = Background(self)
+        self._busy = False
+        self._refresh_buttons()
+
+    def start(self) -> None:
+        """Work it out with what is typed, and show it."""
+        studio = self._studio
+        model, opened = studio.records.get(self._model_id), studio.models.get(self._model_id)
+        plane = studio.records.get(self._plane.id)
+        fit = None if not isinstance(plane, Feature) else studio.measure(plane).fit
+        if not isinstance(model, Model) or opened is None or fit is None:
+            self.said.setText(tr("The plane or its model is not there any more."))
+            return
+        numbers = []
+        for field, name in ((self.thickness, tr("thickness")), (self.error, tr("error"))):
+            text = field.text().strip()
+            value = parse_number(text) if text else None
+            if text and (value is None or not value >= 0.0):
+                self.said.setText(tr("The {name} is a length in metres, as 1.5.", name=name))
+                return
+            numbers.append(value)
+        self._busy = True
+        self.said.setText(tr("Carrying the plane on…"))
+        self._refresh_buttons()
+        self._background.run(
+            partial(_carry_on, opened.data, model, fit, numbers[0], numbers[1] or 0.0), self._came
+        )
+
+    def _came(self, made: object) -> None:
+        self._busy = False
+        if isinstance(made, VomError):
+            self.said.setText(made.message)
+            self._refresh_buttons()
+            return
+        assert isinstance(made, ExtendedPlane)
+        self.found = made
+        self.said.setText("\n".join([*_lines(made), *made.warnings]))
+        self._refresh_buttons()
+        opened = self._studio.models.get(self._model_id)
+        bands = made.bands
+        if opened is None or bands is None:
+            return
+        values = np.where(bands.inside, bands.distance_m, np.nan).astype(np.float32)
+        reach = float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else 1.0
+        if opened.give_fields({FIELD: values}):
+            self._studio.display.show_field(
+                self._model_id, FieldStyle(FIELD, -reach, reach, palette="PuOr_r")
+            )
+        else:
+            self._studio.warn(tr("The model is too large to show the plane on it."))
+
+    def _refresh_buttons(self) -> None:
+        busy = tr("The plane is being carried on.") if self._busy else ""
+        self.show_button.setEnabled(not busy)
+        self.show_button.setToolTip(busy)
+        none = busy or ("" if self.found else tr("Show the plane on the outcrop first."))
+        self.save_button.setEnabled(not none)
+        self.save_button.setToolTip(none)
+
+    def _ask_for_file(self) -> None:
+        proposed = Path(start_folder(self._studio)) / f"{self._plane.name}_extended.gpkg"
+        name, _ = QFileDialog.getSaveFileName(
+            self, tr("Save the traces"), str(proposed), "GeoPackage (*.gpkg);;CSV (*.csv)"
+        )
+        if name:
+            self.save_to(Path(name if Path(name).suffix else name + ".gpkg"))
+
+    def save_to(self, path: Path) -> None:
+        """Write the traces, in World."""
+        model = self._studio.records.get(self._model_id)
+        if self.found is None or not isinstance(model, Model):
+            return
+        frame = model.frame
+        crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
+        try:
+            write_traces(path, self.found, crs=crs, model=model.name, force=True)
+        except VomError as error:
+            self._studio.warn(str(error), "error")
+            return
+        self._studio.info(tr("The traces were written to {file}.", file=path))
+
+
+def _carry_on(
+    data: Mesh | PointCloud, model: Model, fit: PlaneFit, thickness: Any, error: float
+) -> object:
+    """In a thread: the plane through the model in World, or the error."""
+    try:
+        world = moved(data, model.to_world)
+        spacing = 0.0 if isinstance(world, Mesh) else point_spacing(world)
+        return extend(
+            world,
+            belief_of_fit(fit),
+            thickness_m=thickness,
+            thickness_error_m=error,
+            spacing=spacing,
+        )
+    except VomError as problem:
+        return problem
+
+
+def _lines(found: ExtendedPlane) -> list[str]:
+    least = min(bed.least_error95_m for bed in found.beds)
+    most = max(bed.most_error95_m for bed in found.beds)
+    return [
+        tr_n(
+            "{count} plane meets the model, over {length}.",
+            "{count} planes meet the model, over {length}.",
+            len(found.beds),
+            length=length_text(found.length_m),
+        ),
+        tr(
+            "Its place is known to {least} where it is known best, and to {most} at the far end "
+            "(95 %).",
+            least=length_text(least),
+            most=length_text(most),
+        ),
+        tr("This is where it is if it goes on as a plane."),
+    ]

@@ -1,0 +1,87 @@
+"""Commands about the planes that were fitted to picked points: their shapes as a figure, and the
+command that fits them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.document.kind import planes_among
+from vomstudio.document.records import Picked
+from vomstudio.errors import VomError
+from vomstudio.ui.analyse.picture_file import ask_for_picture
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.forms.copied_command import Word, Words, copy_with_file, numbers_text
+from vomstudio.words import tr
+
+
+def commands(studio: Studio, parent: QWidget) -> list[Command]:
+    """parent : of the dialogs"""
+
+    def why_not() -> str | None:
+        return None if fitted(studio) else tr("There are no planes of picked points yet.")
+
+    return [
+        Command("fit_figure", tr("Figure of plane s&hapes…"), lambda: _figure(studio, parent),
+                "chart-scatter-plot", (),
+                tr("Coplanarity by collinearity of the selected planes, else of all."), why_not),
+        Command("copy_fit", tr("Copy &fits as command…"), lambda: copy_fit(studio, parent),
+                "console", (),
+                tr("Keep the points of the selected traces, else of all, as a table, and copy the "
+                   "command that fits their planes."), why_not),
+    ]  # fmt: skip
+
+
+def fitted(studio: Studio) -> Sequence[Picked]:
+    """The selected ones whose planes rest on picked points, else all of them."""
+    records = studio.records
+    chosen = [f for f in planes_among(records, studio.selection.ids) if isinstance(f, Picked)]
+    return chosen or [f for f in planes_among(records, list(records)) if isinstance(f, Picked)]
+
+
+def _figure(studio: Studio, parent: QWidget) -> None:
+    path = ask_for_picture(parent, studio, tr("Figure of plane shapes"), "shapes")
+    if path is not None:
+        write_figure(studio, path)
+
+
+def write_figure(studio: Studio, path: Path) -> None:
+    """As svg, pdf or png, in place of what is there."""
+    from vomstudio.files.atomic import atomic_write
+    from vomstudio.products.net.shape_figure import write_shapes
+    from vomstudio.tables.project_table import project_table
+
+    table = project_table(studio.records, studio.measurements, {f.id for f in fitted(studio)})
+    try:
+        with atomic_write(path, True) as temporary:
+            write_shapes(temporary, table.rows, format=path.suffix.lower().removeprefix("."))
+    except VomError as error:
+        studio.fail(error)
+    else:
+        studio.info(tr("Exported to {file}.", file=path))
+
+
+def copy_fit(studio: Studio, parent: QWidget) -> None:
+    """Ask for the table of the points, and put the command on the clipboard."""
+    features = fitted(studio)
+    measured = studio.measured(f.id for f in features)
+    methods = {getattr(f, "method", "pca") for f in features}
+
+    def write(path: Path) -> None:
+        from vomstudio.files.atomic import write_bytes
+
+        rows = ["id,x,y,z"]
+        for f in features:
+            rows += [f"{f.id},{numbers_text(p)}" for p in measured[f.id].points.tolist()]
+        write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
+
+    def words(path: Path) -> Words:
+        found: list[Word | tuple[str, Word]] = ["fit", path, ("--by", "id")]
+        if len(methods) == 1:
+            found.append(("--method", str(next(iter(methods)))))
+        return found
+
+    copy_with_file(parent, studio, "points.csv", write, words)

@@ -1,0 +1,209 @@
+"""What the panel of fractures asks, worked out in a thread, as the command does."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import VomError
+from vomstudio.geology.orientation import Plane
+from vomstudio.ui.analyse.drawing_view import Mark
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.geology.fractures.network import Counted, Mapped
+    from vomstudio.products.ortho.vector_drawing import Drawing
+    from vomstudio.products.section.curtain import Curtain
+
+Array = npt.NDArray[np.float64]
+
+EVERYTHING, WINDOW, CIRCLE, SCANLINE = "everything", "window", "circle", "scanline"
+
+
+@dataclass(frozen=True, eq=False)
+class MappedTrace:
+    """points : (n, 3) World; color : of its type"""
+
+    id: str
+    name: str
+    set: str
+    color: str
+    points: Array
+
+
+@dataclass(frozen=True, eq=False)
+class FractureQuestion:
+    """plane : of the face, None for the one that fits best; counted_in, place : one of the words
+    above with its numbers on the face; snap_m, cap : as in the command"""
+
+    traces: Sequence[MappedTrace]
+    plane: Plane | None
+    counted_in: str
+    place: tuple[float, ...]
+    snap_m: float
+    cap: float | None
+    metric: bool
+    north_known: bool
+
+
+@dataclass(frozen=True, eq=False)
+class FractureAnswer:
+    """lines : (n, 2) each, on the face; mapped : None with the reason `why` where nothing can be
+    counted, and the map can be drawn on"""
+
+    question: FractureQuestion
+    face: Curtain
+    lines: list[Array]
+    counted: Counted
+    drawing: Drawing
+    mark: Mark | None
+    mapped: Mapped | None
+    why: str = ""
+
+
+def numbers_of(text: str) -> tuple[float, ...] | None:
+    """Numbers between commas, semicolons or blanks; None for what is none."""
+    words = text.replace(";", ",").replace(",", " ").split()
+    values = [parse_number(word) for word in words]
+    if any(v is None or not np.isfinite(v) for v in values):
+        return None
+    return tuple(float(v) for v in values if v is not None)
+
+
+def wanted_of(counted_in: str, place: tuple[float, ...]) -> str | None:
+    """Why these numbers are no place of this kind; None where they are one, or none are given."""
+    n = len(place)
+    if counted_in == EVERYTHING or not n:
+        return None
+    if counted_in == WINDOW and not (n == 4 or (n >= 6 and n % 2 == 0)):
+        return tr("A window is two corners x, y, x, y, or the corners of a polygon.")
+    if counted_in == CIRCLE and not (n == 3 and place[2] > 0):
+        return tr("A circle is x, y of its centre and its radius.")
+    if counted_in == SCANLINE and (n < 4 or n % 2):
+        return tr("A scanline is x, y of its beginning, x, y of its end, and of bends between.")
+    return None
+
+
+def mark_of(counted_in: str, place: tuple[float, ...]) -> Mark | None:
+    """How it looks on the map."""
+    if counted_in == EVERYTHING or not place or wanted_of(counted_in, place) is not None:
+        return None
+    if counted_in == CIRCLE:
+        x, y, radius = place
+        return Mark(np.array([[x, y], [x + radius, y]]), circle=True)
+    points = np.array(place).reshape(-1, 2)
+    if counted_in == WINDOW and len(points) == 2:
+        (x0, y0), (x1, y1) = points.tolist()
+        points = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    return Mark(points, closed=counted_in == WINDOW)
+
+
+def answer(question: FractureQuestion) -> FractureAnswer | VomError:
+    """In a thread: what `vomstudio fractures` says of these traces on their face."""
+    from vomstudio.geology.fractures.network import Counted
+    from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
+    from vomstudio.products.section.trace_map import face_of, on_face
+
+    q = question
+    try:
+        face = face_of([trace.points for trace in q.traces], q.plane)
+    except VomError as error:
+        return error
+    lines = on_face([trace.points for trace in q.traces], face)
+    drawing = _drawing(q, face, lines)
+    place = q.place
+    if q.counted_in == WINDOW and not place:
+        every = np.concatenate(lines)
+        place = (*every.min(axis=0).tolist(), *every.max(axis=0).tolist())
+    mark = mark_of(q.counted_in, place)
+    counted = Counted()
+    why = wanted_of(q.counted_in, place)
+    if q.counted_in in (CIRCLE, SCANLINE) and not place:
+        why = tr("Drag on the map to mark it, or type its numbers.")
+    if why is None:
+        counted = _counted(q.counted_in, place, mark)
+        try:
+            mapped = map_fractures(
+                FractureOrder(None, snap_m=q.snap_m, terzaghi_cap=q.cap),
+                lines=_shapes(lines),
+                counted=counted,
+                sets=[trace.set for trace in q.traces],
+            )
+            return FractureAnswer(q, face, lines, counted, drawing, mark, mapped)
+        except VomError as error:
+            why = error.message
+    return FractureAnswer(q, face, lines, counted, drawing, mark, None, why)
+
+
+def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> Counted:
+    import shapely
+
+    from vomstudio.geology.fractures.network import Counted
+    from vomstudio.geology.fractures.pieces import circle_area
+
+    if mark is None:
+        return Counted()
+    if counted_in == CIRCLE:
+        x, y, radius = place
+        return Counted(circle_area(x, y, radius), circle=(x, y, radius))
+    if counted_in == WINDOW:
+        return Counted(shapely.make_valid(shapely.Polygon(mark.points)))
+    return Counted(scanlines=_shapes([mark.points]))
+
+
+def _shapes(lines: Sequence[Array]) -> npt.NDArray[np.object_]:
+    import shapely
+
+    made = np.empty(len(lines), object)
+    made[:] = [shapely.LineString(line) for line in lines]
+    return made
+
+
+def _drawing(q: FractureQuestion, face: Curtain, lines: Sequence[Array]) -> Drawing:
+    from vomstudio.products.ortho.vector_drawing import Drawing, Shape
+    from vomstudio.products.section.writing import end_names
+
+    every = np.concatenate(lines)
+    low, high = every.min(axis=0), every.max(axis=0)
+    pad = max(0.05 * float((high - low).max()), 1e-3)
+    unit = "m" if q.metric else tr("units")
+    up = tr("Z ({unit})", unit=unit) if face.vertical else tr("up the face ({unit})", unit=unit)
+    shapes = tuple(
+        Shape("traces", line, trace.color) for trace, line in zip(q.traces, lines, strict=True)
+    )
+    return Drawing(
+        shapes,
+        np.stack([low - pad, high + pad]),
+        end_names(face, q.north_known),
+        (tr("along the face ({unit})", unit=unit), up),
+        metric=q.metric,
+    )
+
+
+def draw_figure(mapped: Mapped, dpi: float = 150.0) -> bytes:
+    """In a thread: the figure as PNG."""
+    from vomstudio.products.fractures.figure import write_fractures
+
+    file = io.BytesIO()
+    write_fractures(file, mapped, format="png", dpi=dpi)
+    return file.getvalue()
+
+
+def write_figure(mapped: Mapped, path: Path) -> VomError | None:
+    """In a thread: the figure, as svg, pdf or png."""
+    from vomstudio.files.atomic import atomic_write
+    from vomstudio.products.fractures.figure import write_fractures
+
+    try:
+        with atomic_write(path, True) as temporary:
+            write_fractures(temporary, mapped, format=path.suffix.lower().removeprefix("."))
+    except VomError as error:
+        return error
+    return None

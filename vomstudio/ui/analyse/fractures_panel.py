@@ -1,0 +1,493 @@
+"""The dock of fractures: traces on their face counted along a line, in a circle or in a window."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from html import escape
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QImage, QPixmap, QResizeEvent
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSizePolicy,
+    QTabWidget,
+    QTextBrowser,
+    QToolButton,
+    QWidget,
+)
+
+from vomstudio.document.figures import Subject
+from vomstudio.document.kinds import kind_of
+from vomstudio.document.records import FeatureType, Picked, Record, Typed, get_feature
+from vomstudio.document.registration_errors import model_of
+from vomstudio.errors import VomError
+from vomstudio.ui.analyse.drawing_view import DrawingView
+from vomstudio.ui.analyse.fracture_answer import (
+    CIRCLE,
+    EVERYTHING,
+    SCANLINE,
+    WINDOW,
+    FractureAnswer,
+    FractureQuestion,
+    MappedTrace,
+    answer,
+    draw_figure,
+    mark_of,
+    numbers_of,
+    wanted_of,
+    write_figure,
+)
+from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
+from vomstudio.ui.analyse.picture_file import ask_for_picture
+from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.forms.copied_command import (
+    CopyCommandButton,
+    Word,
+    Words,
+    copy_with_file,
+    numbers_text,
+)
+from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
+from vomstudio.ui.interpret.tool_panels.common import hint_label
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+_NO_COLOR = "#404040"
+
+
+class FracturesPanel(SeenPanel):
+    """answered : what is shown, None where there are no traces"""
+
+    def __init__(self, studio: Studio, view: ViewDirection) -> None:
+        super().__init__(studio)
+        explain(self, "fractures.md")
+        self.answered: FractureAnswer | None = None
+        self._drawn: FractureAnswer | None = None
+        self._background = Background(self)
+        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Counting…")))
+        self.of = GroupBox(studio, tr("All traces"))
+        self.of.setAccessibleName(tr("Traces"))
+        self.plane = PlaneField(studio, "fracture_plane", tr("the plane of best fit"), view)
+        self.counted_in = ComboBox()
+        self.counted_in.setObjectName("fracture_counted_in")
+        for name, title in (
+            (EVERYTHING, tr("No window")), (WINDOW, tr("Window")), (CIRCLE, tr("Circle")),
+            (SCANLINE, tr("Scanline")),
+        ):  # fmt: skip
+            self.counted_in.addItem(title, name)
+        self.counted_in.setCurrentIndex(1)
+        self.place = QLineEdit()
+        self.place.setObjectName("fracture_place")
+        self.take = QToolButton()
+        self.take.setIcon(theme.icon("cursor-default-click-outline"))
+        self.take.setAccessibleName(tr("Take the selected line or area"))
+        self.snap = _field("fracture_snap", "0", tr("How far an end may miss the trace on which "
+                                                    "it abuts, in metres."))  # fmt: skip
+        self.cap = _field("fracture_cap", tr("no cap"), tr("The largest Terzaghi weight."))
+        self.said = hint_label()
+        self.said.setObjectName("fracture_said")
+        self.figure = QPushButton(theme.icon("image-outline"), tr("Figure…"))
+        self.copy = CopyCommandButton(
+            self.copy_command, tr("keep the traces as a GeoPackage, and copy the command")
+        )
+        self.figures = QTextBrowser()
+        self.figures.setAccessibleName(tr("Figures of the fractures"))
+        self.map = DrawingView(tr("The traces will be drawn here, as they lie on their face."))
+        self.map.setAccessibleName(tr("Map of the traces"))
+        self.picture = FittingPicture()
+        self._arrange()
+        self._connect()
+
+    def _arrange(self) -> None:
+        form = narrow_form()
+        form.addRow(tr("Traces"), self.of)
+        form.addRow(tr("Face"), self.plane)
+        row = QHBoxLayout()
+        row.setSpacing(3)
+        row.addWidget(self.counted_in)
+        row.addWidget(self.place, 1)
+        row.addWidget(self.take)
+        form.addRow(tr("Count in"), row)
+        numbers = QHBoxLayout()
+        numbers.setSpacing(3)
+        numbers.addWidget(self.snap)
+        numbers.addWidget(self.cap)
+        form.addRow(tr("Snap (m), cap"), numbers)
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.figure)
+        buttons.addWidget(self.copy)
+        buttons.addStretch()
+        self.tabs = QTabWidget()
+        self.tabs.addTab(self.map, tr("Map"))
+        self.tabs.addTab(self.picture, tr("Figure"))
+        shown = QWidget()
+        beside = QHBoxLayout(shown)
+        beside.setContentsMargins(0, 0, 0, 0)
+        beside.addWidget(self.figures, 2)
+        beside.addWidget(self.tabs, 3)
+        self.figures.setMinimumWidth(150)
+        body = FormBeside(self)
+        body.column.addLayout(form)
+        body.column.addLayout(buttons)
+        body.column.addWidget(self.said)
+        body.put_beside(shown)
+
+    def _connect(self) -> None:
+        studio = self._studio
+        self.of.activated.connect(self._soon)
+        self.plane.changed.connect(self._soon)
+        self.counted_in.currentIndexChanged.connect(self._counted_in_chosen)
+        for field in (self.place, self.snap, self.cap):
+            field.textChanged.connect(self._soon)
+        self.take.clicked.connect(lambda _=False: self._take_selected())
+        self.figure.clicked.connect(lambda _=False: self._ask_for_figure())
+        self.tabs.currentChanged.connect(lambda _: self._draw_figure())
+        self.map.dragged.connect(self._dragged)
+        self.map.dragging.connect(
+            lambda ends: self.map.show_mark(mark_of(self._counted(), self._place_of(ends)))
+        )
+        studio.project_opened.connect(self._soon)
+        studio.edited.connect(self._edited)
+        studio.selection_changed.connect(lambda _: self._selected())
+        studio.jobs.closed.connect(self._close)
+        self._counted_in_chosen()
+
+    # --- where is counted --------------------------------------------------------------------
+    def _counted(self) -> str:
+        return str(self.counted_in.currentData())
+
+    def _counted_in_chosen(self, *_: object) -> None:
+        kind = self._counted()
+        self.place.clear()
+        self.place.setEnabled(kind != EVERYTHING)
+        self.place.setPlaceholderText(
+            {
+                EVERYTHING: "", WINDOW: tr("x, y, x, y: around all"), CIRCLE: tr("x, y, radius"),
+                SCANLINE: tr("x, y, x, y"),
+            }[kind]
+        )  # fmt: skip
+        self.map.let_mark(kind != EVERYTHING)
+        self.map.setToolTip(
+            "" if kind == EVERYTHING else tr("Drag to mark where the traces are counted.")
+        )
+        self._refresh_take()
+        self._soon()
+
+    def _place_of(self, ends: Array) -> tuple[float, ...]:
+        (x0, y0), (x1, y1) = np.round(ends, 3).tolist()
+        kind = self._counted()
+        if kind == CIRCLE:
+            return x0, y0, round(math.hypot(x1 - x0, y1 - y0), 3)
+        if kind == WINDOW:
+            return min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)
+        return x0, y0, x1, y1
+
+    def _dragged(self, ends: Array) -> None:
+        self.place.setText(", ".join(f"{v:g}" for v in self._place_of(ends)))
+
+    def _selected_line(self) -> Array | None:
+        """(n, 3) World."""
+        studio = self._studio
+        current = studio.selection.current if studio.has_project else None
+        record = None if current is None else studio.records.get(current)
+        if current is None or not isinstance(record, Picked) or len(record.vertices) < 2:
+            return None
+        return studio.measured([current])[current].points
+
+    def _refresh_take(self) -> None:
+        kind, line = self._counted(), self._selected_line()
+        least = 3 if kind == WINDOW else 2
+        why = None
+        if kind not in (WINDOW, SCANLINE):
+            why = tr("a window or a scanline can be taken")
+        elif line is None or len(line) < least or self.answered is None:
+            why = (
+                tr("select a measured area first")
+                if kind == WINDOW
+                else tr("select a measured polyline or a trace first")
+            )
+        self.take.setEnabled(why is None)
+        self.take.setToolTip(
+            tr("The selected line or area, as it lies on the face.")
+            if why is None
+            else tr("Not now: {reason}", reason=why)
+        )
+
+    def _take_selected(self) -> None:
+        line = self._selected_line()
+        if line is None or self.answered is None:
+            return
+        from vomstudio.products.section.trace_map import on_face
+
+        (flat,) = on_face([line], self.answered.face)
+        self.place.setText(", ".join(f"{v:.3f}" for v in flat.ravel().tolist()))
+
+    def _selected(self) -> None:
+        if self.of.choice() == SELECTED:
+            self._soon()
+        self._refresh_take()
+
+    # --- the question ------------------------------------------------------------------------
+    def show_now(self) -> None:
+        if not self._studio.has_project:
+            return
+        self.of.list_groups()
+        question = self._question()
+        if isinstance(question, str):
+            self._asked.drop()
+            self._show(None, question)
+        else:
+            self._asked.ask(partial(answer, question))
+            self._refresh_buttons()
+
+    def _traces(self) -> list[MappedTrace]:
+        studio, records = self._studio, self._studio.records
+        features = [f for f in self.of.features() if isinstance(f, Picked) and _is_line(f)]
+        measured = studio.measured(f.id for f in features)
+        found = []
+        for f in features:
+            layer = kind_of(f).layer
+            shape = None if layer is None else layer.shape(Subject(f, measured[f.id], records))
+            type_ = records.get(f.type_id) if isinstance(f, Typed) else None
+            if shape is None or not isinstance(f, Typed):
+                continue
+            named = type_.name if isinstance(type_, FeatureType) else ""
+            color = type_.color if isinstance(type_, FeatureType) else _NO_COLOR
+            found.append(MappedTrace(f.id, f.name, f.set_name or named, color, shape))
+        return found
+
+    def _question(self) -> FractureQuestion | str:
+        """Or why there is none."""
+        traces = self._traces()
+        if not traces:
+            if self.of.choice() == SELECTED:
+                return tr("Select traces, or choose others above.")
+            return tr("There are no traces here. Pick some on the outcrop.")
+        try:
+            plane = self.plane.plane()
+        except VomError as error:
+            return error.message
+        place = numbers_of(self.place.text())
+        if place is None:
+            return tr("Give numbers with commas between them, such as 0, 0, 5, 2.5.")
+        if (why := wanted_of(self._counted(), place)) is not None:
+            return why
+        lengths: list[float | None] = []
+        for field, least in ((self.snap, 0.0), (self.cap, 1.0)):
+            value = parse_number(field.text()) if field.text().strip() else None
+            if field.text().strip() and (value is None or not least <= value < math.inf):
+                return tr("The tolerance is a length in metres, the cap a weight of 1 or more.")
+            lengths.append(value)
+        models = [
+            model_of(self._studio.records, get_feature(self._studio.records, t.id)) for t in traces
+        ]
+        return FractureQuestion(
+            traces, plane, self._counted(), place, lengths[0] or 0.0, lengths[1],
+            all(m is None or m.frame.has_metres for m in models),
+            all(m is None or m.frame.has_north for m in models),
+        )  # fmt: skip
+
+    # --- the answer --------------------------------------------------------------------------
+    def _came(self, made: object) -> None:
+        if isinstance(made, FractureAnswer):
+            notes = [made.why]
+            if made.mapped is not None:
+                plane = made.face.plane
+                assert plane is not None
+                from vomstudio.geology.notation import format_plane
+
+                level = plane.undefined
+                notes = [
+                    tr("{count} traces, seen from above.", count=len(made.lines))
+                    if level
+                    else tr(
+                        "{count} traces on the face {plane}; azimuths are angles on it, clockwise "
+                        "from up.",
+                        count=len(made.lines),
+                        plane=format_plane(plane, self._studio.settings.notation, 0),
+                    ),
+                    *made.mapped.found.warnings,
+                    *made.mapped.found.notes,
+                ]
+            self._show(made, "\n".join(notes))
+        else:
+            assert isinstance(made, VomError)
+            self._show(None, made.message)
+
+    def _show(self, answered: FractureAnswer | None, said: str) -> None:
+        self.answered = answered
+        self.said.setText(said)
+        self.map.show_drawing(None if answered is None else answered.drawing)
+        self.map.show_mark(None if answered is None else answered.mark)
+        self.figures.setHtml(_html(answered))
+        self._draw_figure()
+        self._refresh_take()
+        self._refresh_buttons()
+
+    def _refresh_buttons(self) -> None:
+        why = None
+        if self._asked.waiting:
+            why = tr("the traces are being counted")
+        elif self.answered is None or self.answered.mapped is None:
+            why = tr("nothing has been counted yet")
+        self.figure.setEnabled(why is None)
+        self.figure.setToolTip(
+            tr("Map, rose, nodes, lengths and intensity as SVG, PDF or PNG.")
+            if why is None
+            else tr("Not now: {reason}", reason=why)
+        )
+        self.copy.allow(why)
+
+    def _draw_figure(self) -> None:
+        """Where somebody looks at it."""
+        answered = self.answered
+        if self.tabs.currentWidget() is not self.picture or answered is self._drawn:
+            return
+        self._drawn = answered
+        if answered is None or answered.mapped is None:
+            self.picture.show_image(QImage())
+        else:
+            self._background.run(
+                partial(draw_figure, answered.mapped), partial(self._figure_came, answered)
+            )
+
+    def _figure_came(self, of: FractureAnswer, png: object) -> None:
+        assert isinstance(png, bytes)
+        if of is self._drawn:
+            self.picture.show_image(QImage.fromData(png))
+
+    # --- what is taken away ------------------------------------------------------------------
+    def _ask_for_figure(self) -> None:
+        path = ask_for_picture(self, self._studio, tr("Figure of the fractures"), "fractures")
+        if path is not None:
+            self.write_figure(path)
+
+    def write_figure(self, path: Path) -> None:
+        answered = self.answered
+        if answered is not None and answered.mapped is not None:
+            self._background.run(
+                partial(write_figure, answered.mapped, path), partial(self._written, path)
+            )
+
+    def _written(self, path: Path, error: object) -> None:
+        if isinstance(error, VomError):
+            self._studio.fail(error)
+        else:
+            self._studio.info(tr("Exported to {file}.", file=path))
+
+    def copy_command(self) -> None:
+        """Ask for the GeoPackage of the traces, and put the command on the clipboard."""
+        answered = self.answered
+        if answered is None or answered.mapped is None:
+            return
+        from vomstudio.products.section.trace_map import write_map
+
+        traces = answered.question.traces
+
+        def write(path: Path) -> None:
+            write_map(
+                path, answered.lines, [t.name for t in traces], [t.set for t in traces],
+                answered.counted, metric=answered.question.metric, force=True,
+            )  # fmt: skip
+
+        copy_with_file(self, self._studio, "traces.gpkg", write, partial(words_of, answered))
+
+    def _close(self) -> None:
+        self._timer.stop()
+        self._asked.close()
+        self._background.close()
+
+
+def words_of(answered: FractureAnswer, traces: Path) -> Words:
+    """The command that says the same. traces : their GeoPackage, with what they are counted in
+    beside it"""
+    from vomstudio.products.section.trace_map import map_files
+
+    q, counted = answered.question, answered.counted
+    options: list[tuple[str, Word]] = []
+    if counted.circle is not None:
+        options.append(("--circle", numbers_text(counted.circle)))
+    files = map_files(traces, counted)
+    options += [(f"--{name}", path) for name, path in files.items() if name != "traces"]
+    if q.snap_m:
+        options.append(("--snap", q.snap_m))
+    if q.cap is not None:
+        options.append(("--terzaghi-cap", q.cap))
+    return ["fractures", traces, *options]
+
+
+class FittingPicture(QLabel):
+    """A picture as large as there is room for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._image = QImage()
+        self.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
+        self.setAccessibleName(tr("Figure"))
+
+    @property
+    def image(self) -> QImage:
+        return self._image
+
+    def show_image(self, image: QImage) -> None:
+        self._image = image
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        if self._image.isNull():
+            self.clear()
+            return
+        ratio = self.devicePixelRatioF()
+        made = self._image.scaled(
+            self.size() * ratio,
+            Qt.AspectRatioMode.KeepAspectRatio,
+            Qt.TransformationMode.SmoothTransformation,
+        )
+        made.setDevicePixelRatio(ratio)
+        self.setPixmap(QPixmap.fromImage(made))
+
+
+def _is_line(feature: Record) -> bool:
+    layer = kind_of(feature).layer if isinstance(feature, Typed) else None
+    return layer is not None and layer.geometry == "line"
+
+
+def _html(answered: FractureAnswer | None) -> str:
+    if answered is None or answered.mapped is None:
+        return ""
+    from vomstudio.products.fractures.words import figure_rows
+
+    cells = "".join(
+        f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
+        f"<td style='padding:1px 2px'>{escape(said)}</td></tr>"
+        for name, said in figure_rows(answered.mapped.found)
+    )
+    return f"<table width='100%'>{cells}</table>"
+
+
+def _field(name: str, empty: str, tip: str) -> QLineEdit:
+    field = QLineEdit()
+    field.setObjectName(name)
+    field.setPlaceholderText(empty)
+    field.setToolTip(tip)
+    return field

@@ -1,0 +1,63 @@
+"""What the net shows, as the words of the command that draws it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vomstudio.products.net.contents import Contouring
+from vomstudio.products.net.net_options import plane_of
+from vomstudio.ui.analyse.net_wishes import NetWishes
+from vomstudio.ui.forms.copied_command import Word, Words, numbers_text
+from vomstudio.ui.forms.copied_planes import beside
+
+_ASKED = ("girdles", "maxima", "errors", "averages", "intersections")
+
+Option = Word | tuple[str, Word]
+
+
+def net_words(
+    table: Path,
+    wishes: NetWishes,
+    projection: str,
+    method: str | None,
+    contouring: Contouring,
+    notation: str,
+) -> Words:
+    """Of the net, or of the roses that stand in its place. table : of what is shown; notation : in
+    which planes were typed"""
+    end: list[Option] = [("-o", beside(table, "svg")), "--force"]
+    if wishes.view != "net":
+        return ["rose", table, *_of_rose(wishes), *end]
+    said: list[Option] = [("--projection", projection), ("--set", "kind")]
+    if method is not None:
+        said.append(("--contour", method))
+        said.append("--filled" if contouring.filled else "--no-filled")
+        said += ["--each-set"] if contouring.each_set else []
+        said += [] if method == "schmidt" else [("--sigma", contouring.sigma)]
+        said += [("--levels", numbers_text(wishes.levels))] if wishes.levels else []
+    said += [f"--{name}" for name in _ASKED if name in wishes.asked]
+    return ["stereonet", table, *said, *_typed(wishes, notation), *end]
+
+
+def _of_rose(wishes: NetWishes) -> list[Option]:
+    said: list[Option] = [("--of", wishes.view), ("--bin", wishes.bin_deg), ("--set", "kind")]
+    said.append(("--scale", "area" if wishes.by_area else "length"))
+    return said + ([("--weight", "extent_m")] if wishes.by_length else [])
+
+
+def _typed(wishes: NetWishes, notation: str) -> list[Option]:
+    """Circles, lines and turning, as they stand in the fields; planes by their dip direction."""
+    texts = wishes.texts
+
+    def each(name: str) -> list[str]:
+        return [part.strip() for part in texts.get(name, "").split(";") if part.strip()]
+
+    def plane(text: str) -> str:
+        found = plane_of(text, "", notation)
+        return f"{found.dip_direction_deg:.12g}/{found.dip_deg:.12g}"
+
+    said: list[Option] = [("--plane", plane(text)) for text in each("planes")]
+    said += [("--cone", text) for text in each("cones")]
+    said += [("--slip-line", text) for text in each("slips")]
+    said += [("--untilt", plane(text)) for text in each("untilt")]
+    return said + [("--rotate", text) for text in each("rotate")]

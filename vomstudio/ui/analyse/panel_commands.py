@@ -1,0 +1,49 @@
+"""The commands that bring a panel of Analyse, or of Views and export, forward."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from vomstudio.document.kinds import kind_of
+from vomstudio.document.records import Picked
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.command_targets import why_no_model
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.window_protocols import Docks, Workspaces
+from vomstudio.words import tr
+
+
+def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Command]:
+    def no_model() -> str | None:
+        return why_no_model(studio)
+
+    def no_lines() -> str | None:
+        if any(kind_of(f).layer is not None for f in studio.session.of(Picked)):
+            return None
+        return tr("There are no traces yet. Pick some on the outcrop.")
+
+    def bring(workspace: str, dock: str) -> Callable[[], None]:
+        def show() -> None:
+            workspaces.switch(workspace)
+            docks.bring_forward(dock)
+
+        return show
+
+    make = partial(bring, "views")
+    count = partial(bring, "analyse")
+    return [
+        Command("elevation_model", tr("&Elevation model…"), make("elevation"),
+                "image-filter-hdr", (),
+                tr("Heights over a horizontal, vertical or slanting plane, as GeoTIFF."), no_model),
+        Command("section", tr("Se&ction…"), make("section"), "box-cutter", (),
+                tr("Cut the model along a plane or a line, with the features beside it."),
+                no_model),
+        Command("count_fractures", tr("F&ractures…"), count("fractures"), "grid", (),
+                tr("Number, length, nodes and spacing of traces along a line, in a circle or in a "
+                   "window."), no_lines),
+        Command("fault_displacement", tr("Fault &displacement…"), count("displacement"),
+                "arrow-split-horizontal", (),
+                tr("Net slip, throw and heave from cut-off traces on both sides of a fault."),
+                no_lines),
+    ]  # fmt: skip

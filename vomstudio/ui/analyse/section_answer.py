@@ -1,0 +1,121 @@
+"""What the panel of sections asks, worked out in a thread, as the command does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.measurement_cache import Measurements
+from vomstudio.document.records import Feature, Matrix, Record
+from vomstudio.errors import InputError, VomError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+
+if TYPE_CHECKING:
+    from vomstudio.products.ortho.interpretation import Flat
+    from vomstudio.products.ortho.vector_drawing import Drawing
+    from vomstudio.products.section.curtain import Curtain
+    from vomstudio.products.section.cutting import Cut
+    from vomstudio.products.section.writing import SectionFigures
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class SectionQuestion:
+    """data : of the model in its own frame; path : of its file; crs : of World; slab : of a cloud,
+    None for the usual one; records : None for a section without features; along : (3,) direction of
+    projection, None at right angles; within : metres, or None"""
+
+    data: Mesh | PointCloud
+    to_world: Matrix
+    path: Path
+    crs: str | None
+    metric: bool
+    north_known: bool
+    curtain: Curtain
+    slab: float | None
+    records: Mapping[str, Record] | None
+    along: Array | None
+    within: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class SectionAnswer:
+    question: SectionQuestion
+    cut: Cut
+    flats: tuple[Flat, ...]
+    figures: SectionFigures
+    drawing: Drawing
+
+
+def answer(question: SectionQuestion) -> SectionAnswer | VomError:
+    """In a thread: the section that `vomstudio section` makes."""
+    from vomstudio.geometry.moving import moved
+    from vomstudio.io.models.opening import point_spacing
+    from vomstudio.products.ortho.interpretation import items_of
+    from vomstudio.products.section import writing
+    from vomstudio.products.section.cutting import cut_model
+
+    q = question
+    try:
+        writing.check_projection(q.curtain, q.along)
+        data = moved(q.data, q.to_world)
+        spacing = 0.0 if isinstance(data, Mesh) else point_spacing(data)
+        cut = cut_model(data, q.curtain, q.slab, spacing if np.isfinite(spacing) else 0.0)
+        features = q.records is not None and any(
+            isinstance(record, Feature) for record in q.records.values()
+        )
+        items = items_of(q.records, Measurements()) if features and q.records else ()
+        flats, left_out = writing.project_items(items, q.curtain, q.along, q.within)
+        figures = writing.figures_of(cut, q.curtain, flats, left_out)
+        drawing = writing.section_drawing(
+            cut, q.curtain, flats,
+            metric=q.metric, north_known=q.north_known, model=str(q.path),
+        )  # fmt: skip
+    except VomError as error:
+        return error
+    return SectionAnswer(q, cut, flats, figures, drawing)
+
+
+def write(answered: SectionAnswer, path: Path) -> VomError | None:
+    """In a thread: the file, by its ending, in place of what is there."""
+    from vomstudio.products.section.writing import write_section
+
+    q = answered.question
+    try:
+        write_section(
+            path,
+            answered.cut,
+            q.curtain,
+            answered.figures,
+            answered.flats,
+            crs=q.crs,
+            model=str(q.path),
+            metric=q.metric,
+            north_known=q.north_known,
+            force=True,
+        )
+    except VomError as error:
+        return error
+    return None
+
+
+def curtain_of(plane: object, through: Array | None, line: Array | None) -> Curtain | VomError:
+    """By a plane through a point (3,), or along a line (n, 2 or more)."""
+    from vomstudio.geology.orientation import Plane
+    from vomstudio.products.section.curtain import curtain_of_line, curtain_of_plane
+
+    try:
+        if line is not None:
+            return curtain_of_line(line)
+        assert isinstance(plane, Plane)
+        assert through is not None
+        return curtain_of_plane(plane, through)
+    except InputError as error:
+        return error

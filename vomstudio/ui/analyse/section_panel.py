@@ -1,0 +1,445 @@
+"""The dock of sections: the model cut along a plane or a line, with the features beside it."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QFileDialog,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QToolButton,
+    QWidget,
+)
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.records import Feature, Model, Picked, get_feature
+from vomstudio.errors import VomError
+from vomstudio.files.atomic import write_bytes
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.tools.measure import MeasureTool
+from vomstudio.ui.analyse.drawing_view import DrawingView
+from vomstudio.ui.analyse.section_answer import (
+    SectionAnswer,
+    SectionQuestion,
+    answer,
+    curtain_of,
+    write,
+)
+from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.forms.copied_command import (
+    CopyCommandButton,
+    Word,
+    Words,
+    copy_command,
+    copy_with_file,
+    model_words,
+    numbers_text,
+)
+from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.forms.line_field import LineField
+from vomstudio.ui.forms.model_box import ModelBox
+from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
+from vomstudio.ui.interpret.tool_panels.common import hint_label
+from vomstudio.words import tr, tr_n
+
+Array = npt.NDArray[np.float64]
+
+_FORMATS = {"svg": "SVG", "dxf": "DXF", "csv": "CSV"}
+
+
+class SectionPanel(SeenPanel):
+    """answered : what is shown, None where there is nothing; line : (n, 3) World of the profile
+    that was taken, None while there is none"""
+
+    def __init__(self, studio: Studio, view: ViewDirection) -> None:
+        super().__init__(studio)
+        explain(self, "window.md#section")
+        self.answered: SectionAnswer | None = None
+        self.line: Array | None = None
+        self._line_name = ""
+        self._drawing = False
+        self._background = Background(self)
+        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Cutting…")))
+        self.model = ModelBox(studio)
+        self.model.setObjectName("section_model")
+        self.along_what = ComboBox()
+        self.along_what.setObjectName("section_along_what")
+        self.along_what.addItem(tr("a plane"), "plane")
+        self.along_what.addItem(tr("a line on the outcrop"), "line")
+        self.plane = PlaneField(studio, "section_plane", view=view)
+        self.through = QLineEdit()
+        self.through.setObjectName("section_through")
+        self.through.setPlaceholderText(tr("x, y, z: the middle of the model"))
+        self.take_through = _icon_button(
+            "cursor-default-click-outline", tr("Through the selected feature")
+        )
+        self.take_line = QPushButton(tr("Take selected"))
+        self.draw_line = QPushButton(theme.icon("vector-polyline"), tr("Draw…"))
+        self.direction = LineField(studio, "section_direction", tr("at right angles"))
+        self.features = QCheckBox(tr("Features within"))
+        self.features.setChecked(True)
+        self.within = QLineEdit()
+        self.within.setObjectName("section_within")
+        self.within.setPlaceholderText(tr("any distance"))
+        self.slab = QLineEdit()
+        self.slab.setObjectName("section_slab")
+        self.slab.setPlaceholderText(tr("automatic"))
+        self.said = hint_label()
+        self.said.setObjectName("section_said")
+        self.write = QPushButton(theme.icon("export"), tr("Write…"))
+        self.copy = CopyCommandButton(self.copy_command, tr("the command that makes this section"))
+        self.picture = DrawingView(tr("The section will be drawn here."))
+        self.picture.setAccessibleName(tr("Section"))
+        self._arrange()
+        self._connect()
+
+    def _arrange(self) -> None:
+        self._form_rows = form = narrow_form()
+        form.addRow(tr("Model"), self.model)
+        form.addRow(tr("Along"), self.along_what)
+        form.addRow(tr("Plane"), self.plane)
+        self._through_row = _row(self.through, self.take_through)
+        form.addRow(tr("Through"), self._through_row)
+        self._line_row = _row(self.take_line, self.draw_line)
+        form.addRow(tr("Line"), self._line_row)
+        form.addRow(tr("Project"), self.direction)
+        form.addRow(self.features, self.within)
+        form.addRow(tr("Slab (m)"), self.slab)
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.write)
+        buttons.addWidget(self.copy)
+        buttons.addStretch()
+        body = FormBeside(self)
+        body.column.addLayout(form)
+        body.column.addLayout(buttons)
+        body.column.addWidget(self.said)
+        body.put_beside(self.picture)
+        self.through.setToolTip(tr("A point of World on the plane; distances count from it."))
+        self.direction.line.setToolTip(
+            tr("Features are projected along this trend/plunge, such as the fold axis.")
+        )
+        self.within.setToolTip(tr("Leave out features farther away than this, in metres."))
+        self.slab.setToolTip(tr("Of a point cloud: thickness of the slab of points, in metres."))
+        self.draw_line.setToolTip(
+            tr("Click along the outcrop, then press Enter: the section runs vertically along it.")
+        )
+
+    def _connect(self) -> None:
+        studio, soon = self._studio, self._soon
+        for box in (self.model, self.along_what):
+            box.currentIndexChanged.connect(soon)
+        self.along_what.currentIndexChanged.connect(self._show_rows)
+        for field in (self.through, self.within, self.slab):
+            field.textChanged.connect(soon)
+        for changed in (self.plane.changed, self.direction.changed, self.features.toggled):
+            changed.connect(soon)
+        self.plane.take.clicked.connect(lambda _=False: self._take_through())
+        self.take_through.clicked.connect(lambda _=False: self._take_through())
+        self.take_line.clicked.connect(lambda _=False: self._take_line(self._selected_line()))
+        self.draw_line.clicked.connect(lambda _=False: self._draw())
+        self.write.clicked.connect(lambda _=False: self._ask_for_file())
+        studio.project_opened.connect(self._opened)
+        studio.edited.connect(self._edited)
+        studio.model_loaded.connect(soon)
+        studio.selection_changed.connect(lambda _: self._refresh())
+        studio.jobs.closed.connect(self._close)
+        self._show_rows()
+
+    def _show_rows(self, *_: object) -> None:
+        by_plane = self.along_what.currentData() == "plane"
+        for widget, shown in (
+            (self.plane, by_plane), (self._through_row, by_plane), (self._line_row, not by_plane),
+        ):  # fmt: skip
+            self._form_rows.setRowVisible(widget, shown)
+        self._refresh()
+
+    # --- the line and the point -----------------------------------------------------------------
+    def _selected_feature(self) -> Feature | None:
+        studio = self._studio
+        current = studio.selection.current if studio.has_project else None
+        return None if current is None else get_feature(studio.records, current)
+
+    def _selected_line(self) -> Feature | None:
+        found = self._selected_feature()
+        return found if isinstance(found, Picked) and len(found.vertices) > 1 else None
+
+    def _take_line(self, feature: Feature | None) -> None:
+        if feature is None:
+            return
+        self.line = self._studio.measured([feature.id])[feature.id].points
+        self._line_name = feature.name or tr("the drawn line")
+        self.along_what.setCurrentIndex(self.along_what.findData("line"))
+        self._soon()
+
+    def _draw(self) -> None:
+        """The measure tool draws it, and it is kept as what it is: a measured polyline."""
+        self._studio.tool_of(MeasureTool).choose(kind="polyline")
+        self._studio.activate("measure")
+        self._drawing = True
+        self.said.setText(tr("Click along the outcrop, then press Enter."))
+
+    def _edited(self, edit: Edit) -> None:
+        if self._drawing:
+            new = [r for i, r in edit.after.items() if edit.before[i] is None]
+            drawn = [r for r in new if isinstance(r, Dimension) and r.kind == "polyline"]
+            if drawn:
+                self._drawing = False
+                self._take_line(drawn[-1])
+        super()._edited(edit)
+
+    def _take_through(self) -> None:
+        feature = self._selected_feature()
+        if feature is None:
+            return
+        points = self._studio.measured([feature.id])[feature.id].points
+        if len(points):
+            self.through.setText(", ".join(f"{v:.3f}" for v in points.mean(axis=0).tolist()))
+
+    def _point(self, model: Model) -> Array | str:
+        text = self.through.text().strip()
+        if not text:
+            from vomstudio.geometry import transform
+
+            low, high = self._studio.models[model.id].data.bounds
+            corners = np.array([[(low, high)[k][a] for a, k in enumerate(ijk)]
+                                for ijk in np.ndindex(2, 2, 2)])  # fmt: skip
+            world = transform.apply(model.to_world, corners)
+            middle: Array = np.round((world.min(axis=0) + world.max(axis=0)) / 2, 3)
+            return middle
+        values = [parse_number(word) for word in text.replace(";", ",").split(",")]
+        if len(values) != 3 or any(v is None or not math.isfinite(v) for v in values):
+            return tr("Give the point as x, y, z in metres, such as {example}.",
+                      example="12.5, 3, 120")  # fmt: skip
+        return np.array(values, np.float64)
+
+    # --- the question ---------------------------------------------------------------------------
+    def show_now(self) -> None:
+        if not self._studio.has_project:
+            return
+        self.model.list_models()
+        question = self._question()
+        if isinstance(question, str):
+            self._asked.drop()
+            self._show(None, question)
+        else:
+            self._asked.ask(partial(answer, question))
+            self._refresh()
+
+    def _question(self) -> SectionQuestion | str:
+        """Or why there is none."""
+        studio, model = self._studio, self.model.chosen_model()
+        if model is None:
+            return tr("Open a model first.")
+        path = studio.project.find_model(model)
+        if path is None:
+            return tr("The model's file was not found; choose it with Model > Locate file.")
+        lengths = {}
+        for field in (self.within, self.slab):
+            value = parse_number(field.text()) if field.text().strip() else None
+            if field.text().strip() and (value is None or not 0 < value < math.inf):
+                return tr("A thickness or distance is a length in metres.")
+            lengths[field] = value
+        by_line = self.along_what.currentData() == "line"
+        if by_line and self.line is None:
+            return tr(
+                "Draw a line on the outcrop, or select a trace or a measured polyline and take it."
+            )
+        try:
+            plane, along = self.plane.plane(), self.direction.direction()
+        except VomError as error:
+            return error.message
+        if not by_line and plane is None:
+            return tr("Type the plane of the section, or take that of the view or a selected one.")
+        through = None if by_line else self._point(model)
+        if isinstance(through, str):
+            return through
+        curtain = curtain_of(plane, through, self.line if by_line else None)
+        if isinstance(curtain, VomError):
+            return curtain.message
+        data, frame = studio.models[model.id].data, model.frame
+        cloud = isinstance(data, PointCloud)
+        return SectionQuestion(
+            data, model.to_world, path, world_crs(frame.crs, frame.unit_m), frame.has_metres,
+            frame.has_north, curtain, lengths[self.slab] if cloud else None,
+            dict(studio.records) if self.features.isChecked() else None,
+            None if along is None else along.vector(), lengths[self.within],
+        )  # fmt: skip
+
+    # --- the answer -----------------------------------------------------------------------------
+    def _came(self, made: object) -> None:
+        if isinstance(made, SectionAnswer):
+            self._show(made, self._in_words(made))
+        else:
+            assert isinstance(made, VomError)
+            self._show(None, made.message.replace("--slab", tr("Slab")))
+
+    def _in_words(self, made: SectionAnswer) -> str:
+        f = made.figures
+        unit = "m" if made.question.metric else tr("units")
+        said = [
+            tr_n(
+                "{count} line, {length:.3f} {unit} in all",
+                "{count} lines, {length:.3f} {unit} in all",
+                f.polylines, length=f.length_m, unit=unit,
+            )
+        ]  # fmt: skip
+        if f.slab_m is not None:
+            said.append(tr("{count:,} points of a slab {slab:.3g} {unit} thick",
+                           count=f.points, slab=f.slab_m, unit=unit))  # fmt: skip
+        if made.question.records is not None:
+            said.append(tr("{count} features projected, {left_out} left out",
+                           count=f.features, left_out=f.left_out))  # fmt: skip
+        if made.question.curtain.plane is None:
+            said.append(tr("along {name}", name=self._line_name))
+        return "; ".join(said)
+
+    def _show(self, answered: SectionAnswer | None, said: str) -> None:
+        self.answered = answered
+        self.said.setText(said)
+        self.picture.show_drawing(None if answered is None else answered.drawing, said)
+        self._refresh()
+
+    def _refresh(self) -> None:
+        why = None
+        if self._asked.waiting:
+            why = tr("the model is being cut")
+        elif self.answered is None:
+            why = tr("there is no section yet")
+        self.write.setEnabled(why is None)
+        self.write.setToolTip(
+            tr("As SVG, DXF or CSV.") if why is None else tr("Not now: {reason}", reason=why)
+        )
+        self.copy.allow(why)
+        there = self._selected_line() is not None
+        self.take_line.setEnabled(there)
+        self.take_line.setToolTip(
+            tr("The section runs vertically along the selected trace or polyline.")
+            if there
+            else tr("Select a trace or a measured polyline first.")
+        )
+        self.take_through.setEnabled(self._selected_feature() is not None)
+        model = self.model.chosen_model() if self._studio.has_project else None
+        cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
+        self.slab.setEnabled(cloud)
+
+    def _opened(self) -> None:
+        """Another project."""
+        self.line, self._drawing = None, False
+        self._soon()
+
+    def _close(self) -> None:
+        self._timer.stop()
+        self._asked.close()
+        self._background.close()
+
+    # --- what is taken away ---------------------------------------------------------------------
+    def _ask_for_file(self) -> None:
+        formats = {f"{name} (*.{ending})": ending for ending, name in _FORMATS.items()}
+        name, chosen = QFileDialog.getSaveFileName(
+            self,
+            tr("Write the section"),
+            str(Path(start_folder(self._studio)) / "section.svg"),
+            ";;".join(formats),
+        )
+        if name:
+            known = Path(name).suffix.lower().removeprefix(".") in _FORMATS
+            self.write_to(Path(name if known else f"{name}.{formats.get(chosen, 'svg')}"))
+
+    def write_to(self, path: Path) -> None:
+        """The section that is shown, in a thread."""
+        if self.answered is not None:
+            self._background.run(partial(write, self.answered, path), partial(self._written, path))
+
+    def _written(self, path: Path, error: object) -> None:
+        if isinstance(error, VomError):
+            self._studio.fail(error)
+        else:
+            self._studio.info(tr("The section was written to {file}.", file=path))
+
+    def copy_command(self) -> None:
+        """Along a line the command reads it from a file, which is asked for."""
+        answered = self.answered
+        if answered is None:
+            return
+        if answered.question.curtain.plane is not None and self.line_taken is None:
+            words = self.words(None)
+            if words is not None:
+                copy_command(self._studio, words)
+            return
+        line = self.line_taken
+        assert line is not None
+
+        def write_line(path: Path) -> None:
+            rows = ["x,y", *(numbers_text(point) for point in line[:, :2].tolist())]
+            write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
+
+        copy_with_file(
+            self, self._studio, "profile.csv", write_line, lambda path: self.words(path) or []
+        )
+
+    @property
+    def line_taken(self) -> Array | None:
+        """The line along which the model is cut; None where that is a plane."""
+        return self.line if self.along_what.currentData() == "line" else None
+
+    def words(self, profile: Path | None) -> Words | None:
+        """profile : the file of the line"""
+        model, answered = self.model.chosen_model(), self.answered
+        place = None if model is None else model_words(self._studio, model)
+        if place is None or answered is None:
+            return None
+        question = answered.question
+        options: list[tuple[str, Word]] = []
+        if profile is not None:
+            options.append(("--profile", profile))
+        else:
+            plane = question.curtain.plane
+            assert plane is not None
+            options += [
+                ("--plane", f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}"),
+                ("--through", numbers_text(question.curtain.panels[0].origin.tolist())),
+            ]
+        if question.slab is not None:
+            options.append(("--slab", question.slab))
+        if question.records is not None and self._studio.session.features():
+            options.append(("--features", self._studio.project.folder))
+            if (along := self.direction.direction()) is not None:
+                options.append(("--along", f"{along.trend_deg:.10g}/{along.plunge_deg:.10g}"))
+            if question.within is not None:
+                options.append(("--within", question.within))
+        out = Path(start_folder(self._studio)) / "section.svg"
+        return ["section", *place, *options, ("-o", out)]
+
+
+def _row(*parts: QWidget) -> QWidget:
+    row = QWidget()
+    line = QHBoxLayout(row)
+    line.setContentsMargins(0, 0, 0, 0)
+    line.setSpacing(3)
+    for part in parts:
+        line.addWidget(part, 1 if isinstance(part, QLineEdit | QPushButton) else 0)
+    return row
+
+
+def _icon_button(icon: str, tip: str) -> QToolButton:
+    button = QToolButton()
+    button.setIcon(theme.icon(icon))
+    button.setAccessibleName(tip)
+    button.setToolTip(tip)
+    return button

@@ -1,0 +1,224 @@
+"""A patch as a surface: the map of its deviations, profiles, and what they say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QImage, QPixmap
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QLabel,
+    QLineEdit,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vomstudio.document import edits
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.records import Model, Painted
+from vomstudio.errors import VomError
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.field_style import FieldStyle
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.moving import moved
+from vomstudio.geometry.patches import ids_of
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.products.surface.analysis import SurfaceFigures, analyse
+from vomstudio.products.surface.figure import draw_surface, in_lines
+from vomstudio.products.surface.patch import of_faces
+from vomstudio.products.surface.writing import FIELDS, write_deviations
+from vomstudio.tools.brush_stroke import record_figures
+from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.words import tr
+
+_SIZE = (760, 520)
+
+
+class SurfaceDialog(QDialog):
+    """Of the patch that was selected when it was opened. The work is done in a thread."""
+
+    def __init__(self, parent: QWidget, studio: Studio, patch: Painted) -> None:
+        super().__init__(parent)
+        explain(self, "conventions.md#surfaces")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle(tr("Patch {name} as a surface", name=patch.name))
+        self._studio, self._patch = studio, patch
+        self._part: Mesh | PointCloud | None = None
+        self.found: SurfaceFigures | None = None
+        self.picture = QLabel(tr("Looking at the patch…"))
+        self.picture.setMinimumSize(*_SIZE)
+        self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.noise = QLineEdit()
+        self.noise.setToolTip(
+            tr("Standard deviation of the heights that is the model's own, in metres. What is "
+               "smaller is not the rock's.")
+        )  # fmt: skip
+        self.noise.editingFinished.connect(self.start)
+        form = QFormLayout()
+        form.addRow(tr("Noise of the model (m)"), self.noise)
+        self.said = QLabel()
+        self.said.setWordWrap(True)
+        self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        role = QDialogButtonBox.ButtonRole.ActionRole
+        self.show_button = buttons.addButton(tr("Show on the model"), role)
+        self.trim_button = buttons.addButton(tr("Trim the patch"), role)
+        self.save_button = buttons.addButton(tr("Save the map…"), role)
+        self.show_button.clicked.connect(self.show_on_model)
+        self.trim_button.clicked.connect(self.trim)
+        self.save_button.clicked.connect(self._ask_for_file)
+        buttons.rejected.connect(self.reject)
+        for button in buttons.buttons():
+            # Return ends the typing of the noise.
+            button.setAutoDefault(False)  # type: ignore[attr-defined]
+        layout = QVBoxLayout(self)
+        layout.addWidget(self.picture, 1)
+        layout.addWidget(self.said)
+        layout.addLayout(form)
+        layout.addWidget(buttons)
+        self._refresh_buttons()
+        self._looked_at: str | None = None
+        self._background = Background(self)
+        self.start()
+
+    def start(self) -> None:
+        """Look at the patch, with the noise that is typed."""
+        typed = self.noise.text().strip()
+        if typed == self._looked_at:
+            return
+        noise = parse_number(typed) if typed else None
+        if typed and (noise is None or not noise >= 0.0):
+            self.said.setText(tr("The noise is a length in metres, as 0.005."))
+            return
+        studio, patch = self._studio, self._patch
+        model, opened = studio.records.get(patch.model_id), studio.models.get(patch.model_id)
+        if not isinstance(model, Model) or opened is None:
+            self.said.setText(tr("The model of the patch is not open."))
+            return
+        self._looked_at, self.found = typed, None
+        self._refresh_buttons()
+        ratio = self.devicePixelRatioF()
+        self._background.run(partial(_look, opened.data, model, patch, ratio, noise), self._came)
+
+    def _came(self, made: object) -> None:
+        if isinstance(made, VomError):
+            self.picture.setText(str(made))
+            self._refresh_buttons()
+            return
+        assert isinstance(made, tuple)
+        self._part, self.found, image = made
+        assert self.found is not None
+        self.picture.setPixmap(QPixmap.fromImage(image))
+        self.said.setText("\n".join(in_lines(self.found)))
+        self.noise.setPlaceholderText(f"{self.found.noise_m:.3g}")
+        self._refresh_buttons()
+
+    def _refresh_buttons(self) -> None:
+        waiting = tr("The patch is being looked at.") if self.found is None else ""
+        for button in (self.show_button, self.save_button):
+            button.setEnabled(not waiting)
+            button.setToolTip(waiting)
+        whole = "" if self.found is None or self.found.trim else tr("The plane holds all over.")
+        self.trim_button.setEnabled(not (waiting or whole))
+        self.trim_button.setToolTip(
+            waiting or whole or tr("Leave out of the patch what departs from its plane.")
+        )
+
+    # --- what it can do ----------------------------------------------------------------------
+    def show_on_model(self) -> None:
+        """Colour the patch on the model by its deviations."""
+        found, opened = self.found, self._studio.models.get(self._patch.model_id)
+        if found is None or opened is None:
+            return
+        data = opened.data
+        count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
+        values = np.full(count, np.nan, np.float32)
+        values[_points_of(data, self._patch)] = found.at_points
+        reach = float(np.percentile(np.abs(found.at_points), 98.0))
+        if opened.give_fields({FIELDS[0]: values}):
+            style = FieldStyle(FIELDS[0], -reach, reach)
+            self._studio.display.show_field(self._patch.model_id, style)
+        else:
+            self._studio.warn(tr("The model is too large to show the deviations on it."))
+
+    def trim(self) -> None:
+        """Leave out of the patch what departs from its plane; an edit that can be taken back."""
+        found, opened = self.found, self._studio.models.get(self._patch.model_id)
+        patch = self._studio.records.get(self._patch.id)
+        if found is None or opened is None or not isinstance(patch, Patch):
+            return
+        ids = ids_of(self._patch.runs)
+        holds = found.holds
+        if isinstance(opened.data, Mesh):
+            corners = opened.data.faces[ids]
+            place = np.searchsorted(np.unique(corners), corners)
+            holds = found.holds[place].all(axis=1)
+        figures = record_figures(opened.surface, ids[holds])
+        if self._studio.attempt(edits.change_feature, replace(patch, **figures), "Trim"):
+            self.accept()
+
+    def _ask_for_file(self) -> None:
+        proposed = Path(start_folder(self._studio)) / f"{self._patch.name}_deviations.tif"
+        kinds = "GeoTIFF (*.tif);;PLY (*.ply);;CSV (*.csv)"
+        name, _ = QFileDialog.getSaveFileName(
+            self, tr("Save the map of deviations"), str(proposed), kinds
+        )
+        if name:
+            self.save_to(Path(name if Path(name).suffix else name + ".tif"))
+
+    def save_to(self, path: Path) -> None:
+        """Write the deviations, in World."""
+        model = self._studio.records.get(self._patch.model_id)
+        if self.found is None or self._part is None or not isinstance(model, Model):
+            return
+        frame = model.frame
+        crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
+        try:
+            write_deviations(path, self.found, self._part, crs=crs, force=True)
+        except VomError as error:
+            self._studio.warn(str(error), "error")
+            return
+        self._studio.info(tr("The deviations were written to {file}.", file=path))
+
+
+def _points_of(data: Mesh | PointCloud, patch: Painted) -> np.ndarray:
+    """Rows of the model's points that the patch has, in ascending order."""
+    ids = ids_of(patch.runs)
+    return np.unique(data.faces[ids]) if isinstance(data, Mesh) else ids
+
+
+def _look(
+    data: Mesh | PointCloud, model: Model, patch: Painted, ratio: float, noise: float | None
+) -> object:
+    """In a thread: the patch alone in World, its figures and their picture, or the error."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    ids = ids_of(patch.runs)
+    try:
+        part = of_faces(data, ids) if isinstance(data, Mesh) else data.of_rows(ids)
+        part = moved(part, model.to_world)
+        found = analyse(part, noise_m=noise, model=model.name)
+    except VomError as error:
+        return error
+    dpi = 100.0 * ratio
+    figure = Figure(figsize=(_SIZE[0] / 100.0, _SIZE[1] / 100.0), dpi=dpi)
+    canvas = FigureCanvasAgg(figure)
+    draw_surface(figure, found)
+    canvas.draw()
+    pixels = np.asarray(canvas.buffer_rgba())
+    height, width = pixels.shape[:2]
+    image = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888).copy()
+    image.setDevicePixelRatio(ratio)
+    return part, found, image

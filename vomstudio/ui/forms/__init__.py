@@ -1,0 +1,1 @@
+"""Parts of which panels and dialogs are put together: fields, and their copy as a command."""

@@ -1,0 +1,67 @@
+"""What a selected straight trace determines, and what two that cross do, in words."""
+
+from __future__ import annotations
+
+from vomstudio.document.measurement_cache import Measurement
+from vomstudio.document.records import FeatureType, get
+from vomstudio.document.straight_traces import band_of_measured, priors_among
+from vomstudio.errors import GeometryError
+from vomstudio.geology.notation import format_line, format_plane
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
+
+
+def band_lines(studio: Studio, feature_id: str, measured: Measurement) -> list[str]:
+    """Sentences on the band of planes of a straight trace; none of anything else."""
+    band = band_of_measured(measured)
+    if band is None:
+        return []
+    from vomstudio.geology.band_figures import band_figures, in_words
+
+    features = studio.session.features()
+    priors = priors_among(
+        features, studio.measured(f.id for f in features), lambda f: _name(studio, f), feature_id
+    )
+    found = band_figures(band, priors)
+    likely = found.likely
+    plane = None
+    if likely is not None:
+        own = Plane(likely.dip_direction_deg, likely.dip_deg)
+        plane = format_plane(own, studio.settings.notation)
+    return in_words(found, format_line(Line(found.trend_deg, found.plunge_deg)), plane)
+
+
+def crossing_lines(studio: Studio) -> list[str]:
+    """Of two selected straight traces: the plane that contains both."""
+    ids = studio.selection.ids
+    measured = studio.measured(ids)
+    bands = [band_of_measured(measured[id_]) for id_ in ids if id_ in measured]
+    if len(ids) != 2 or len(bands) != 2 or bands[0] is None or bands[1] is None:
+        return []
+    from vomstudio.geology.plane_bands import crossing_plane
+
+    try:
+        found = crossing_plane(bands[0], bands[1])
+    except GeometryError as error:
+        return [str(error)]
+    return [
+        tr(
+            "Both are straight and cross at {angle:.0f}°. If they are of one plane, it is {plane}, "
+            "joint 95 %: {largest:.1f}° × {smallest:.1f}°.",
+            angle=found.crossing_deg,
+            plane=format_plane(
+                Plane(found.dip_direction_deg, found.dip_deg), studio.settings.notation
+            ),
+            largest=found.max_confidence95_deg,
+            smallest=found.min_confidence95_deg,
+        )
+    ]
+
+
+def _name(studio: Studio, feature: object) -> str:
+    """Of the type and set of a feature, as on the net."""
+    kind = get(studio.records, getattr(feature, "type_id", ""), FeatureType)
+    name = "" if kind is None else kind.name
+    own = getattr(feature, "set_name", "")
+    return f"{name}: {own}" if own else name

@@ -1,0 +1,127 @@
+"""Commands on what is chosen of a surface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.records import get
+from vomstudio.tools.chosen_elements import COMBINATIONS, Combine
+from vomstudio.tools.select import SelectTool
+from vomstudio.tools.select_words import STEPS, Way
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.studio import Studio
+from vomstudio.words import to_translate, tr
+
+Keys = str | tuple[str, ...]
+
+WAYS: dict[Way, tuple[str, str, str]] = {
+    "grow": ("auto-fix", "G", to_translate(
+        "A click takes the surface around it as far as it is even.")),
+    "rectangle": ("select", "R", to_translate("A drag takes what lies inside a rectangle.")),
+    "lasso": ("lasso", "A", to_translate("A drag takes what lies inside the line that is drawn.")),
+    "polygon": ("vector-polygon", "Y", to_translate(
+        "Clicks are the corners of a polygon; Enter takes what lies inside.")),
+}  # fmt: skip
+_COMBINE: dict[Combine, tuple[str, str]] = {
+    "new": ("selection", to_translate("What is found takes the place of what is chosen.")),
+    "add": ("vector-union", to_translate("What is found is added (Shift does so once).")),
+    "subtract": ("vector-difference-ba", to_translate(
+        "What is found is taken away (Ctrl does so once).")),
+    "intersect": ("vector-intersection", to_translate(
+        "Only what is found stays chosen (Ctrl+Shift does so once).")),
+}  # fmt: skip
+
+
+class _Selecting:
+    """What can be done now, and why not."""
+
+    def __init__(self, studio: Studio) -> None:
+        self._studio, self.tool = studio, studio.tool_of(SelectTool)
+
+    def not_selecting(self) -> str | None:
+        if self._studio.tool_name == self.tool.name:
+            return None
+        return tr("Choose the tool Select first.")
+
+    def nothing_chosen(self) -> str | None:
+        return self.not_selecting() or (None if self.tool.count else tr("Nothing is chosen."))
+
+    def no_model(self) -> str | None:
+        if (reason := self.not_selecting()) is not None:
+            return reason
+        if self.tool.changes.data() is None:
+            return tr("Choose something first, to say which model is meant.")
+        return None
+
+    def nothing_hidden(self) -> str | None:
+        if self.tool.changes.anything_hidden():
+            return None
+        return tr("No face and no point is hidden.")
+
+    def patch(self) -> Patch | None:
+        """The last one that is selected."""
+        studio = self._studio
+        found = (get(studio.records, i, Patch) for i in reversed(studio.selection.ids))
+        return next((each for each in found if each is not None), None)
+
+    def no_patch(self) -> str | None:
+        if (reason := self.not_selecting()) is not None:
+            return reason
+        return None if self.patch() is not None else tr("Select a patch first.")
+
+    def take_patch(self) -> None:
+        if (found := self.patch()) is not None:
+            self.tool.changes.take_patch(found)
+
+    # --- its commands ------------------------------------------------------------------------
+    def way(self, way: Way) -> Command:
+        icon, key, tip = WAYS[way]
+        return Command(
+            f"select_{way}", tr(STEPS[way]), lambda: self.tool.set_way(way), icon, key, tr(tip),
+            self.not_selecting, in_viewport=True, checked=lambda: self.tool.way == way,
+        )  # fmt: skip
+
+    def combine(self, how: Combine) -> Command:
+        icon, tip = _COMBINE[how]
+        return Command(
+            f"select_{how}", tr(COMBINATIONS[how]), lambda: self.tool.set_combine(how), icon, (),
+            tr(tip), self.not_selecting, checked=lambda: self.tool.combine == how,
+        )  # fmt: skip
+
+
+def commands(studio: Studio) -> list[Command]:
+    """The commands that the tool adds to the menu Interpret."""
+    now = _Selecting(studio)
+    tool, changes = now.tool, now.tool.changes
+
+    def plain(name: str, text: str, run: Callable[[], object], icon: str, key: Keys, tip: str,
+              why_not: Callable[[], str | None] = now.nothing_chosen) -> Command:  # fmt: skip
+        return Command(name, text, run, icon, key, tip, why_not, in_viewport=bool(key))
+
+    return [
+        *(now.way(way) for way in WAYS),
+        *(now.combine(how) for how in _COMBINE),
+        Command("select_through", tr("Through the surface"),
+                lambda: tool.set_through(not tool.through), "layers-outline", "V",
+                tr("Shapes take what is hidden too; else only what is seen."), now.not_selecting,
+                in_viewport=True, checked=lambda: tool.through),
+        plain("select_wider", tr("Widen"), changes.wider, "arrow-expand-all", ("+", "="),
+              tr("With those beside the chosen ones.")),
+        plain("select_narrower", tr("Narrow"), changes.narrower, "arrow-collapse-all", "-",
+              tr("Without those at the edge of what is chosen.")),
+        plain("select_invert", tr("Invert"), changes.invert, "select-inverse", "Shift+I",
+              tr("What is not chosen, in place of what is.")),
+        plain("select_everything", tr("Whole model"), changes.everything, "select-all", (),
+              tr("Every face or point of the model."), now.no_model),
+        plain("select_patch", tr("Take patch"), now.take_patch, "texture-box", (),
+              tr("The faces or points of the selected patch."), now.no_patch),
+        plain("hide_elements", tr("Hide chosen"), tool.hide_chosen, "eye-off-outline", "H",
+              tr("Hides what is chosen of the model. Undo shows it again.")),
+        plain("isolate_elements", tr("Isolate"), changes.isolate, "eye-outline", "Shift+H",
+              tr("Hides all of the model but what is chosen.")),
+        plain("show_elements", tr("Show hidden"), changes.show_all, "eye", "U",
+              tr("Shows every face and point again."), now.nothing_hidden),
+        plain("cut_out", tr("Cut out as model"), changes.cut_out, "scissors-cutting", (),
+              tr("Makes a model of what is chosen, with its textures. The original stays.")),
+    ]  # fmt: skip

@@ -1,0 +1,124 @@
+"""The faces and points of the open models, and how they are looked at."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.records import Model
+from vomstudio.errors import VomError
+from vomstudio.extraction.selecting.looking import Looking
+from vomstudio.extraction.selecting.neighbours import Neighbours, neighbours_of
+from vomstudio.failures import exception_hooks
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.signals import Signal
+from vomstudio.words import tr
+from vomstudio.workspace.model_cutting import ModelCutting
+from vomstudio.workspace.model_loading import OpenModel
+from vomstudio.workspace.models import Models
+from vomstudio.workspace.projects import Projects
+from vomstudio.workspace.visibility import Visibility
+
+Mask = npt.NDArray[np.bool_]
+
+
+class OutcropElements:
+    """As `tools.outcrop_elements` has it. look : tells what is seen; the viewport's, once there is
+    one"""
+
+    def __init__(
+        self,
+        projects: Projects,
+        models: Models,
+        visibility: Visibility,
+        hand_over: Callable[[Callable[[], object]], object],
+        cutting: ModelCutting,
+    ) -> None:
+        self.look: Callable[[], Looking | None] = lambda: None
+        self.hidden_changed: Signal[str] = Signal()
+        self._projects, self._models, self._visibility = projects, models, visibility
+        self._hand_over, self._cutting = hand_over, cutting
+        self._hidden: dict[str, Mask] = {}
+        self._known: tuple[OpenModel, Neighbours | str] | None = None
+        self._wanted: tuple[OpenModel, Callable[[], None]] | None = None
+        self._busy = False
+
+    def looking(self) -> Looking | None:
+        return self.look()
+
+    def shown(self) -> list[str]:
+        visible = self._visibility.visible
+        if not visible("models"):
+            return []
+        ids = [model.id for model in self._projects.of(Model)]
+        return [id_ for id_ in ids if id_ in self._models.open and visible(id_)]
+
+    def data(self, model_id: str) -> Mesh | PointCloud | None:
+        opened = self._models.open.get(model_id)
+        return None if opened is None else opened.data
+
+    def spacing(self, model_id: str) -> float:
+        opened = self._models.open.get(model_id)
+        return 0.0 if opened is None else opened.resolution or 0.0
+
+    # --- neighbours ---------------------------------------------------------------------------
+    def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | str | None:
+        opened = self._models.open.get(model_id)
+        if opened is None:
+            return tr("The model is not loaded.")
+        if self._known is not None and self._known[0] is opened:
+            return self._known[1]
+        self._wanted = (opened, then)
+        if not self._busy:
+            self._busy = True
+            threading.Thread(target=self._work_out, name="neighbours", daemon=True).start()
+        return None
+
+    def _work_out(self) -> None:
+        wanted = self._wanted
+        assert wanted is not None
+        opened, then = wanted
+        try:
+            found: Neighbours | str = neighbours_of(opened.data, opened.resolution or 0.0)
+        except VomError as error:
+            found = str(error)
+        except Exception as error:  # noqa: BLE001 - shown like every unexpected error
+            exception_hooks.report_as_uncaught(error)
+            found = tr("It could not be told what lies beside what.")
+        self._hand_over(lambda: self._worked_out(opened, found, then))
+
+    def _worked_out(
+        self, opened: OpenModel, found: Neighbours | str, then: Callable[[], None]
+    ) -> None:
+        self._busy = False
+        if all(each is not opened for each in self._models.open.values()):
+            return
+        self._known = (opened, found)
+        wanted = self._wanted
+        if wanted is not None and wanted[0] is opened:
+            wanted[1]()
+
+    # --- what is hidden -----------------------------------------------------------------------
+    def hidden(self, model_id: str) -> Mask | None:
+        return self._hidden.get(model_id)
+
+    def hide(self, model_id: str, hidden: Mask | None) -> None:
+        if hidden is None or not hidden.any():
+            if self._hidden.pop(model_id, None) is None:
+                return
+        else:
+            self._hidden[model_id] = hidden
+        self.hidden_changed.emit(model_id)
+
+    # --- cutting out --------------------------------------------------------------------------
+    def cut_out(self, model_id: str, mask: Mask) -> None:
+        self._cutting.cut(model_id, mask)
+
+    def forget(self) -> None:
+        """Another project is opened."""
+        self._hidden.clear()
+        self._known = self._wanted = None

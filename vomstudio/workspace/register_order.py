@@ -1,0 +1,384 @@
+"""A model placed by what a person names of its place: files, lengths, azimuths, level lines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vomstudio.errors import UsageError
+from vomstudio.progress import Progress
+from vomstudio.registration.evidence import Evidence
+from vomstudio.registration.level_evidence import LevelLine
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from vomstudio.io.control.attitude_tables import AttitudeTable
+    from vomstudio.io.control.observation_tables import Positions
+    from vomstudio.io.models.reader import LoadedModel
+    from vomstudio.io.photos.own_cameras.result import OwnCameras
+    from vomstudio.registration.attitude_evidence import AttitudeMiss
+    from vomstudio.registration.evidence import Segment
+    from vomstudio.registration.north import North
+    from vomstudio.registration.results import Placed
+    from vomstudio.workspace.reference_fitting import ReferenceFit
+
+BESIDE = "beside the model"
+"""In place of a file of cameras or attitudes: the photos, where they are found."""
+
+
+@dataclass(frozen=True)
+class RegisterOrder:
+    """By the names of the options of `register`; what is not given is None or empty. model : the
+    path, or "-" for the placement alone; scale, azimuth, level : texts as the options take them"""
+
+    model: str
+    pairs: str | Path | None = None
+    gcp: str | Path | None = None
+    marks: str | Path | None = None
+    model_cameras: str | Path | None = None
+    cameras: str | Path | None = None
+    attitudes: str | Path | None = None
+    horizon: str | Path | None = None
+    orientations: str | Path | None = None
+    scale_bars: str | Path | None = None
+    scale: Sequence[str] = ()
+    azimuth: Sequence[str] = ()
+    level: Sequence[str] = ()
+    reference: str | Path | None = None
+    stable: str | Path | None = None
+    north: str = "grid"
+    date: str | None = None
+    declination: str | None = None
+    north_sigma: str | None = None
+    crs: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Registered:
+    """placed : with all warnings; attitudes : of the photos that were given; loaded : the model,
+    None for the placement alone; crs : of World; fitted : to the reference"""
+
+    placed: Placed
+    attitudes: Sequence[AttitudeMiss]
+    loaded: LoadedModel | None
+    crs: str | None
+    fitted: ReferenceFit | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON, with the names of the command."""
+        from dataclasses import asdict
+
+        told = self.placed.as_dict()
+        if self.fitted is not None:
+            told["reference"] = self.fitted.as_dict()
+        if self.attitudes:
+            told["attitudes"] = [asdict(photo) for photo in self.attitudes]
+        return told
+
+
+def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
+    """Raises UsageError, InputError or GeometryError."""
+    from vomstudio.io.gis.crs import metric_crs
+    from vomstudio.registration.evidence import attitude_misses
+
+    crs = None if asked.crs is None else metric_crs(asked.crs, "--crs")
+    loaded = None
+    if asked.model != "-":
+        from vomstudio.io.models.opening import read_model
+
+        loaded = read_model(Path(asked.model), progress)
+    said: list[str] = []
+    evidence, crs = _evidence(asked, crs, loaded, said)
+    fitted = _fitted(asked, evidence, loaded, crs, progress)
+    if fitted is not None:
+        crs = fitted.crs
+        evidence.reference = fitted.fitted.observation
+        said += fitted.warnings
+    found = _solved(evidence, loaded)
+    warnings = [*said, *_said_of_move(found, loaded, crs), *found.warnings]
+    for name, error in _bars_as_checks(evidence, found):
+        warnings.append(
+            tr("The scale bar {name} judges: the placed model shows it {error:.3g} m too long.",
+               name=name, error=error)
+            if error > 0
+            else tr("The scale bar {name} judges: the placed model shows it {error:.3g} m too "
+                    "short.", name=name, error=-error)
+        )  # fmt: skip
+    placed = replace(found, warnings=tuple(warnings))
+    return Registered(placed, attitude_misses(evidence, found), loaded, crs, fitted)
+
+
+def _bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float]]:
+    """Scale bars that judge: their names, and how much too long the placed model shows them."""
+    pairs = evidence.pairs
+    if pairs is None:
+        return []
+    places = dict(zip(pairs.labels, pairs.model, strict=True))
+    return [
+        (
+            f"{bar.first} - {bar.second}",
+            float(placed.scale * np.linalg.norm(places[bar.second] - places[bar.first]))
+            - bar.length_m,
+        )
+        for bar in evidence.bars
+        if bar.check
+    ]
+
+
+def _fitted(
+    asked: RegisterOrder,
+    evidence: Evidence,
+    loaded: LoadedModel | None,
+    crs: str | None,
+    progress: Progress,
+) -> ReferenceFit | None:
+    """By the reference, from where all else that is given would have the model."""
+    if asked.reference is None:
+        if asked.stable is not None:
+            raise UsageError(
+                tr("A mask needs the reference that it belongs to: give --reference too."),
+                field="--stable",
+            )
+        return None
+    from vomstudio.workspace.reference_fitting import fit_model
+
+    if loaded is None:
+        raise UsageError(
+            tr("A reference can place a model that is there. Name it in place of -."), field="MODEL"
+        )
+    # One point or two help the surfaces, but do not say where these begin.
+    known = not (evidence.empty or evidence.too_few_alone)
+    near = _solved(evidence, loaded) if known else None
+    return fit_model(
+        loaded, asked.reference, near=near, crs=crs, stable=asked.stable, progress=progress
+    )
+
+
+def _solved(evidence: Evidence, loaded: LoadedModel | None) -> Placed:
+    from vomstudio.registration.evidence import register
+
+    return register(evidence, None if loaded is None else _extent(loaded))
+
+
+def _extent(loaded: LoadedModel) -> npt.NDArray[np.float64]:
+    from vomstudio.registration.surface_points import some_points
+
+    return some_points(loaded.data)
+
+
+def _said_of_move(found: Placed, loaded: LoadedModel | None, crs: str | None) -> list[str]:
+    """How far a model is put from where its own file says that it is."""
+    from vomstudio.registration.coordinate_checks import said_of_move
+
+    if loaded is None or loaded.crs is None or not found.known.position:
+        return []
+    if crs is not None and crs != loaded.crs:
+        return []
+    extent = _extent(loaded)
+    return said_of_move(extent, found(extent), loaded.crs)
+
+
+def _evidence(
+    asked: RegisterOrder, crs: str | None, loaded: LoadedModel | None, said: list[str]
+) -> tuple[Evidence, str | None]:
+    from vomstudio.io.control import observation_tables as tables
+    from vomstudio.registration.camera_positions import in_metres
+    from vomstudio.registration.coordinate_checks import said_of_area
+    from vomstudio.registration.north import on_grid
+
+    evidence = Evidence()
+    if asked.north_sigma is not None:
+        evidence.north_doubt_deg = _angle(asked.north_sigma, "--north-sigma")
+    if asked.marks is not None and asked.gcp is None:
+        raise UsageError(tr("Marks need their points: give --gcp too."), field="--marks")
+    if asked.cameras or asked.attitudes or asked.horizon or asked.gcp:
+        own = _own_cameras(asked, loaded)
+        evidence.views, evidence.centres = own.views, own.centres
+        said += own.warnings
+    if asked.pairs is not None:
+        evidence.pairs = tables.read_pairs(asked.pairs)
+    if asked.gcp is not None:
+        from vomstudio.workspace.marked_pairs import marked_pairs
+
+        evidence.pairs, crs = marked_pairs(
+            Path(asked.gcp), None if asked.marks is None else Path(asked.marks), evidence, crs, said
+        )
+    if asked.scale_bars is not None:
+        evidence.bars = tables.read_scale_bars(asked.scale_bars)
+    if asked.horizon is not None:
+        evidence.level = tables.read_level_lines(asked.horizon)
+    if asked.orientations is not None:
+        evidence.compass = tables.read_compass(asked.orientations)
+    place = None
+    if evidence.pairs is not None:
+        said += said_of_area(evidence.pairs.world, crs)
+    if asked.cameras is not None:
+        evidence.positions, crs, place = in_metres(_positions(asked.cameras, own), crs, said)
+        said += said_of_area(evidence.positions.places, crs, converted=place is not None)
+    north = _north(asked, evidence, crs, place)
+    if asked.attitudes is not None:
+        table = _held(asked.attitudes, asked.north, own)
+        said += table.notes
+        evidence.attitudes = on_grid(table, north, said)
+    evidence.lengths = [_segment(text, "--scale") for text in asked.scale]
+    evidence.level_lines = [_level_line(text) for text in asked.level]
+    evidence.azimuths = [_segment(text, "--azimuth") for text in asked.azimuth]
+    _turn_to_grid(asked, evidence, north, said)
+    for _, _, metres in evidence.lengths:
+        if not metres > 0:
+            raise UsageError(tr("A length must be positive. Correct it."), field="--scale")
+    if evidence.empty and asked.reference is None:
+        raise UsageError(
+            tr(
+                "Nothing was given to place the model by. Give --pairs, --gcp, --cameras, "
+                "--attitudes, --horizon, --level, --orientations, --scale, --azimuth or "
+                "--reference."
+            )
+        )
+    return evidence, crs
+
+
+def _own_cameras(asked: RegisterOrder, loaded: LoadedModel | None) -> OwnCameras:
+    """The cameras in the model's own frame."""
+    from vomstudio.io.photos.cameras_file import FILE_NAME
+    from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
+
+    path = asked.model_cameras
+    if path is None:
+        if asked.model == "-":
+            raise UsageError(
+                tr(
+                    "Photos can place a model that is there. Name it in place of -, or its cameras "
+                    "with --model-cameras."
+                ),
+                field="MODEL",
+            )
+        path = find_own_cameras(asked.model) or Path(asked.model).with_name(FILE_NAME)
+    return read_own_cameras(path, None if loaded is None else loaded.data.bounds)
+
+
+def _positions(given: str | Path, own: OwnCameras) -> Positions:
+    """Where the photos were taken: by a table, or by themselves."""
+    from vomstudio.io.control.observation_tables import read_positions
+    from vomstudio.registration.photo_evidence import positions_in
+
+    if given == BESIDE or Path(given).is_dir():
+        return positions_in(_photos(given, own, "--cameras"))
+    return read_positions(given)
+
+
+def _held(given: str | Path, north: str, own: OwnCameras) -> AttitudeTable:
+    """How the photos were held: by a table, or by themselves."""
+    from vomstudio.io.control.attitude_tables import read_attitudes
+    from vomstudio.registration.photo_evidence import attitudes_in
+
+    if given == BESIDE or Path(given).is_dir():
+        return attitudes_in(_photos(given, own, "--attitudes"), own.views)
+    return read_attitudes(given, north)
+
+
+def _north(
+    asked: RegisterOrder,
+    evidence: Evidence,
+    crs: str | None,
+    place: tuple[float, float] | None,
+) -> North:
+    """What is known of north, and of where and when the readings were made."""
+    from vomstudio.registration.north import North, parse_day, place_of
+
+    known = [] if evidence.pairs is None else [evidence.pairs.world]
+    known += [] if evidence.positions is None else [evidence.positions.places]
+    if place is None and crs is not None and known:
+        place = place_of(crs, np.concatenate(known))
+    declination = None
+    if asked.declination is not None:
+        declination = _angle(asked.declination, "--declination", signed=True)
+    day = None if asked.date is None else parse_day(asked.date)
+    return North(crs, place, day, declination)
+
+
+def _turn_to_grid(asked: RegisterOrder, evidence: Evidence, north: North, said: list[str]) -> None:
+    """Azimuths and compass readings from the north of the map."""
+    from vomstudio.registration.north import turn_of
+
+    if asked.north == "grid" or not (evidence.azimuths or evidence.compass):
+        return
+    turn, sentence = turn_of(asked.north, north, "--north")
+    said.append(sentence)
+    evidence.azimuths = [(a, b, (deg + turn) % 360.0) for a, b, deg in evidence.azimuths]
+    evidence.compass_turn_deg = turn
+
+
+def _angle(text: str, option: str, *, signed: bool = False) -> float:
+    try:
+        value = float(text.strip().rstrip("°").replace(",", "."))
+    except ValueError:
+        value = math.nan
+    if not (abs(value) <= 180.0 and (signed or value > 0)):
+        raise UsageError(
+            tr("'{text}' is no angle in degrees that is possible here.", text=text[:40]),
+            field=option,
+        )
+    return value
+
+
+def _photos(given: str | Path, own: OwnCameras, option: str) -> dict[str, Path]:
+    """The photos of the model's cameras, in the folder that is given or where they are found."""
+    from vomstudio.io.photos.own_cameras.photos import find_photos_of
+
+    photos = find_photos_of(own, None if given == BESIDE else Path(given))
+    if not photos:
+        raise UsageError(
+            tr(
+                "No photo of the model's cameras ({name}, …) was found. Name the folder of the "
+                "photos, or a table.",
+                name=next(iter(own.centres)),
+            ),
+            field=option,
+        )
+    return photos
+
+
+def _segment(text: str, option: str) -> Segment:
+    try:
+        x1, y1, z1, x2, y2, z2, value = (float(cell) for cell in text.split(","))
+    except ValueError as error:
+        raise UsageError(
+            tr(
+                "'{text}' is not seven numbers with commas between them: x1,y1,z1,x2,y2,z2,value.",
+                text=text[:60],
+            ),
+            field=option,
+        ) from error
+    if not all(map(math.isfinite, (x1, y1, z1, x2, y2, z2, value))):
+        raise UsageError(tr("'{text}' is not finite.", text=text[:60]), field=option)
+    return (x1, y1, z1), (x2, y2, z2), value
+
+
+def _level_line(text: str) -> LevelLine:
+    try:
+        cells = [float(cell) for cell in text.split(",")]
+    except ValueError:
+        cells = []
+    if len(cells) not in (6, 7) or not all(map(math.isfinite, cells)):
+        raise UsageError(
+            tr(
+                "'{text}' is not six numbers with commas between them, x1,y1,z1,x2,y2,z2, and "
+                "where wanted the error of the line in degrees.",
+                text=text[:60],
+            ),
+            field="--level",
+        )
+    x1, y1, z1, x2, y2, z2, *sigma = cells
+    if sigma and not 0.0 < sigma[0] <= 45.0:
+        raise UsageError(
+            tr("The error of a level line must lie between 0 and 45 degrees."), field="--level"
+        )
+    return LevelLine((x1, y1, z1), (x2, y2, z2), sigma[0] if sigma else None)
