@@ -245,7 +245,7 @@ def test_a_registration_by_points(window, model_id, told, picks) -> None:
 
 
 def test_facets(window, model_id, told) -> None:
-    from vomstudio.ui.analyse.facets_panel import FacetsPanel
+    from vomstudio.ui.surface.facets_panel import FacetsPanel
 
     window.studio.selection.set([model_id])
     window.actions_table.run("propose_facets")

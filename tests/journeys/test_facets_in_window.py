@@ -14,7 +14,7 @@ from vomstudio.document.kinds.patch import Patch
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geometry.patches import has_id
 from vomstudio.paths import resource
-from vomstudio.ui.analyse.facets_panel import FacetsPanel
+from vomstudio.ui.surface.facets_panel import FacetsPanel
 
 
 @pytest.fixture

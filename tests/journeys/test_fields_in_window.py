@@ -19,7 +19,7 @@ from vomstudio.geometry.moving import moved
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import write_model
 from vomstudio.rendering.view.scalars import map_table
-from vomstudio.ui.analyse.fields_panel import FieldsPanel
+from vomstudio.ui.surface.fields_panel import FieldsPanel
 
 UP = 0.02
 

@@ -437,8 +437,7 @@ class ScenePresenter:
                 self._studio.selection.toggle(found)
             elif not event.ctrl:
                 self._studio.selection.set([] if found is None else [found])
-                hit = self._viewport.pick(event.x, event.y) if found is None else None
-                if hit is not None:
+                if found is None and (hit := self._viewport.pick(event.x, event.y)):
                     self._studio.surface_clicked.emit(hit)
 
 

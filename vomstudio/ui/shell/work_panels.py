@@ -22,12 +22,12 @@ def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
     from vomstudio.ui.analyse.sets_panel import SetsPanel
     from vomstudio.ui.analyse.slopes_panel import SlopesPanel
     from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
-    from vomstudio.ui.analyse.surface_panel import SurfacePanel
     from vomstudio.ui.registration.compare_panel import ComparePanel
     from vomstudio.ui.sections.displacement_panel import DisplacementPanel
     from vomstudio.ui.sections.elevation_panel import ElevationPanel
     from vomstudio.ui.sections.fractures_panel import FracturesPanel
     from vomstudio.ui.sections.section_panel import SectionPanel
+    from vomstudio.ui.surface.surface_panel import SurfacePanel
 
     return (
         ("statistics", to_translate("Statistics"), StatisticsPanel),
@@ -48,9 +48,10 @@ def work_commands(
     studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
 ) -> list[Command]:
     """parent : of the dialogs"""
-    from vomstudio.ui.analyse import fit_commands, profile_dialog, sets_panel, surface_panel
+    from vomstudio.ui.analyse import fit_commands, profile_dialog, sets_panel
     from vomstudio.ui.registration import commands as registration_commands
     from vomstudio.ui.sections import panel_commands
+    from vomstudio.ui.surface import surface_panel
 
     return [
         profile_dialog.command(studio, dialogs, parent),

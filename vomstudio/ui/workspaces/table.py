@@ -97,7 +97,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",),),
-        right=(("display", "surface"), ("properties",)),
+        right=(("display",), ("properties",)),
         bottom=(("jobs", "messages"),),
         shares=(0.205, 0.233, 0.18),
     ),
@@ -127,7 +127,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",), ("tool",)),
-        right=(("stereonet",), ("properties",)),
+        right=(("stereonet",), ("properties", "surface")),
         bottom=(("table", "in_photos"),),
     ),
     Workspace(

@@ -26,12 +26,6 @@ from vomstudio.geometry.patches import has_id
 from vomstudio.jobs.surface_tasks import Sight
 from vomstudio.tools.interaction_types import Hit, Preview
 from vomstudio.tools.painted_area import area_of
-from vomstudio.ui.analyse.facet_words import (
-    agreement_in_words,
-    share_in_words,
-    summary_in_words,
-)
-from vomstudio.ui.analyse.facets_command import copy_facets, why_no_command
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_model
@@ -44,6 +38,12 @@ from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.interpret.measured_planes import measured_planes, planes_of
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.ui.surface.facet_words import (
+    agreement_in_words,
+    share_in_words,
+    summary_in_words,
+)
+from vomstudio.ui.surface.facets_command import copy_facets, why_no_command
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.facet_proposals import PART_POINTS, FacetLimits, Proposals
 

@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import Model, get_feature
 from vomstudio.extraction.surface_fields import KINDS
-from vomstudio.ui.analyse.direction_wheel import DirectionWheel
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_model
@@ -25,6 +24,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.ui.surface.direction_wheel import DirectionWheel
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.surface_fields import (
     TO_MODEL,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QTabWidget
 
-from vomstudio.ui.analyse.facets_panel import FacetsPanel
-from vomstudio.ui.analyse.fields_panel import FieldsPanel
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks
+from vomstudio.ui.surface.facets_panel import FacetsPanel
+from vomstudio.ui.surface.fields_panel import FieldsPanel
 from vomstudio.words import tr
 
 _DOCK = "surface"

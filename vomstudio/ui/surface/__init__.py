@@ -1,0 +1,1 @@
+"""What the surface of the outcrop tells by itself: fields and facets."""
