@@ -13,7 +13,7 @@ import pytest
 from tests.architecture.test_examples import NEW
 from tests.pictures_maker import maker
 from vomstudio.cli import COMMANDS
-from vomstudio.cli.entry import _parser
+from vomstudio.cli.common.entry import _parser
 from vomstudio.tables.orientation_table import COLUMNS
 from vomstudio.ui.shell.help_pages import anchor
 

@@ -170,6 +170,21 @@ CASES = (
     Case(
         "rose", "rose {work}/planes.csv --set kind --bin 30 -o {work}/rose.svg", after=("fit-by",)
     ),
+    Case(
+        "stereonet-asked",
+        "stereonet {work}/planes.csv --set kind --girdles --maxima --averages --errors"
+        " --slip-line 120/60/40 --untilt 100/10 --grey --size 120x100 -o {work}/asked.svg",
+        after=("fit-by",),
+    ),
+    Case(
+        "rose-dip",
+        "rose {work}/planes.csv --set kind --of dip --bin 15 -o {work}/dips.svg",
+        after=("fit-by",),
+    ),
+    Case("threepoint", "threepoint {work}/seam.txt --sigma 5"),
+    Case("threepoint-refused", "threepoint {work}/seam.txt --sigma -5", code=2),
+    Case("log", "log {work}/log.csv --bed 90/30 --sigma 0.01 --bed-error 2 -o {work}/beds.csv"),
+    Case("log-refused", "log {work}/log.csv --bed 90/95", code=2),
     Case("rose-refused", "rose {work}/planes.csv --bin 7 -o {work}/roses.svg", code=2),
     Case("slope", "slope {work}/planes.csv --face 310/75 --friction 35", after=("fit-by",)),
     Case("slip", "slip {work}/faults.txt"),
@@ -347,6 +362,11 @@ def prepare(folder: Path) -> dict[str, str]:
         + "".join(f"fault,{100 + 2 * k},{70 - k % 3}\n" for k in range(6))
     )
     write_traces(work)
+    (work / "seam.txt").write_text("393 2374 550\n1891 2738 650\n2191 1037 450\n")
+    (work / "log.csv").write_text(
+        "name,x,y,z,lithology,notes\na,0,0,0,sandstone,coarse\nb,10,0,0,lime mudstone,\n"
+        "c,20,2,1,,\n"
+    )
     (work / "cutoffs.csv").write_text(
         "name,hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z\n"
         "A,104.6,50.2,81.1,100,50,90\nB,115.2,71.1,78.9,110,70,88\n"

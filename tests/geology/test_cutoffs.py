@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.faults.cutoffs import bed_of, cut_offs
+from vomstudio.geology.beds.common_attitude import bed_of
+from vomstudio.geology.faults.cutoffs import cut_offs
 from vomstudio.geology.orientation import Plane
 
 FAULT = Plane(90.0, 60.0)

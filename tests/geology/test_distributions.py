@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 from scipy.special import gammaln, hyp1f1, ive
+from scipy.stats import f as f_distribution
 
 from tests.geology.samples import bingham_sample, fisher_sample
 from vomstudio.errors import UsageError
-from vomstudio.geology.orientation import Line, planes_to_poles
+from vomstudio.geology.orientation import Line, lines_to_vectors, planes_to_poles
+from vomstudio.geology.populations import distributions
 from vomstudio.geology.populations.distributions import uniformity
 from vomstudio.geology.populations.error_weights import Errors
 from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
@@ -83,19 +85,91 @@ def test_kents_constant_is_his_series(kappa: float, beta: float) -> None:
     assert kent_nodes(kappa, beta).log_constant == pytest.approx(series, abs=2e-7)
 
 
-def test_kents_fit_of_the_whin_sill_is_the_published_one() -> None:
-    # Kent (1982), section 8: 34 directions of magnetisation from the Great Whin Sill, with the mean
-    # vector and the second moments to three decimals; kappa = 42.16, beta = 9.27. The rounding of
-    # the moments leaves one unit of kappa and half a unit of beta open.
-    mean = np.array([0.083, -0.959, 0.131])
-    moments = np.array([[0.045, -0.075, 0.014], [-0.075, 0.921, -0.122], [0.014, -0.122, 0.034]])
-    length = float(np.linalg.norm(mean))
-    basis = np.linalg.svd(mean[None])[2][1:]
-    small, large = np.linalg.eigvalsh(basis @ moments @ basis.T)
-    found = kent_concentrations(length, float(large - small))
+@pytest.mark.parametrize(("kappa", "beta"), [(42.0, 9.3), (20.0, 2.0), (80.0, 35.0)])
+def test_kents_fit_is_that_of_his_series(kappa: float, beta: float) -> None:
+    # By maximum likelihood the mean resultant and the difference of the mean squares are the
+    # derivatives of the logarithm of the constant: here of Kent's (1982) series, by differences.
+    def series(k: float, b: float) -> float:
+        j = np.arange(300)
+        terms = gammaln(j + 0.5) - gammaln(j + 1) + 2 * j * math.log(b)
+        terms += -(2 * j + 0.5) * math.log(k / 2)
+        with np.errstate(divide="ignore"):
+            terms += np.log(ive(2 * j + 0.5, k))
+        return k + math.log(float(np.exp(terms).sum()))
+
+    step = 1e-4
+    resultant = (series(kappa + step, beta) - series(kappa - step, beta)) / (2 * step)
+    longer = (series(kappa, beta + step) - series(kappa, beta - step)) / (2 * step)
+    found = kent_concentrations(resultant, longer)
     assert found is not None
-    assert found[0] == pytest.approx(42.16, abs=1.0)
-    assert found[1] == pytest.approx(9.27, abs=0.6)
+    assert found[0] == pytest.approx(kappa, rel=1e-4)
+    assert found[1] == pytest.approx(beta, rel=1e-3)
+
+
+BINGHAM_TABLE = (
+    (0.02, 0.02, -25.55, -25.55), (0.02, 0.06, -25.58, -8.996), (0.06, 0.06, -9.043, -9.043),
+    (0.04, 0.08, -13.16, -6.999), (0.08, 0.10, -7.042, -5.798), (0.12, 0.14, -4.896, -4.258),
+    (0.02, 0.16, -25.65, -3.796), (0.18, 0.18, -3.160, -3.160), (0.10, 0.22, -5.658, -2.609),
+    (0.16, 0.22, -3.518, -2.470), (0.22, 0.26, -2.146, -1.661), (0.28, 0.28, -1.106, -1.106),
+    (0.14, 0.30, -3.842, -1.417), (0.28, 0.32, -0.891, -0.541), (0.24, 0.36, -1.322, -0.249),
+    (0.06, 0.38, -8.670, -0.824), (0.04, 0.40, -12.80, -0.702), (0.14, 0.42, -3.349, -0.104),
+    (0.10, 0.44, -4.955, -0.097), (0.02, 0.46, -25.12, -0.250),
+)  # fmt: skip
+"""S3, S2, k1, k2 of Mardia & Zemroch (1977, Journal of Statistical Computation and Simulation 6,
+29-34), as Onstott (1980, Journal of Geophysical Research 85, 1500-1510) and PmagPy print them."""
+
+
+@pytest.mark.parametrize(("s3", "s2", "k1", "k2"), BINGHAM_TABLE)
+def test_binghams_concentrations_are_those_of_the_published_table(
+    s3: float, s2: float, k1: float, k2: float
+) -> None:
+    found = bingham_of((1.0 - s2 - s3, s2, s3))
+    assert found is not None
+    digits = 0.0051 if abs(k1) > 10 else 0.00051
+    assert found.k1 == pytest.approx(k1, abs=digits)
+    assert found.k2 == pytest.approx(k2, abs=0.0051 if abs(k2) > 10 else 0.00051)
+
+
+KENT_EXAMPLE = (
+    "358.3 58.6 357.9 42.7 294.5 -11.4 345.2 53.3 16.9 61.2 8.1 37.3 32.5 51.5 349.6 70.2 345.8 64 "
+    "352.9 66.3 351 63 349.2 65.6 10.6 55.7 11.5 26.6 14.8 60.9 358.8 66.4 4.4 27.7 350.1 74.7 "
+    "17.9 75.9 15.4 35.2"
+)
+"""PmagPy's example of Kent's statistics (gokent): declination and inclination of 20 directions. It
+gives the mean 359.2/55.0 and the 95 % ellipse 9.3 degrees toward 147.7/30.8 by 7.8 degrees."""
+
+
+def test_kents_ellipse_of_a_published_example(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The cluster is as good as round, for which Kent's ellipse is not told otherwise.
+    monkeypatch.setattr(distributions, "ELONGATED_P", 1.0)
+    v = lines_to_vectors(*np.array(KENT_EXAMPLE.split(), float).reshape(-1, 2).T)
+    found, _ = distributions.kent(v, True)
+    assert found is not None
+    assert (found.trend_deg, found.plunge_deg) == (
+        pytest.approx(359.15, abs=0.01), pytest.approx(55.03, abs=0.01)
+    )  # fmt: skip
+    assert (found.major.trend_deg, found.major.plunge_deg) == (
+        pytest.approx(147.70, abs=0.01), pytest.approx(30.82, abs=0.01)
+    )  # fmt: skip
+    # There by chi-square, here by F, which is wider for 20: sin^2 = squares 2 F / (n - 2) in place
+    # of -2 ln 0.05 / n.
+    n = 20
+    wider = math.sqrt(2 * f_distribution.ppf(0.95, 2, n - 2) / (n - 2) / (-2 * math.log(0.05) / n))
+    for angle, theirs in (
+        (found.max_confidence95_deg, 9.3047), (found.min_confidence95_deg, 7.8052)
+    ):  # fmt: skip
+        sine = math.sin(math.radians(theirs)) * wider
+        assert angle == pytest.approx(math.degrees(math.asin(sine)), abs=0.002)
+
+
+def test_round_clusters_are_called_elongated_one_time_in_twenty() -> None:
+    rng = np.random.default_rng(12)
+    elongated = 0
+    for _ in range(300):
+        found, _ = distributions.kent(fisher_sample(rng, 60, 30.0), True)
+        elongated += found is not None
+    # 15 expected, and within three standard deviations of that.
+    assert 4 <= elongated <= 27
 
 
 def test_big_elks_bingham_is_a_girdle_that_fits() -> None:

@@ -156,7 +156,8 @@ class Walk:
             trace = Trace(name, name, kind, model.id, model.content_hash, vertices)
             assert window.studio.attempt(edits.add_trace, trace)
         for action in ("verdict_profile", "orthophoto", "intersection_of_sets", "feature_types",
-                       "plan_survey", "video_frames", "fit_model", "documentation"):  # fmt: skip
+                       "type_on_net", "figure_style", "plan_survey", "video_frames",
+                       "fit_model", "documentation"):  # fmt: skip
             with self.seen(action):
                 run(action)
         with self.seen("extend_plane"):
@@ -190,7 +191,7 @@ class Walk:
             self.window.actions_table.run("patch_surface")
 
     def _book(self) -> None:
-        from vomstudio.ui.analyse.net_commands import import_readings
+        from vomstudio.ui.analyse.net.commands import import_readings
 
         path = self.folder / "book.csv"
         path.write_text(_BOOK)

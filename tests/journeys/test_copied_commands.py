@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
-from vomstudio.cli.entry import main
+from vomstudio.cli.common.entry import main
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
@@ -242,3 +242,19 @@ def test_a_registration_by_points(window, model_id, told, picks) -> None:
     # Far from the origin a matrix has fewer digits than what it does to the model.
     assert np.abs(moved[0] - moved[1]).max() < 1e-6
     assert [p["label"] for p in found["check"]] == ["P4"]
+
+
+def test_facets(window, model_id, told) -> None:
+    from vomstudio.ui.interpret.facets_panel import FacetsPanel
+
+    window.studio.selection.set([model_id])
+    window.actions_table.run("propose_facets")
+    panel = window.findChild(FacetsPanel)
+    panel.points.setValue(40)
+    press(panel.start)
+    wait(lambda: panel._facets.found is not None, "the facets", 120.0)
+    press(panel.copy)
+    assert told()["facets"] == len(panel._facets.found.patches)
+    panel.coplanarity.setValue(50.0)
+    assert not panel.copy.isEnabled()
+    assert "coplanarity" in panel.copy.toolTip()

@@ -14,7 +14,7 @@ from vomstudio.document.kinds.patch import Patch
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geometry.patches import has_id
 from vomstudio.paths import resource
-from vomstudio.ui.interpret.facets_panel import FacetsPanel
+from vomstudio.ui.analyse.facets_panel import FacetsPanel
 
 
 @pytest.fixture
@@ -25,6 +25,7 @@ def panel(window) -> FacetsPanel:
     made = window.findChild(FacetsPanel)
     driver.wait(made.isVisible, "the panel")
     driver.settled(window)
+    driver.wait(made.start.isEnabled, "the model")
     return made
 
 

@@ -19,7 +19,7 @@ from vomstudio.geometry.moving import moved
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import write_model
 from vomstudio.rendering.view.scalars import map_table
-from vomstudio.ui.interpret.fields_panel import FieldsPanel
+from vomstudio.ui.analyse.fields_panel import FieldsPanel
 
 UP = 0.02
 
@@ -35,6 +35,7 @@ def panel_of(window) -> FieldsPanel:
     made = window.findChild(FieldsPanel)
     driver.wait(made.isVisible, "the panel")
     driver.settled(window)
+    driver.wait(made.start.isEnabled, "the model")
     return made
 
 
@@ -53,6 +54,7 @@ def choose(panel: FieldsPanel, kind: str) -> None:
 
 def show(window, panel, kind: str, title: str) -> None:
     choose(panel, kind)
+    driver.wait(panel.start.isEnabled, "what it is of")
     driver.click(panel.start, panel.start.rect().center())
     driver.wait(lambda: (s := shown(window)) and s.title.startswith(title), kind, 60.0)
     driver.settled(window)
@@ -125,7 +127,7 @@ def test_the_distance_to_a_plane_follows_the_feature(window, panel, picks) -> No
     trace = Trace("t1", "B01", "bedding", model.id, model.content_hash, tuple(map(tuple, points)))
     assert studio.attempt(edits.add_trace, trace)
     studio.selection.set(["t1"])
-    assert "B01" in panel.plane.text()
+    driver.wait(lambda: "B01" in panel.plane.text(), "the plane")
     show(window, panel, "plane", "distance to plane of B01")
     assert shown(window).unit == "m"
     fit = studio.measured(["t1"])["t1"].fit
@@ -158,6 +160,7 @@ def test_the_distance_to_another_model(window, panel, outcrop, tmp_path) -> None
     studio.open_model(path, like=own.id)
     driver.wait(lambda: len(studio.models) == 2, "the other model")
     studio.selection.set([own.id])
+    driver.wait(lambda: panel.other.count() == 1, "the list of others")
     show(window, panel, "model", "distance to survey")
     far = values(window, "distance")
     assert 0.0 < np.nanmax(np.abs(far)) <= UP + 1e-5

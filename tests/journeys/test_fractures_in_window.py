@@ -14,12 +14,12 @@ from PySide6.QtWidgets import QFileDialog
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
-from vomstudio.cli.entry import main
+from vomstudio.cli.common.entry import main
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.geology.orientation import Plane
-from vomstudio.ui.analyse.displacement_panel import DisplacementPanel
-from vomstudio.ui.analyse.fractures_panel import FracturesPanel
+from vomstudio.ui.sections.displacement_panel import DisplacementPanel
+from vomstudio.ui.sections.fractures_panel import FracturesPanel
 
 
 def press(button) -> None:

@@ -15,12 +15,12 @@ from PySide6.QtWidgets import QFileDialog
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
-from vomstudio.cli.entry import main
+from vomstudio.cli.common.entry import main
 from vomstudio.document import edits
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.ui.analyse.elevation_panel import ElevationPanel
-from vomstudio.ui.analyse.section_panel import SectionPanel
+from vomstudio.ui.sections.elevation_panel import ElevationPanel
+from vomstudio.ui.sections.section_panel import SectionPanel
 
 
 @pytest.fixture

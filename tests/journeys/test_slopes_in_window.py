@@ -17,7 +17,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
-from vomstudio.cli.entry import main
+from vomstudio.cli.common.entry import main
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace

@@ -50,7 +50,7 @@ def add_cliff(studio, frame: Frame | None = None) -> None:
 def add_open_cliff(studio, mesh) -> None:
     """A model with a surface to paint and click on, and all that is said."""
     add_cliff(studio)
-    studio.models["m1"] = SimpleNamespace(surface=surface_of(mesh), data=mesh)
+    studio.models["m1"] = SimpleNamespace(surface=surface_of(mesh), data=mesh, resolution=None)
     studio.models["m1"].surface.build()
 
 

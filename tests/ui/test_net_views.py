@@ -26,9 +26,9 @@ from vomstudio.geology.orientation import (
 )
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.tools.trace import TraceTool
-from vomstudio.ui.analyse.figure_style_dialog import FigureStyleDialog
-from vomstudio.ui.analyse.net_commands import export_net
-from vomstudio.ui.analyse.net_typing_dialog import NetTypingDialog
+from vomstudio.ui.analyse.net.commands import export_net
+from vomstudio.ui.analyse.net.figure_style_dialog import FigureStyleDialog
+from vomstudio.ui.analyse.net.typing_dialog import NetTypingDialog
 
 LEFT, NONE = driver.LEFT, driver.NONE
 
@@ -130,6 +130,7 @@ def test_bins_and_weights_of_the_menu_are_taken(net, window, studio) -> None:
     # Only what was picked has a length.
     assert list(net.roses.contents.roses) == ["Bedding"]
     assert net.roses.contents.weight == "length"
+    assert net.roses.contents.notes == ("45 without such an angle or a length are left out",)
     show_view(window, "Rose of trends")
     assert net.roses is None
     assert "lines" in net.canvas._says
@@ -139,6 +140,7 @@ def test_bins_and_weights_of_the_menu_are_taken(net, window, studio) -> None:
     drawn(window)
     assert all(len(r.shares) == 3 for r in net.roses.contents.roses.values())
     assert not net.contours.isEnabled()
+    assert "of a net only" in net.contours.toolTip()
     show_view(window, "Equal angle")
     assert net.artists.contents.projection == "angle"
     assert net.contours.isEnabled()

@@ -14,7 +14,7 @@ from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.records import FeatureType, Frame
 from vomstudio.geology.orientation import Plane, angle_between_planes
 from vomstudio.tables.project_table import project_table
-from vomstudio.ui.analyse.net_commands import import_readings
+from vomstudio.ui.analyse.net.commands import import_readings
 from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
 
 BOOK = """# limb

@@ -17,8 +17,8 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.ui.analyse import stereonet_panel
-from vomstudio.ui.analyse.contour_button import ContourButton
-from vomstudio.ui.analyse.net_commands import export_net
+from vomstudio.ui.analyse.net.commands import export_net
+from vomstudio.ui.analyse.net.contour_button import ContourButton
 from vomstudio.ui.common import theme
 
 LEFT, NONE, CTRL = driver.LEFT, driver.NONE, driver.CTRL

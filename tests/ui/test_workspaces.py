@@ -9,7 +9,15 @@ import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMainWindow, QTabBar, QToolBar
+from PySide6.QtWidgets import (
+    QApplication,
+    QDockWidget,
+    QLabel,
+    QMainWindow,
+    QTabBar,
+    QToolBar,
+    QWidget,
+)
 
 from tests import driver
 from tests.tools.fakes import event
@@ -475,3 +483,16 @@ def test_an_arrangement_without_a_panel_that_came_since_gives_way(qtbot):
     state = docks("project", "view").state()
     assert docks("view", "project").restore(state)
     assert not docks("project", "view", "table").restore(state)
+
+
+@pytest.mark.parametrize("width", [1280, 1100, 960])
+def test_no_button_of_the_bars_goes_behind_an_arrow_when_the_window_becomes_narrower(
+    window, width
+) -> None:
+    resize(window, 1600, 900)
+    resize(window, width, 720)
+    bars = [bar for bar in window.findChildren(QToolBar) if bar.isVisible()]
+    assert len(bars) == 2
+    for bar in bars:
+        arrow = bar.findChild(QWidget, "qt_toolbar_ext_button")
+        driver.wait(lambda a=arrow: not a.isVisible(), f"room for all of {bar.objectName()}")

@@ -109,7 +109,7 @@ def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
     >>> import vomstudio as vs
     >>> found = vs.threepoint([[0, 0, 100], [0, 50, 100], [40, 20, 80]], sigma_m=0.5)
     >>> round(found.dip_direction_deg), round(found.dip_deg, 1), round(found.dip_error_deg, 1)
-    (90, 26.6, 1.4)
+    (90, 26.6, 1.5)
     """
     return plane_of_three_points(boundaries_of(_table(points, 3)).points, sigma_m)
 

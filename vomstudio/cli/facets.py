@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.frames_of_models import add_project
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
@@ -55,6 +56,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--sets", action="store_true", help=tr("propose sets among the facets' planes")
     )
+    add_project(parser)
     parser.add_argument(
         "--preset",
         choices=PRESETS,
@@ -79,7 +81,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         choose_writer(Path(args.labels))
         check_target(args.labels, force=args.force, inputs=[args.model, args.output])
     progress = progress_of(args)
-    model = read_in_world(args.model, progress)
+    model = read_in_world(args.model, progress, project=args.project)
     warnings = list(model.warnings)
     found = search(
         model.data,

@@ -6,8 +6,7 @@ import argparse
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli import straight_traces
-from vomstudio.cli.common import text_tables
+from vomstudio.cli.common import straight_traces, text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, UsageError

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.cli import straight_traces
-from vomstudio.cli.common import text_tables, trace_drawing
+from vomstudio.cli.common import straight_traces, text_tables, trace_drawing
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import declared_of
 from vomstudio.cli.common.output import Output

@@ -19,8 +19,9 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.beds.lithologies import in_strabospot
-from vomstudio.geology.faults.displacement import CONE95, Z95, Measured
+from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
 
@@ -28,8 +29,9 @@ from vomstudio.words import tr
 @dataclass(frozen=True)
 class Interval:
     """What lies between two boundaries, from the oldest up. base, top : their names; base_m,
-    top_m : above the lowest boundary, across the bedding; thickness_m with half of its 95 % interval, None
-    where nothing is known of errors; lithology as it was written, strabospot : its fields there"""
+    top_m : above the lowest boundary, across the bedding; thickness_m with half of its 95 %
+    interval, None where nothing is known of errors; lithology as it was written, strabospot : its
+    fields there"""
 
     number: int
     base: str
@@ -70,9 +72,9 @@ def bed_log(
     overturned: bool = False,
 ) -> BedLog:
     """points : (n, 3) World, metres, one on each boundary, in any order; names, lithologies,
-    notes : (n,) of the boundaries, and of the beds that begin there, up to the next boundary. sigma_m :
-    standard deviation of each coordinate; bed_error_deg : half-angle of the 95 % cone of the
-    bedding's normal; overturned : younger beds lie below.
+    notes : (n,) of the boundaries, and of the beds that begin there, up to the next boundary.
+    sigma_m : standard deviation of each coordinate; bed_error_deg : half-angle of the 95 % cone of
+    the bedding's normal; overturned : younger beds lie below.
 
     Raises GeometryError for fewer than two boundaries and points that are not finite, UsageError
     for negative errors.
@@ -83,11 +85,10 @@ def bed_log(
     n = len(p)
     if n < 2:
         raise GeometryError(tr("A log needs at least two boundaries."))
-    for value, option in ((sigma_m, "--sigma"), (bed_error_deg, "--bed-error")):
-        if not value >= 0:
-            raise UsageError(tr("Errors must not be negative."), field=option)
-    called = list(names or map(str, range(1, n + 1)))
-    rocks, said = list(lithologies or [""] * n), list(notes or [""] * n)
+    if not min(sigma_m, bed_error_deg) >= 0:
+        raise UsageError(tr("Errors must not be negative."), field="--sigma")
+    called, none = list(names or map(str, range(1, n + 1))), [""] * n
+    rocks, said = list(lithologies or none), list(notes or none)
     younging = (-1.0 if overturned else 1.0) * bed.normal()
     height = (p - p[0]) @ younging
     order = np.argsort(height, kind="stable")
@@ -132,12 +133,14 @@ def bed_log(
             )
         )  # fmt: skip
     if moved:
-        warnings.append(
-            tr(
-                "These boundaries are not in the order of their heights and were put in it: "
-                "{names}. Check the bedding and the points.",
-                names=", ".join(moved),
-            )
-        )
+        warnings.append(_moved_words(moved))
     total = across(int(order[0]), int(order[-1]))
     return BedLog(n, tuple(intervals), total, tuple(moved), tuple(warnings))
+
+
+def _moved_words(names: Sequence[str]) -> str:
+    return tr(
+        "These boundaries are not in the order of their heights and were put in it: {names}. Check "
+        "the bedding and the points.",
+        names=", ".join(names),
+    )

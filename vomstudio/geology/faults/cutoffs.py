@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,15 +47,3 @@ def cut_offs(
     swapped = second > 0
     hanging, foot = points[::-1] if swapped else points
     return CutOffs(hanging, foot, swapped)
-
-
-def bed_of(traces: Sequence[npt.ArrayLike]) -> tuple[Plane, float | None]:
-    """The attitude of parallel beds by their traces (n, 3), with the half-angle of its 95 % cone in
-    the worst direction, degrees. Raises GeometryError where they determine none."""
-    from vomstudio.geology.beds.parallel import parallel_beds
-
-    arrays = [np.atleast_2d(np.asarray(trace, np.float64)) for trace in traces]
-    offsets = np.concatenate([[0], np.cumsum([len(a) for a in arrays])])
-    names = [str(i) for i in range(len(arrays))]
-    found = parallel_beds(names, np.concatenate(arrays), offsets)
-    return Plane(found.dip_direction_deg, found.dip_deg), found.max_confidence95_deg

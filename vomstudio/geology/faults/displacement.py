@@ -17,25 +17,16 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes, planes_to_normals
+from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
-Z95 = 1.959963984540054
-CONE95 = math.sqrt(-2.0 * math.log(0.05))
-"""Half-angle of the cone that holds 95 % of a direction, in standard deviations along one axis."""
 _STEP = 1e-6
 _PARALLEL_DEG = 5.0
-
-
-@dataclass(frozen=True)
-class Measured:
-    """value, and half of its 95 % interval, by itself; None where nothing is known of errors"""
-
-    value: float
-    error95: float | None
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from vomstudio.products.net.contents import Contouring
 from vomstudio.products.net.net_options import plane_of
-from vomstudio.ui.analyse.net_wishes import NetWishes
+from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.forms.copied_command import Word, Words, numbers_text
 from vomstudio.ui.forms.copied_planes import beside
 

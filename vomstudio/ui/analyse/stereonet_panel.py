@@ -26,8 +26,7 @@ from vomstudio.products.net.net_options import MOST_PLANES, with_intersections
 from vomstudio.products.net.rose import RoseArtists
 from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.style import NetStyle
-from vomstudio.ui.analyse.contour_button import ContourButton
-from vomstudio.ui.analyse.net_canvas import (
+from vomstudio.ui.analyse.net.canvas import (
     DPI,
     DrawnNet,
     DrawnRoses,
@@ -35,12 +34,13 @@ from vomstudio.ui.analyse.net_canvas import (
     NetThread,
     Wanted,
 )
+from vomstudio.ui.analyse.net.contour_button import ContourButton
+from vomstudio.ui.analyse.net.menu import NetMenuButton
+from vomstudio.ui.analyse.net.source import NetSource, fold_of
+from vomstudio.ui.analyse.net.view_box import NetViewBox
+from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.analyse.net_command import net_words
-from vomstudio.ui.analyse.net_menu import NetMenuButton
 from vomstudio.ui.analyse.net_sets import Groups
-from vomstudio.ui.analyse.net_source import NetSource, fold_of
-from vomstudio.ui.analyse.net_view_box import NetViewBox
-from vomstudio.ui.analyse.net_wishes import NetWishes
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
@@ -49,6 +49,7 @@ from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.words import tr
 
+_IN_MENU = ("propose_sets", "net_in_middle", "figure_style", "export_net")
 # A press that moves further than this draws a lasso.
 _CLICK_PX = 4
 _FONT_PX = 12.0
@@ -102,10 +103,7 @@ class StereonetPanel(QWidget):
             self.wishes,
             lambda: self._names,
             actions["type_on_net"].trigger,
-            [
-                actions[name]
-                for name in ("propose_sets", "net_in_middle", "figure_style", "export_net")
-            ],
+            [actions[name] for name in _IN_MENU],
         )
         self.command = CopyCommandButton(
             self._copy_command, tr("keep what is shown as a table, and copy the command")
@@ -136,6 +134,10 @@ class StereonetPanel(QWidget):
         self._emphasis.setSingleShot(True)
         self._emphasis.setInterval(_SOON_MS)
         self._emphasis.timeout.connect(self._emphasise)
+        self._listen()
+
+    def _listen(self) -> None:
+        studio = self._studio
         studio.project_opened.connect(self._soon)
         studio.edited.connect(self._edited)
         studio.visibility_changed.connect(lambda _: self._soon())
@@ -265,7 +267,9 @@ class StereonetPanel(QWidget):
         notes = (frame,) if frame else ()
         if self.wishes.view != "net":
             roses = self.rose_contents()
-            return replace(roses, title=title, notes=(*self.wishes.turning.notes, *notes))
+            return replace(
+                roses, title=title, notes=(*roses.notes, *self.wishes.turning.notes, *notes)
+            )
         net = self.contents().with_selection(())
         return replace(net, title=title, notes=(*net.notes, *notes), compact=False, live=None)
 
@@ -277,8 +281,7 @@ class StereonetPanel(QWidget):
             return
         start = perf_counter()
         self._names = [s.name for s in self._source.sets()[0]]
-        for button in self._of_net:
-            button.setEnabled(self.wishes.view == "net")
+        self._allow_buttons()
         dark = self.palette().color(QPalette.ColorRole.Window).lightness() < 128
         wanted = Wanted(
             self.contents() if self.wishes.view == "net" else NetContents(),
@@ -300,6 +303,15 @@ class StereonetPanel(QWidget):
         took = 1000.0 * (perf_counter() - start)
         slow = took > _QUICK_MS
         self._timer.setInterval(min(_LATEST_MS, int(5 * took)) if slow else _SOON_MS)
+
+    def _allow_buttons(self) -> None:
+        """What belongs to a net can be chosen while one is shown, and says so else."""
+        of_net = self.wishes.view == "net"
+        for button in self._of_net:
+            what = button.accessibleName()
+            button.setEnabled(of_net)
+            button.setToolTip(what if of_net else tr("Not now: {what} – of a net only.", what=what))
+        self._under.setVisible(of_net)
 
     def _drawn(self, made: tuple[Wanted, DrawnNet]) -> None:
         """The thread has drawn a net."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt
 from PySide6.QtWidgets import QToolButton, QWidget
 
 _BESIDE = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
@@ -49,6 +49,11 @@ class FittingTexts(QObject):
         room = self._row.width()
         fits = [dropped for dropped, width in enumerate(self._widths) if width <= room]
         self._show(fits[0] if fits else len(self._groups))
+        layout = self._row.layout()
+        if layout is not None:
+            # A button that lay behind the arrow at the end is hidden: such ones ask for nothing.
+            layout.invalidate()
+            QCoreApplication.postEvent(self._row, QEvent(QEvent.Type.LayoutRequest))
 
     def _show(self, dropped: int) -> None:
         for place, (buttons, instead) in enumerate(self._groups):

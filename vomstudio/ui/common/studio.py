@@ -36,6 +36,8 @@ class Studio(QObject):
     """A proposal of sets is asked for."""
     sets_proposed = Signal(object)
     """Of a preview on the net: names with the ids of their planes, None where it ends."""
+    surface_wanted = Signal(str)
+    """A page of the dock of the surface is asked for: "fields" or "facets"."""
     surface_clicked = Signal(object)
     """Hit: a click on the outcrop where no feature is, while no tool is active."""
     notice = Signal(object)  # Notice

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, QObject, QSize
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QVBoxLayout, QWidget
 
+from vomstudio.ui.common.widgets import Scrolling
+
 _BESIDE_FROM = 620
 _FORM_WIDTH = 330
-_LEAST_PICTURE = 170
+_LEAST_PICTURE = 120
 _NO_LIMIT = 16_777_215
 
 
 class FormBeside(QWidget):
-    """It fills a panel. column : of the form"""
+    """It fills a panel. column : of the form, which scrolls by itself beside the picture"""
 
     def __init__(self, panel: QWidget) -> None:
         super().__init__()
@@ -27,17 +29,35 @@ class FormBeside(QWidget):
         self.column = QVBoxLayout(self._form)
         self.column.setContentsMargins(0, 0, 0, 0)
         self.column.setSpacing(4)
+        self._scrolls = Scrolling(self._form)
+        self._form.installEventFilter(self)
+        self._beside = False
 
     def put_beside(self, picture: QWidget) -> None:
         """Once the column of the form is full."""
         self.column.addStretch()
         picture.setMinimumHeight(_LEAST_PICTURE)
-        self._sides.addWidget(self._form, 0, Qt.AlignmentFlag.AlignTop)
+        self._sides.addWidget(self._scrolls)
         self._sides.addWidget(picture, 1)
+        self._fit()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.LayoutRequest:
+            self._fit()
+        return False
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
         beside = self.width() >= _BESIDE_FROM
         ways = QBoxLayout.Direction
         self._sides.setDirection(ways.LeftToRight if beside else ways.TopToBottom)
-        self._form.setMaximumWidth(_FORM_WIDTH if beside else _NO_LIMIT)
+        self._beside = beside
+        self._scrolls.setMaximumWidth(_FORM_WIDTH if beside else _NO_LIMIT)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Above the picture all of the form is in sight, and the panel scrolls as a whole."""
+        size = self._form.sizeHint()
+        height = self._form.heightForWidth(max(self._scrolls.width(), size.width()))
+        needed = QSize(size.width(), max(size.height(), height))
+        self._scrolls.setMinimumHeight(0 if self._beside else needed.height())

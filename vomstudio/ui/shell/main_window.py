@@ -159,7 +159,8 @@ class MainWindow(QMainWindow):
         ]
 
     def _rest_commands(self) -> list[Command]:
-        from vomstudio.ui.analyse import net_commands, ortho_commands, surface_commands
+        from vomstudio.ui.analyse import ortho_commands, surface_commands
+        from vomstudio.ui.analyse.net import commands as net_commands
         from vomstudio.ui.interpret import feature_commands, line_commands, tool_panels
         from vomstudio.ui.scene import display_commands
         from vomstudio.ui.shell import compact_commands, help_commands, tour
@@ -179,7 +180,7 @@ class MainWindow(QMainWindow):
                 lambda: getattr(self, "net", None),
                 self,
                 self._dialogs,
-                partial(self.workspaces.fill_middle, "stereonet"),
+                self.workspaces.fill_middle,
             ),
             *feature_commands.commands(studio, self._open_types),
             *display_commands.commands(studio, view, self.cameras, self.docks),

@@ -19,16 +19,15 @@ Make = Callable[[Studio], QWidget]
 
 def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
     """Name of the dock, title and maker of each; they scroll. view : from which planes are taken"""
-    from vomstudio.ui.analyse.displacement_panel import DisplacementPanel
-    from vomstudio.ui.analyse.elevation_panel import ElevationPanel
-    from vomstudio.ui.analyse.fractures_panel import FracturesPanel
-    from vomstudio.ui.analyse.section_panel import SectionPanel
     from vomstudio.ui.analyse.sets_panel import SetsPanel
     from vomstudio.ui.analyse.slopes_panel import SlopesPanel
     from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
-    from vomstudio.ui.interpret.facets_panel import FacetsPanel
-    from vomstudio.ui.interpret.fields_panel import FieldsPanel
+    from vomstudio.ui.analyse.surface_panel import SurfacePanel
     from vomstudio.ui.registration.compare_panel import ComparePanel
+    from vomstudio.ui.sections.displacement_panel import DisplacementPanel
+    from vomstudio.ui.sections.elevation_panel import ElevationPanel
+    from vomstudio.ui.sections.fractures_panel import FracturesPanel
+    from vomstudio.ui.sections.section_panel import SectionPanel
 
     return (
         ("statistics", to_translate("Statistics"), StatisticsPanel),
@@ -40,8 +39,7 @@ def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
         ("displacement", to_translate("Displacement"), DisplacementPanel),
         ("elevation", to_translate("Elevation model"),
          lambda studio: ElevationPanel(studio, view.direction)),
-        ("fields", to_translate("Fields"), FieldsPanel),
-        ("facets", to_translate("Facets"), FacetsPanel),
+        ("surface", to_translate("Surface"), SurfacePanel),
         ("compare", to_translate("Compare"), ComparePanel),
     )  # fmt: skip
 
@@ -50,16 +48,15 @@ def work_commands(
     studio: Studio, dialogs: OpenDialogs, workspaces: Workspaces, docks: Docks, parent: QWidget
 ) -> list[Command]:
     """parent : of the dialogs"""
-    from vomstudio.ui.analyse import fit_commands, panel_commands, profile_dialog, sets_panel
-    from vomstudio.ui.interpret import facets_panel, fields_panel
+    from vomstudio.ui.analyse import fit_commands, profile_dialog, sets_panel, surface_panel
     from vomstudio.ui.registration import commands as registration_commands
+    from vomstudio.ui.sections import panel_commands
 
     return [
         profile_dialog.command(studio, dialogs, parent),
         sets_panel.command(studio, workspaces, docks),
         *panel_commands.commands(studio, workspaces, docks),
         *fit_commands.commands(studio, parent),
-        fields_panel.command(studio, workspaces, docks),
-        facets_panel.command(studio, workspaces, docks),
+        *surface_panel.commands(studio, docks),
         *registration_commands.commands(studio, dialogs, workspaces, docks, parent),
     ]

@@ -27,8 +27,7 @@ HOMES: dict[str, Area] = {
     "view": "right",
     "display": "right",
     "properties": "right",
-    "fields": "right",
-    "facets": "right",
+    "surface": "right",
     "compare": "right",
     "table": "bottom",
     "photos": "bottom",
@@ -98,7 +97,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",),),
-        right=(("display",), ("properties",)),
+        right=(("display", "surface"), ("properties",)),
         bottom=(("jobs", "messages"),),
         shares=(0.205, 0.233, 0.18),
     ),
@@ -128,7 +127,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",), ("tool",)),
-        right=(("stereonet",), ("properties", "fields", "facets")),
+        right=(("stereonet",), ("properties",)),
         bottom=(("table", "in_photos"),),
     ),
     Workspace(
@@ -175,7 +174,7 @@ def workspace_of(name: str) -> Workspace:
 
 
 _SMALL_WIDTH, _SMALL_HEIGHT = 1180, 620
-_WIDE = ("photos", "in_photos")
+_WIDE = ("photos", "in_photos", "section", "elevation")
 """Docks that are of use only where they are wide."""
 _BARS_HEIGHT = 110
 _SIDES: tuple[Area, Area] = ("left", "right")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer
-from PySide6.QtGui import QHideEvent, QKeyEvent, QShowEvent
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
@@ -26,8 +26,14 @@ from vomstudio.geometry.patches import has_id
 from vomstudio.jobs.surface_tasks import Sight
 from vomstudio.tools.interaction_types import Hit, Preview
 from vomstudio.tools.painted_area import area_of
+from vomstudio.ui.analyse.facet_words import (
+    agreement_in_words,
+    share_in_words,
+    summary_in_words,
+)
+from vomstudio.ui.analyse.facets_command import copy_facets, why_no_command
+from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import degrees
@@ -35,12 +41,7 @@ from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.common.window_protocols import Docks, Workspaces
-from vomstudio.ui.interpret.facet_words import (
-    agreement_in_words,
-    share_in_words,
-    summary_in_words,
-)
+from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.interpret.measured_planes import measured_planes, planes_of
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import to_translate, tr
@@ -48,7 +49,7 @@ from vomstudio.workspace.facet_proposals import PART_POINTS, FacetLimits, Propos
 
 _LIVE_MS = 350
 _LEAST_HEIGHT = 130
-_LEAST_WIDTH = 64
+_LEAST_WIDTH = 50
 _DOUBT = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 _VERDICTS = {
     "good": to_translate("good"),
@@ -63,28 +64,13 @@ _COLOURS = {
 }
 
 
-def command(studio: Studio, workspaces: Workspaces, docks: Docks) -> Command:
-    def show() -> None:
-        workspaces.switch("interpret")
-        docks.bring_forward("facets")
-
-    def no_model() -> str | None:
-        return None if studio.models else tr("Open a model first.")
-
-    return Command(
-        "propose_facets", tr("Propose fa&cets…"), show, "vector-polygon", (),
-        tr("Find near-planar pieces of the outcrop, look at them, and accept or reject each."),
-        no_model,
-    )  # fmt: skip
-
-
-class FacetsPanel(QWidget):
+class FacetsPanel(SeenPanel):
     """Asks `workspace.facet_proposals`; nothing is changed before something is accepted."""
 
     def __init__(self, studio: Studio) -> None:
-        super().__init__()
+        super().__init__(studio)
         explain(self, "conventions.md#facets-proposed")
-        self._studio, self._facets = studio, studio.facets
+        self._facets = studio.facets
         self._model: Model | None = None
         self._filled: tuple[Proposals | None, int] = (None, 0)
         self._live = QTimer(self)
@@ -95,12 +81,12 @@ class FacetsPanel(QWidget):
         self._make_list()
         self._arrange()
         for signal in (studio.project_opened, studio.model_loaded, studio.selection_changed):
-            signal.connect(self._refresh)
-        studio.edited.connect(self._refresh)
+            signal.connect(self._soon)
+        studio.edited.connect(self._soon)
         studio.jobs_changed.connect(self._show_progress)
         studio.surface_clicked.connect(self._clicked)
-        self._facets.changed.connect(self._changed)
-        self._refresh()
+        self._facets.changed.connect(self.refresh)
+        self.show_now()
 
     # --- parts -------------------------------------------------------------------------------
     def _make_limits(self) -> None:
@@ -144,6 +130,10 @@ class FacetsPanel(QWidget):
         self.start = QPushButton(theme.icon("vector-polygon"), tr("Find on all"))
         self.start.setObjectName("facet_start")
         self.start.clicked.connect(lambda _: self._start_or_stop())
+        self.copy = CopyCommandButton(
+            lambda: copy_facets(self._studio, self._model, self._limits()),
+            tr("the command that finds these facets"),
+        )
         self.progress = QProgressBar()
         self.summary, self.said = hint_label(), hint_label()
         self.said.setObjectName("facet_said")
@@ -209,7 +199,8 @@ class FacetsPanel(QWidget):
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
         limits.setColumnStretch(1, 1)
         limits.setColumnStretch(3, 1)
-        limits.addWidget(self.start, 2, 2, 1, 2)
+        limits.addWidget(self.start, 2, 2)
+        limits.addWidget(self.copy, 2, 3)
         self._choose = _row(self.colours, QLabel(tr("as")), self.type)
         self._decide = _row(self.accept, self.reject, self.accept_all, self.reject_all)
         column = narrow_column(self)
@@ -225,18 +216,8 @@ class FacetsPanel(QWidget):
         column.addStretch()
 
     # --- what is there -----------------------------------------------------------------------
-    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
-        super().showEvent(event)
-        self._refresh()
-        self._show_found()
-
-    def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802
-        super().hideEvent(event)
-        self._studio.preview.emit(None)
-
-    def _refresh(self, *_: object) -> None:
-        if not self.isVisible():
-            return
+    def show_now(self) -> None:
+        """Follow the model, and what was found, decided or given up."""
         studio = self._studio
         self._model = current_model(studio) if studio.has_project else None
         self.title.setText(
@@ -245,11 +226,6 @@ class FacetsPanel(QWidget):
             else tr("On {model}", model=self._model.name)
         )
         self._show_progress()
-        self._refresh_buttons()
-
-    def _changed(self) -> None:
-        """Something was found, decided, or given up."""
-        self._refresh()
         self._show_found()
 
     def _why_not(self) -> str | None:
@@ -263,6 +239,7 @@ class FacetsPanel(QWidget):
         self.start.setText(tr("Stop") if busy else tr("Find on all"))
         self.start.setEnabled(why is None)
         self.start.setToolTip(why or "")
+        self.copy.allow(self._why_not() or why_no_command(self._limits()))
         found, chosen = self._facets.found, self._rows()
         none_chosen = tr("Choose facets in the list first.")
         for button, on, tip, reason in (
@@ -285,7 +262,7 @@ class FacetsPanel(QWidget):
     def _show_progress(self) -> None:
         job = self._facets.running
         self.progress.setVisible(job is not None)
-        if job is None or not self.isVisible():
+        if job is None or self.visibleRegion().isEmpty():
             return
         self.progress.setRange(0, job.total or 0)
         self.progress.setValue(job.done)
@@ -302,6 +279,7 @@ class FacetsPanel(QWidget):
         )
 
     def _limits_changed(self, *_: object) -> None:
+        self._refresh_buttons()
         if self.live.isChecked():
             self._live.start()
 
@@ -321,8 +299,6 @@ class FacetsPanel(QWidget):
         found, facets = self._facets.found, self._facets
         for part in (self.table, self._decide, self._choose, self.summary):
             part.setVisible(found is not None)
-        if not self.isVisible():
-            return
         state = (found, len(facets.open))
         if state != self._filled:
             self._filled = state
@@ -401,7 +377,8 @@ class FacetsPanel(QWidget):
     def _clicked(self, hit: Hit) -> None:
         """On the outcrop: the facet there is chosen in the list."""
         found = self._facets.found
-        if found is None or not self.isVisible() or hit.model_id != found.model_id:
+        unseen = self.visibleRegion().isEmpty()
+        if found is None or unseen or hit.model_id != found.model_id:
             return
         there = [r for r in self._facets.open if has_id(found.patches[r].runs, hit.index)]
         if there:

@@ -48,8 +48,9 @@ from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.faults.cutoffs import CutOffs
-    from vomstudio.geology.faults.displacement import Displacement, Errors, Measured
+    from vomstudio.geology.faults.displacement import Displacement, Errors
     from vomstudio.geology.faults.displacement_pairs import Displacements, Pair
+    from vomstudio.geology.measured import Measured
 
 _COLUMNS = ("net_m", "throw_m", "heave_m", "strike_slip_m")
 _LEAST_HEIGHT = 96
@@ -182,7 +183,8 @@ class DisplacementPanel(SeenPanel):
 
     def _answer(self) -> Answered | None:
         """None without pairs. Raises VomError, which says what is missing."""
-        from vomstudio.geology.faults.cutoffs import bed_of, cut_offs
+        from vomstudio.geology.beds.common_attitude import bed_of
+        from vomstudio.geology.faults.cutoffs import cut_offs
         from vomstudio.geology.faults.displacement import Errors
         from vomstudio.geology.faults.displacement_pairs import displacements
 

@@ -236,11 +236,17 @@ class DrawingView(QWidget):
         shown = self.shown
         assert shown is not None
         high = painter.fontMetrics().height()
+        metrics = painter.fontMetrics()
         row = QRectF(room.left(), room.bottom() + _TICK + high + 2, room.width(), high)
-        painter.drawText(row, int(Qt.AlignmentFlag.AlignRight), shown.axes[0])
         length = round_length(0.2 * room.width() / per_metre)
         bar = QRectF(room.left(), row.center().y(), length * per_metre, 4)
+        said = bar_text(length, metric=shown.metric)
+        free = room.right() - bar.right() - metrics.horizontalAdvance(shown.axes[0]) - 20
+        full = tr("{length}, true to scale", length=said)
+        painter.drawText(row, int(Qt.AlignmentFlag.AlignRight), shown.axes[0])
+        if metrics.horizontalAdvance(said) > free:
+            return
+        said = full if metrics.horizontalAdvance(full) <= free else said
         painter.fillRect(bar, _INK)
-        said = tr("{length}, true to scale", length=bar_text(length, metric=shown.metric))
-        painter.drawText(QRectF(bar.right() + 6, bar.center().y() - high / 2, 400, high),
+        painter.drawText(QRectF(bar.right() + 6, bar.center().y() - high / 2, free, high),
                          int(Qt.AlignmentFlag.AlignVCenter), said)  # fmt: skip

@@ -28,22 +28,6 @@ from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Picked, Record, Typed, get_feature
 from vomstudio.document.registration_errors import model_of
 from vomstudio.errors import VomError
-from vomstudio.ui.analyse.drawing_view import DrawingView
-from vomstudio.ui.analyse.fracture_answer import (
-    CIRCLE,
-    EVERYTHING,
-    SCANLINE,
-    WINDOW,
-    FractureAnswer,
-    FractureQuestion,
-    MappedTrace,
-    answer,
-    draw_figure,
-    mark_of,
-    numbers_of,
-    wanted_of,
-    write_figure,
-)
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.analyse.seen_panel import SeenPanel
@@ -63,6 +47,22 @@ from vomstudio.ui.forms.copied_command import (
 from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
+from vomstudio.ui.sections.drawing_view import DrawingView
+from vomstudio.ui.sections.fracture_answer import (
+    CIRCLE,
+    EVERYTHING,
+    SCANLINE,
+    WINDOW,
+    FractureAnswer,
+    FractureQuestion,
+    MappedTrace,
+    answer,
+    draw_figure,
+    mark_of,
+    numbers_of,
+    wanted_of,
+    write_figure,
+)
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]

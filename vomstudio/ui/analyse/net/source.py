@@ -15,6 +15,7 @@ from vomstudio.errors import VomError
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes
+from vomstudio.geology.roses import LINES_HAVE
 from vomstudio.products.net.contents import (
     AnyEllipse,
     NetBand,
@@ -26,8 +27,8 @@ from vomstudio.products.net.contents import (
 )
 from vomstudio.products.net.net_options import MOST_PLANES, Turning
 from vomstudio.products.net.rose_contents import RoseContents, roses_of_sets
+from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.analyse.net_sets import Groups, alike, on_the_net, proposed_sets, sets_of
-from vomstudio.ui.analyse.net_wishes import NetWishes
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
@@ -98,7 +99,7 @@ class NetSource:
             ids = [id_ for s in sets for id_ in s.ids]
             measured = self._studio.measured(ids)
             weights = {id_: _length(measured[id_]) for id_ in ids}
-        return roses_of_sets(
+        found = roses_of_sets(
             sets,
             wishes.view,
             bin_deg=wishes.bin_deg,
@@ -106,6 +107,18 @@ class NetSource:
             weight=tr("length") if weights is not None else None,
             by_area=wishes.by_area,
         )
+        kind = "line" if wishes.view in LINES_HAVE else "plane"
+        left = sum(len(s) for s in sets if s.kind == kind) - sum(
+            rose.n for rose in found.roses.values()
+        )
+        if not left:
+            return found
+        said = (
+            tr("{count:,} without such an angle or a length are left out", count=left)
+            if wishes.by_length
+            else tr("{count:,} without such an angle are left out", count=left)
+        )
+        return replace(found, notes=(said,))
 
     # --- errors ------------------------------------------------------------------------------
     def errors(self, sets: Iterable[NetSet]) -> tuple[AnyEllipse, ...]:

@@ -26,14 +26,6 @@ from vomstudio.files.atomic import write_bytes
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.tools.measure import MeasureTool
-from vomstudio.ui.analyse.drawing_view import DrawingView
-from vomstudio.ui.analyse.section_answer import (
-    SectionAnswer,
-    SectionQuestion,
-    answer,
-    curtain_of,
-    write,
-)
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
@@ -56,6 +48,14 @@ from vomstudio.ui.forms.line_field import LineField
 from vomstudio.ui.forms.model_box import ModelBox
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
+from vomstudio.ui.sections.drawing_view import DrawingView
+from vomstudio.ui.sections.section_answer import (
+    SectionAnswer,
+    SectionQuestion,
+    answer,
+    curtain_of,
+    write,
+)
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]

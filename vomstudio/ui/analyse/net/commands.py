@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QMimeData, Qt
@@ -16,6 +16,7 @@ from vomstudio.document import edits, reading_comparison
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
+from vomstudio.ui.analyse.net.written import NetDock, style_of, write_shown
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.actions import Command
@@ -26,21 +27,17 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.products.net.contents import NetContents
-    from vomstudio.products.net.figure_style import FigureStyle
-    from vomstudio.products.net.rose_contents import RoseContents
     from vomstudio.ui.analyse.readings_dialog import Place
-    from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
 
 def commands(
     studio: Studio,
-    net: Callable[[], StereonetPanel | None],
+    net: Callable[[], NetDock | None],
     parent: QWidget,
     dialogs: OpenDialogs,
-    fill_middle: Callable[[], None],
+    fill_middle: Callable[[str], None],
 ) -> list[Command]:
-    """net : None until its library is there. parent : of the dialogs. fill_middle : gives the net
+    """net : None until its library is there. parent : of the dialogs. fill_middle : gives a dock
     the place of the outcrop, or puts it back"""
 
     def no_net() -> str | None:
@@ -57,13 +54,13 @@ def commands(
             copy_net(studio, panel)
 
     def type_in() -> None:
-        from vomstudio.ui.analyse.net_typing_dialog import NetTypingDialog
+        from vomstudio.ui.analyse.net.typing_dialog import NetTypingDialog
 
         if (panel := net()) is not None:
             dialogs.show(NetTypingDialog, lambda: NetTypingDialog(parent, studio, panel.wishes))
 
     def style() -> None:
-        from vomstudio.ui.analyse.figure_style_dialog import FigureStyleDialog
+        from vomstudio.ui.analyse.net.figure_style_dialog import FigureStyleDialog
 
         if (panel := net()) is not None:
             dialogs.show(FigureStyleDialog, lambda: FigureStyleDialog(parent, studio, panel))
@@ -78,7 +75,8 @@ def commands(
         Command("figure_style", tr("Style of figures…"), style, "palette-outline", (),
                 tr("Size, letters, symbols and colours of figures of nets and roses."),
                 not_loaded),
-        Command("net_in_middle", tr("Stereonet in the middle"), fill_middle, "fit-to-page-outline",
+        Command("net_in_middle", tr("Stereonet in the middle"),
+                lambda: fill_middle("stereonet"), "fit-to-page-outline",
                 "Shift+F9", tr("Give the stereonet the place of the outcrop, or put it back.")),
         Command("import_readings", tr("Import &field measurements…"),
                 lambda: choose_readings(parent, studio),
@@ -151,17 +149,14 @@ def place_of(studio: Studio) -> Place:
 
 
 # --- the net as a figure ---------------------------------------------------------------------
-_LEGEND_ROW_MM = 4.8
-
-
-def choose_picture(parent: QWidget, studio: Studio, panel: StereonetPanel) -> None:
+def choose_picture(parent: QWidget, studio: Studio, panel: NetDock) -> None:
     """Ask for a file, and write the stereonet to it."""
     path = ask_for_picture(parent, studio, tr("Export stereonet"), "stereonet")
     if path is not None:
         export_net(studio, panel, path)
 
 
-def copy_net(studio: Studio, panel: StereonetPanel) -> None:
+def copy_net(studio: Studio, panel: NetDock) -> None:
     """What the stereonet shows, as `export_net` writes it, to the clipboard: SVG and a picture."""
     made = {}
     try:
@@ -180,42 +175,7 @@ def copy_net(studio: Studio, panel: StereonetPanel) -> None:
     studio.info(tr("The stereonet is on the clipboard."))
 
 
-def style_of(studio: Studio) -> FigureStyle:
-    """Of printed figures, as the user has chosen it."""
-    from vomstudio.products.net.figure_style import FigureStyle
-
-    return FigureStyle.kept(studio.settings.figure_style)
-
-
-def write_shown(
-    target: Path | IO[bytes],
-    shown: NetContents | RoseContents,
-    style: FigureStyle,
-    format_: str,
-    dpi: float = 300.0,
-) -> None:
-    """The net or the roses as a figure in this style. Raises GeometryError where no set has the
-    angle."""
-    from vomstudio.products.net.figure import write_stereonet
-    from vomstudio.products.net.figure_style import SIZE_MM
-    from vomstudio.products.net.rose import write_roses
-    from vomstudio.products.net.rose_contents import RoseContents, check_roses
-
-    if isinstance(shown, RoseContents):
-        check_roses(shown, None)
-        width = style.width_mm or SIZE_MM[0]
-        write_roses(target, shown, format=format_, style=style.of_net(), width_mm=width, dpi=dpi)
-        return
-    wide, high = style.size_mm
-    if style.height_mm is None:
-        # High enough for the whole legend.
-        high = max(high, _LEGEND_ROW_MM * (len(shown.sets) + 8))
-    write_stereonet(
-        target, shown, format=format_, style=style.of_net(), size_mm=(wide, high), dpi=dpi
-    )
-
-
-def export_net(studio: Studio, panel: StereonetPanel, path: Path) -> None:
+def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
     """Write what the stereonet shows, on white, at the size of a printed figure."""
     from vomstudio.files.atomic import atomic_write
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.products.net.rose import TITLES
-from vomstudio.ui.analyse.net_wishes import NetWishes
+from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.words import to_translate, tr

@@ -27,7 +27,7 @@ from vomstudio.products.net.net_options import (
     typed_plane,
     typed_slip,
 )
-from vomstudio.ui.analyse.net_wishes import NetWishes
+from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import to_translate, tr

@@ -6,27 +6,24 @@ from __future__ import annotations
 from dataclasses import replace
 
 from PySide6.QtCore import QSignalBlocker
-from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QDoubleSpinBox,
     QHBoxLayout,
     QProgressBar,
     QPushButton,
-    QWidget,
 )
 
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import Model, get_feature
 from vomstudio.extraction.surface_fields import KINDS
+from vomstudio.ui.analyse.direction_wheel import DirectionWheel
+from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
-from vomstudio.ui.common.window_protocols import Docks, Workspaces
-from vomstudio.ui.interpret.direction_wheel import DirectionWheel
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.surface_fields import (
@@ -53,39 +50,24 @@ _DISTANCES = {
 }
 
 
-def command(studio: Studio, workspaces: Workspaces, docks: Docks) -> Command:
-    def show() -> None:
-        workspaces.switch("interpret")
-        docks.bring_forward("fields")
-
-    def no_model() -> str | None:
-        return None if studio.models else tr("Open a model first.")
-
-    return Command(
-        "surface_fields", tr("Surface f&ields…"), show, "palette-outline", (),
-        tr("Paint dip, dip direction, curvature, roughness or planarity on the outcrop."),
-        no_model,
-    )  # fmt: skip
-
-
-class FieldsPanel(QWidget):
+class FieldsPanel(SeenPanel):
     """Asks `workspace.surface_fields` for what is chosen here, and tells what came."""
 
     def __init__(self, studio: Studio) -> None:
-        super().__init__()
+        super().__init__(studio)
         explain(self, "conventions.md#fields-of-the-surface")
-        self._studio, self._fields = studio, studio.fields
+        self._fields = studio.fields
         self._model: Model | None = None
         self._radius_of = ""
         self._plane_id = ""
         self._make_parts()
         self._arrange()
         for signal in (studio.project_opened, studio.model_loaded, studio.selection_changed):
-            signal.connect(self.refresh)
-        studio.edited.connect(self.refresh)
+            signal.connect(self._soon)
+        studio.edited.connect(self._soon)
         studio.jobs_changed.connect(self._show_progress)
         self._fields.changed.connect(self.refresh)
-        self.refresh()
+        self.show_now()
 
     def _make_parts(self) -> None:
         self.title = hint_label()
@@ -157,14 +139,8 @@ class FieldsPanel(QWidget):
         column.addStretch()
 
     # --- what is there -----------------------------------------------------------------------
-    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
-        super().showEvent(event)
-        self.refresh()
-
-    def refresh(self, *_: object) -> None:
-        """Follow model, selection and work, where somebody sees it."""
-        if not self.isVisible():
-            return
+    def show_now(self) -> None:
+        """Follow model, selection and work."""
         studio = self._studio
         self._model = current_model(studio) if studio.has_project else None
         model = self._model
@@ -284,7 +260,7 @@ class FieldsPanel(QWidget):
     def _show_progress(self) -> None:
         job = self._fields.running
         self.progress.setVisible(job is not None)
-        if job is None or not self.isVisible():
+        if job is None or self.visibleRegion().isEmpty():
             return
         self.progress.setRange(0, job.total or 0)
         self.progress.setValue(job.done)

@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from vomstudio.errors import VomError
 from vomstudio.geology.orientation import Plane
-from vomstudio.ui.analyse.drawing_view import Mark
 from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.sections.drawing_view import Mark
 from vomstudio.words import tr
 
 if TYPE_CHECKING:

@@ -26,7 +26,6 @@ from vomstudio.io.gis.crs import world_crs
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ELEVATION, ElevationOrder
 from vomstudio.products.elevation.results import Wanted, WrittenElevation
-from vomstudio.ui.analyse.elevation_view import ElevationView
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import start_folder
@@ -44,6 +43,7 @@ from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.model_box import ModelBox
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
+from vomstudio.ui.sections.elevation_view import ElevationView
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.running_jobs import RunningJob
 

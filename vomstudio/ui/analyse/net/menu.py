@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu, QToolButton
 
-from vomstudio.ui.analyse.net_wishes import BINS, NetWishes
+from vomstudio.ui.analyse.net.wishes import BINS, NetWishes
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import to_translate, tr
@@ -38,8 +38,6 @@ _ASKED = {
         to_translate("The great circles of the planes on which the rakes of lines are counted."),
     ),
 }
-_BEHIND = 2
-"""A divider stands behind so many of those that the user switches on."""
 
 
 class NetMenuButton(QToolButton):
@@ -105,10 +103,15 @@ class NetMenuButton(QToolButton):
         for name, action in self.asked.items():
             action.setChecked(name in wishes.asked)
             action.setEnabled(net)
+            about = tr(_ASKED[name][1])
+            action.setToolTip(about if net else tr("Not now: {what} – of a net only.", what=about))
         self.widths[wishes.bin_deg].setChecked(True)
         self.by_length.setChecked(wishes.by_length)
         self.by_area.setChecked(wishes.by_area)
         self.bins.setEnabled(not net)
+        self.bins.menuAction().setToolTip(
+            tr("Not now: a net has no bins. Choose a rose in the box at the left.") if net else ""
+        )
         self._list_sets()
 
     def _list_sets(self) -> None:

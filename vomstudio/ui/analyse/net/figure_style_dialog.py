@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, QTimer
 from PySide6.QtGui import QColor, QIcon, QPixmap
@@ -27,14 +26,11 @@ from vomstudio.errors import VomError
 from vomstudio.products.net.contents import NetContents
 from vomstudio.products.net.figure_style import LIMITS, SIZE_MM, FigureStyle, fonts
 from vomstudio.products.net.style import PRINT
-from vomstudio.ui.analyse.net_commands import style_of, write_shown
+from vomstudio.ui.analyse.net.written import NetDock, style_of, write_shown
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.words import to_translate, tr
-
-if TYPE_CHECKING:
-    from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
 _USUAL = {
     "width_mm": SIZE_MM[0],
@@ -59,7 +55,7 @@ _MOST_COLORS = 8
 class FigureStyleDialog(QDialog):
     """What is chosen holds at once, and for all figures from now on."""
 
-    def __init__(self, parent: QWidget, studio: Studio, panel: StereonetPanel) -> None:
+    def __init__(self, parent: QWidget, studio: Studio, panel: NetDock) -> None:
         super().__init__(parent)
         explain(self, "numbers.md#the-net")
         self._studio, self._panel = studio, panel

@@ -1,0 +1,104 @@
+"""Logs along a line, against textbook problems and simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geology.beds.bed_log import bed_log
+from vomstudio.geology.beds.lithologies import in_strabospot
+from vomstudio.geology.orientation import Line, Plane
+
+
+def test_ragans_sandstone_is_as_thick_as_in_the_book() -> None:
+    # Ragan (2009), Structural Geology, chapter 2, problem 4: strike 245, dip 35 by the right-hand
+    # rule, a level traverse of 125 m along N10E from the bottom to the top: 58.7 m.
+    bed = Plane.from_strike(245.0, 35.0)
+    found = bed_log([[0, 0, 0], 125.0 * Line(10.0, 0.0).vector()], bed)
+    assert found.total_m.value == pytest.approx(58.7, abs=0.05)
+    assert found.total_m.error95 is None
+
+
+def test_the_units_of_a_published_map_are_as_thick_as_published() -> None:
+    # Cardozo, Computational structural geology (after Bennison's maps), notebook 5: contacts of the
+    # units Q, R, S and T, which strike 84.5 and dip 22.5: 195.6, 278.6, 94.6 and 467.2 m.
+    contacts = [[1147, 3329, 400], [1323, 2362, 500], [1105, 1850, 400], [1768, 940, 300],
+                [1842, 191, 200]]  # fmt: skip
+    found = bed_log(contacts, Plane.from_strike(84.5, 22.5), lithologies=["", *"TSRQ"])
+    thick = [i.thickness_m.value for i in found.intervals]
+    assert thick == pytest.approx([467.2, 94.6, 278.6, 195.6], abs=0.05)
+    assert found.total_m.value == pytest.approx(sum(thick))
+    assert found.intervals[-1].top_m == pytest.approx(sum(thick))
+
+
+def test_its_errors_are_those_of_simulation() -> None:
+    rng = np.random.default_rng(5)
+    bed = Plane(120.0, 40.0)
+    points = np.array([[0.0, 0.0, 0.0], [2.0, 6.0, 9.0], [-5.0, -5.0, 19.0]])
+    stated = bed_log(points, bed, sigma_m=0.05, bed_error_deg=3.0)
+    cone = 3.0 / np.sqrt(2.0 * np.log(20.0))
+    tried = []
+    for _ in range(4000):
+        normal = bed.normal() + np.radians(cone) * rng.normal(size=3)
+        turned = Plane.from_normal(normal / np.linalg.norm(normal))
+        found = bed_log(points + rng.normal(0, 0.05, (3, 3)), turned)
+        tried.append([i.thickness_m.value for i in found.intervals])
+    spread = 1.96 * np.std(tried, axis=0)
+    errors = [i.thickness_m.error95 for i in stated.intervals]
+    assert errors == pytest.approx(list(spread), rel=0.06)
+
+
+def test_order_names_and_words_follow_the_beds_up() -> None:
+    points = [[0, 0, 0], [0, 0, 3], [0, 0, 1]]
+    level = Plane(0.0, 0.0)
+    found = bed_log(
+        points, level, names=["a", "b", "c"], lithologies=["Sandstone", "", "gneiss"],
+        notes=["coarse", "", "?"],
+    )  # fmt: skip
+    first, second = found.intervals
+    assert (first.base, first.top, first.lithology, first.notes) == (
+        "a",
+        "c",
+        "Sandstone",
+        "coarse",
+    )
+    assert (second.base, second.top, second.strabospot) == ("c", "b", {})
+    assert found.reordered == ("c", "b")
+    assert any("gneiss" in warning for warning in found.warnings)
+    down = bed_log(points, level, names=["a", "b", "c"], overturned=True)
+    assert [i.base for i in down.intervals] == ["b", "c"]
+    # A log that was walked from the top down is in order, too.
+    assert bed_log([[0, 0, 3], [0, 0, 2], [0, 0, 0]], level).reordered == ()
+
+
+def test_turning_the_world_changes_nothing() -> None:
+    points = np.array([[0, 0, 0], [3, 1, 2], [4, 4, 7.0]])
+    turn = np.radians(-30.0)
+    around = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0],
+                       [0, 0, 1]])  # fmt: skip
+    one = bed_log(points, Plane(80, 30), bed_error_deg=2.0)
+    other = bed_log(points @ around.T + [5e5, 5e6, 100], Plane(110, 30), bed_error_deg=2.0)
+    for a, b in zip(one.intervals, other.intervals, strict=True):
+        assert a.thickness_m.value == pytest.approx(b.thickness_m.value, abs=1e-6)
+        assert a.thickness_m.error95 == pytest.approx(b.thickness_m.error95, abs=1e-6)
+
+
+def test_what_is_no_log_is_refused() -> None:
+    for points in ([[0, 0, 0]], [[0, 0, np.nan], [0, 0, 1]], [[0, 0], [1, 1]]):
+        with pytest.raises(GeometryError):
+            bed_log(points, Plane(0, 0))
+    with pytest.raises(UsageError):
+        bed_log([[0, 0, 0], [0, 0, 1]], Plane(0, 0), sigma_m=-1)
+    thin = bed_log([[0, 0, 0], [9, 0, 0.1]], Plane(90, 0.1), bed_error_deg=3)
+    assert "not larger than its error" in thin.warnings[0]
+
+
+def test_rocks_are_told_in_the_words_of_strabospot() -> None:
+    assert in_strabospot("Sandstone")["siliciclastic_type"] == "sandstone"
+    assert in_strabospot("mudstone")["primary_lithology"] == "siliciclastic"
+    assert in_strabospot("lime mudstone")["dunham_classification"] == "mudstone"
+    assert in_strabospot("Organic/Coal")["primary_lithology"] == "organic_coal"
+    assert in_strabospot("welded_tuff")["primary_lithology"] == "volcaniclastic"
+    assert not any(in_strabospot("covered").values())
+    assert in_strabospot("granite") is None

@@ -1,0 +1,51 @@
+"""The dock of the surface: its fields, and the facets that are proposed on it."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QTabWidget
+
+from vomstudio.ui.analyse.facets_panel import FacetsPanel
+from vomstudio.ui.analyse.fields_panel import FieldsPanel
+from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.window_protocols import Docks
+from vomstudio.words import tr
+
+_DOCK = "surface"
+
+
+class SurfacePanel(QTabWidget):
+    """A page for each."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self.setDocumentMode(True)
+        self.fields, self.facets = FieldsPanel(studio), FacetsPanel(studio)
+        self.addTab(self.fields, tr("Fields"))
+        self.addTab(self.facets, tr("Facets"))
+        studio.surface_wanted.connect(self._bring)
+
+    def _bring(self, page: str) -> None:
+        self.setCurrentWidget(self.facets if page == "facets" else self.fields)
+
+
+def commands(studio: Studio, docks: Docks) -> list[Command]:
+    """They show the dock in the workspace where somebody is."""
+
+    def show(page: str) -> None:
+        docks.bring_forward(_DOCK)
+        studio.surface_wanted.emit(page)
+
+    def no_model() -> str | None:
+        return None if studio.models else tr("Open a model first.")
+
+    return [
+        Command("surface_fields", tr("Surface f&ields…"), lambda: show("fields"),
+                "palette-outline", (),
+                tr("Paint dip, dip direction, curvature, roughness or planarity on the outcrop."),
+                no_model),
+        Command("propose_facets", tr("Propose fa&cets…"), lambda: show("facets"),
+                "vector-polygon", (),
+                tr("Find near-planar pieces of the outcrop, look at them, and accept or reject "
+                   "each."), no_model),
+    ]  # fmt: skip

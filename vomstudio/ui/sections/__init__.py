@@ -1,0 +1,2 @@
+"""Docks in which the outcrop is cut, mapped and counted: sections, elevation models, fractures,
+displacement."""
