@@ -25,13 +25,14 @@ import numpy as np
 from vomstudio.files.spreadsheet_cells import unguarded
 
 HERE = Path(__file__).resolve().parent
-SPECIMENS = ("schema1", "schema1_draft", "schema2", "schema3", "schema4", "schema5")
+SPECIMENS = ("schema1", "schema1_draft", "schema2", "schema3", "schema4", "schema5", "schema6")
 RECORDED = {
     HERE / "schema1_figures.json": ("schema1", "schema1_draft"),
     HERE / "schema2_figures.json": ("schema2",),
     HERE / "schema3_figures.json": ("schema3",),
     HERE / "schema4_figures.json": ("schema4",),
     HERE / "schema5_figures.json": ("schema5",),
+    HERE / "schema6_figures.json": ("schema6",),
 }
 
 
