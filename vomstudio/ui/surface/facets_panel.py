@@ -200,8 +200,8 @@ class FacetsPanel(SeenPanel):
         # Or the dock would take its width from the outcrop once something is found.
         for part in (self.accept, self.reject, self.accept_all, self.reject_all):
             part.setMinimumWidth(_LEAST_WIDTH)
-        for part in (self.colours, self.type):
-            part.setMinimumWidth(_LEAST_WIDTH)
+        for choice in (self.colours, self.type):
+            choice.setMinimumWidth(_LEAST_WIDTH)
         self._choose = _row(self.colours, QLabel(tr("as")), self.type)
         self._decide = _row(self.accept, self.reject, self.accept_all, self.reject_all)
         column = narrow_column(self)
