@@ -96,7 +96,6 @@ def test_a_repair_keeps_the_times_the_views_and_the_journal_of_before(
     before = {row.label: row for row in damaged.journal.rows() if row.kind == "do"}
     made = damaged.repair()
     assert made.kept == folder / "journal-damaged-1.sqlite"
-    assert damaged.journal is made.journal
     assert damaged.journal.view("camera") == [1.5]
     for row in damaged.journal.rows():
         if row.kind == "do":
@@ -135,7 +134,7 @@ def test_a_repair_that_fails_has_changed_nothing(
     with monkeypatch.context() as patch:
         if way == "no room":
             patch.setattr(Path, "replace", full)
-            error, words = TargetError, "No space left"
+            error, words = TargetError, "The disk is full"
         else:
             patch.setattr(repair_module, "read_replay", lambda _: Replay())
             error, words = DocumentError, "not consistent"

@@ -190,17 +190,25 @@ class FacetsPanel(SeenPanel):
                 (tr("Distance"), self.distance),
                 (tr("Points"), self.points),
                 (tr("Area"), self.area),
-                (tr("Coplanarity"), self.coplanarity),
             )
         ):
             box.setMinimumWidth(_LEAST_WIDTH)
             box.setAccessibleName(text)
             limits.addWidget(QLabel(text), k // 2, 2 * (k % 2))
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
+        self.coplanarity.setMinimumWidth(_LEAST_WIDTH)
+        self.coplanarity.setAccessibleName(tr("Coplanarity"))
+        limits.addWidget(QLabel(tr("Coplanarity")), 2, 0, 1, 2)
+        limits.addWidget(self.coplanarity, 2, 2, 1, 2)
+        limits.addWidget(self.start, 3, 0, 1, 3)
+        limits.addWidget(self.copy, 3, 3)
         limits.setColumnStretch(1, 1)
         limits.setColumnStretch(3, 1)
-        limits.addWidget(self.start, 2, 2)
-        limits.addWidget(self.copy, 2, 3)
+        # Or the dock would take its width from the outcrop once something is found.
+        for part in (self.accept, self.reject, self.accept_all, self.reject_all):
+            part.setMinimumWidth(_LEAST_WIDTH)
+        for choice in (self.colours, self.type):
+            choice.setMinimumWidth(_LEAST_WIDTH)
         self._choose = _row(self.colours, QLabel(tr("as")), self.type)
         self._decide = _row(self.accept, self.reject, self.accept_all, self.reject_all)
         column = narrow_column(self)
