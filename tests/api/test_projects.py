@@ -239,7 +239,7 @@ def test_a_project_whose_folder_is_gone_refuses_the_step_and_is_saved_elsewhere(
     with vs.Project.create(tmp_path / "a.vom") as project:
         project.add_model(vs.sample("sample.obj"))
         shutil.rmtree(tmp_path / "a.vom")
-        with pytest.raises(vs.errors.DocumentError, match="no longer there.*Nothing was changed"):
+        with pytest.raises(vs.errors.DocumentError, match=r"no longer there.*Nothing was changed"):
             project.judge_by("textbook")
         project.save_as(tmp_path / "b.vom")
         project.judge_by("textbook")

@@ -9,7 +9,7 @@ from vomstudio.document.records import Frame
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.workspace.models import new_model
-from vomstudio.workspace.registering import placed_by_points
+from vomstudio.workspace.placing.registering import placed_by_points
 
 CRS = "EPSG:32615"
 MODEL = new_model("face", "face.ply", "mesh", "", Frame("crs", crs=CRS))

@@ -14,7 +14,7 @@ from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import DEFAULT_TYPES, Frame, Model, Registration
 from vomstudio.geometry import transform
 from vomstudio.registration.similarity import jacobian
-from vomstudio.workspace.registering import (
+from vomstudio.workspace.placing.registering import (
     expected,
     set_words,
     sets_turned_deg,

@@ -15,7 +15,7 @@ from vomstudio.progress import CancelToken
 from vomstudio.registration.placing import register_points
 from vomstudio.registration.results import Placed
 from vomstudio.words import tr
-from vomstudio.workspace.register_order import BESIDE, RegisterOrder, register_model
+from vomstudio.workspace.placing.register_order import BESIDE, RegisterOrder, register_model
 
 
 class Known(TypedDict, total=False):

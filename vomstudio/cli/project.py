@@ -189,7 +189,7 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.register import in_words
     from vomstudio.io.control.observation_tables import read_pairs
     from vomstudio.io.gis.crs import metric_crs
-    from vomstudio.workspace.registering import set_words
+    from vomstudio.workspace.placing.registering import set_words
 
     if args.reference is None and (args.pairs is None or args.stable is not None):
         raise UsageError(tr("Give a table of points, or a --reference."), field="PAIRS")

@@ -16,8 +16,8 @@ from vomstudio.words import tr
 if TYPE_CHECKING:
     from vomstudio.registration.attitude_evidence import AttitudeMiss
     from vomstudio.registration.results import Placed
-    from vomstudio.workspace.reference_fitting import ReferenceFit
-    from vomstudio.workspace.register_order import Registered
+    from vomstudio.workspace.placing.reference_fitting import ReferenceFit
+    from vomstudio.workspace.placing.register_order import Registered
 
 BESIDE = "beside the model"
 
@@ -127,7 +127,7 @@ def _add_reference(parser: Parser) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.files.atomic import check_target
-    from vomstudio.workspace.register_order import RegisterOrder, register_model
+    from vomstudio.workspace.placing.register_order import RegisterOrder, register_model
 
     if args.output is not None:
         if args.model != "-":

@@ -48,7 +48,7 @@ from vomstudio.tools.local_surface import around, measured_anew, of_earlier_rule
 from vomstudio.words import tr
 from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 from vomstudio.workspace.models import name_of, new_model
-from vomstudio.workspace.registering import (
+from vomstudio.workspace.placing.registering import (
     placed_by_points,
     registration_of,
     sets_turned_deg,
@@ -56,7 +56,7 @@ from vomstudio.workspace.registering import (
 )
 
 if TYPE_CHECKING:
-    from vomstudio.workspace.reference_fitting import ReferenceFit
+    from vomstudio.workspace.placing.reference_fitting import ReferenceFit
 
 
 Array = npt.NDArray[np.float64]
@@ -271,7 +271,7 @@ class HeadlessProject:
         Returns what `register` does, and the fit. Raises InputError, UsageError, and GeometryError
         also where the two leave something free.
         """
-        from vomstudio.workspace.reference_fitting import Standing, fit_model
+        from vomstudio.workspace.placing.reference_fitting import Standing, fit_model
 
         evidence = Evidence(pairs=pairs)
         frame = model.frame

@@ -19,11 +19,11 @@ from vomstudio.words import tr, tr_n
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.outcrop_elements import OutcropElements
 from vomstudio.workspace.path_finding import PathFinding
 from vomstudio.workspace.plane_summary import plane_text
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
+from vomstudio.workspace.surfaces.outcrop_elements import OutcropElements
 
 T = TypeVar("T")
 

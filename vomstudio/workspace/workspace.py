@@ -15,21 +15,21 @@ from vomstudio.words import tr, tr_n
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
-from vomstudio.workspace.facet_proposals import FacetProposals
 from vomstudio.workspace.history import History
 from vomstudio.workspace.layer_export import GisLayers
-from vomstudio.workspace.model_cutting import ModelCutting
 from vomstudio.workspace.model_loading import ModelLoader
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.outcrop_elements import OutcropElements
 from vomstudio.workspace.owner_thread import Aside, Call, Later, Post, in_the_way
 from vomstudio.workspace.path_finding import PathFinding
 from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
-from vomstudio.workspace.surface_fields import SurfaceFields
+from vomstudio.workspace.surfaces.facet_proposals import FacetProposals
+from vomstudio.workspace.surfaces.model_cutting import ModelCutting
+from vomstudio.workspace.surfaces.outcrop_elements import OutcropElements
+from vomstudio.workspace.surfaces.surface_fields import SurfaceFields
 from vomstudio.workspace.surroundings import Surroundings
 from vomstudio.workspace.tool_host import ToolHost
 from vomstudio.workspace.visibility import Visibility

@@ -239,7 +239,7 @@ class FitDialog(QDialog):
     def _changed(self) -> None:
         """Other points: place the model by them, and what was fitted is no more."""
         from vomstudio.registration.surface_points import some_points
-        from vomstudio.workspace.registering import placed_by_points
+        from vomstudio.workspace.placing.registering import placed_by_points
 
         self.placed = self.fitted = None
         self._problem = ""
@@ -397,7 +397,7 @@ class FitDialog(QDialog):
 
     def _record(self) -> Registration | None:
         """What was found, with the error of what the model was fitted to."""
-        from vomstudio.workspace.registering import registration_of, with_error_of
+        from vomstudio.workspace.placing.registering import registration_of, with_error_of
 
         model, reference = self._model(), self.reference
         if model is None or reference is None or self.fitted is None:
@@ -410,7 +410,7 @@ class FitDialog(QDialog):
 
     def accept(self) -> None:
         """Register the model by what was found."""
-        from vomstudio.workspace.registering import set_words, sets_turned_deg, turned_deg
+        from vomstudio.workspace.placing.registering import set_words, sets_turned_deg, turned_deg
 
         studio, before, reference = self._studio, self._model(), self.reference
         if before is None or reference is None or self.fitted is None:

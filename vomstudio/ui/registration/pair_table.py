@@ -64,7 +64,7 @@ def fitted_in_words(found: FittedModel, record: Registration | None) -> str:
     """What points and surfaces together say. record : what they become, with the error of what the
     model was fitted to where that is known"""
     from vomstudio.registration.remarks import said_of_fitted, said_of_worst
-    from vomstudio.workspace.registering import worst_turn_deg
+    from vomstudio.workspace.placing.registering import worst_turn_deg
 
     rests_on = said_of_fitted(found.places, found.overlap, found.rms_m, found.blocks, found.block_m)
     said = [

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE
 from vomstudio.geology.agreement_both_ways import BothWays
 from vomstudio.words import tr, tr_n
-from vomstudio.workspace.facet_proposals import Proposals
+from vomstudio.workspace.surfaces.facet_proposals import Proposals
 
 
 def summary_in_words(found: Proposals, left: Collection[int], accepted: Collection[int]) -> str:

@@ -9,7 +9,7 @@ from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.forms.copied_command import Word, copy_command, model_words
 from vomstudio.words import tr
-from vomstudio.workspace.facet_proposals import FacetLimits
+from vomstudio.workspace.surfaces.facet_proposals import FacetLimits
 
 
 def why_no_command(limits: FacetLimits) -> str | None:

@@ -45,7 +45,7 @@ from vomstudio.ui.surface.facet_words import (
 )
 from vomstudio.ui.surface.facets_command import copy_facets, why_no_command
 from vomstudio.words import to_translate, tr
-from vomstudio.workspace.facet_proposals import PART_POINTS, FacetLimits, Proposals
+from vomstudio.workspace.surfaces.facet_proposals import PART_POINTS, FacetLimits, Proposals
 
 _LIVE_MS = 350
 _LEAST_HEIGHT = 130
@@ -65,7 +65,7 @@ _COLOURS = {
 
 
 class FacetsPanel(SeenPanel):
-    """Asks `workspace.facet_proposals`; nothing is changed before something is accepted."""
+    """Asks `facet_proposals`; nothing is changed before something is accepted."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio)

@@ -26,7 +26,7 @@ from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.surface.direction_wheel import DirectionWheel
 from vomstudio.words import to_translate, tr
-from vomstudio.workspace.surface_fields import (
+from vomstudio.workspace.surfaces.surface_fields import (
     TO_MODEL,
     TO_PLANE,
     WantedField,
@@ -51,7 +51,7 @@ _DISTANCES = {
 
 
 class FieldsPanel(SeenPanel):
-    """Asks `workspace.surface_fields` for what is chosen here, and tells what came."""
+    """Asks `workspace.surfaces.surface_fields` for what is chosen here, and tells what came."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio)

@@ -124,7 +124,7 @@ class ControlPanel(QWidget):
         """Place the model anew by what is ticked, and say what that is worth: at once where that is
         a matter of milliseconds, else beside the window."""
         from vomstudio.registration.surface_points import some_points
-        from vomstudio.workspace.registering import pairs_of, placed_by_points
+        from vomstudio.workspace.placing.registering import pairs_of, placed_by_points
 
         model = self.model
         opened = None if model is None else self._studio.models.get(model.id)
@@ -162,7 +162,7 @@ class ControlPanel(QWidget):
         )
 
     def _solved(self, made: object) -> None:
-        from vomstudio.workspace.registering import expected
+        from vomstudio.workspace.placing.registering import expected
 
         self.placed = made if isinstance(made, Placed) else None
         if isinstance(made, VomError):
@@ -239,7 +239,7 @@ class ControlPanel(QWidget):
     def _copy_command(self) -> None:
         """Ask for the table of the points, and put the command on the clipboard."""
         from vomstudio.io.control.writing import write_pairs
-        from vomstudio.workspace.registering import pairs_of
+        from vomstudio.workspace.placing.registering import pairs_of
 
         studio, model = self._studio, self.model
         path = None if model is None else studio.project.find_model(model)
@@ -272,7 +272,7 @@ class ControlPanel(QWidget):
         """The points of a file become control points of a model."""
         from vomstudio.io.control.control_files import crs_of
         from vomstudio.io.control.observation_tables import read_points
-        from vomstudio.workspace.registering import take_in
+        from vomstudio.workspace.placing.registering import take_in
 
         try:
             pairs = read_points(path)
@@ -320,7 +320,7 @@ class ControlPanel(QWidget):
 
     def apply(self) -> None:
         """Register the model by the points."""
-        from vomstudio.workspace.registering import (
+        from vomstudio.workspace.placing.registering import (
             pairs_of,
             registration_of,
             set_words,

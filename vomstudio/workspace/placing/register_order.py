@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vomstudio.registration.evidence import Segment
     from vomstudio.registration.north import North
     from vomstudio.registration.results import Placed
-    from vomstudio.workspace.reference_fitting import ReferenceFit
+    from vomstudio.workspace.placing.reference_fitting import ReferenceFit
 
 BESIDE = "beside the model"
 """In place of a file of cameras or attitudes: the photos, where they are found."""
@@ -147,7 +147,7 @@ def _fitted(
                 field="--stable",
             )
         return None
-    from vomstudio.workspace.reference_fitting import fit_model
+    from vomstudio.workspace.placing.reference_fitting import fit_model
 
     if loaded is None:
         raise UsageError(

@@ -19,10 +19,10 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
 from vomstudio.tools.chosen_elements import mask_as_dict, mask_from_dict
 from vomstudio.words import tr
-from vomstudio.workspace.model_cutting import ModelCutting
 from vomstudio.workspace.model_loading import OpenModel
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
+from vomstudio.workspace.surfaces.model_cutting import ModelCutting
 from vomstudio.workspace.visibility import Visibility
 
 _KEPT = "hidden_elements"
