@@ -184,7 +184,7 @@ CASES = (
     ),
     Case("threepoint", "threepoint {work}/seam.txt --sigma 5"),
     Case("threepoint-refused", "threepoint {work}/seam.txt --sigma -5", code=2),
-    Case("log", "log {work}/log.csv --bed 90/30 --sigma 0.01 --bed-error 2 -o {work}/beds.csv"),
+    Case("log", "log {work}/log.csv --bed 90/30 --sigma 0.01 --bed-error 2 -o {work}/log_beds.csv"),
     Case("log-refused", "log {work}/log.csv --bed 90/95", code=2),
     Case("rose-refused", "rose {work}/planes.csv --bin 7 -o {work}/roses.svg", code=2),
     Case("slope", "slope {work}/planes.csv --face 310/75 --friction 35", after=("fit-by",)),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vomstudio.errors import VomError
-from vomstudio.io.project.journal_ground import NotWritten
+from vomstudio.io.project.journal_trouble import NotWritten
 from vomstudio.signals import Signal
 
 SAVE_AS = "save_as"

@@ -12,7 +12,7 @@ from vomstudio.document.session import Session
 from vomstudio.files.user_folders import home_is_writable
 from vomstudio.io.project.folder import Project, create_untitled, is_free, untitled_projects
 from vomstudio.io.project.journal import NAME as JOURNAL
-from vomstudio.io.project.journal_ground import Trouble
+from vomstudio.io.project.journal_trouble import Trouble
 from vomstudio.signals import Signal
 from vomstudio.words import tr
 from vomstudio.workspace.notices import SAVE_AS, Notice, Notices

@@ -101,11 +101,9 @@ def model_in(project: str | Path, loaded: LoadedModel) -> Model:
     models = _models_of(project)
     same = [model for model in models if model.content_hash == loaded.content_hash]
     if not same:
+        names = ", ".join(f"{model.name} ({model.path})" for model in models) or tr("none")
         raise UsageError(
-            tr(
-                "No model of this project is this file. It has {names}.",
-                names=", ".join(f"{model.name} ({model.path})" for model in models) or tr("none"),
-            ),
+            tr("No model of this project is this file. It has {names}.", names=names),
             file=Path(project),
             field="--project",
         )

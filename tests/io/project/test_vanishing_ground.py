@@ -22,7 +22,7 @@ from vomstudio.document.records import Frame, Mask, Model, PhotoSet
 from vomstudio.io.project.assets import keep_asset
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import NAME, SqliteJournal, read_replay
-from vomstudio.io.project.journal_ground import NotWritten, Trouble
+from vomstudio.io.project.journal_trouble import NotWritten, Trouble
 from vomstudio.io.project.verify import verify
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="open files cannot be taken away")

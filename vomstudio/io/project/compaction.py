@@ -25,7 +25,8 @@ from vomstudio.files.disk_troubles import not_written, reason_of
 from vomstudio.files.inside import make_folder
 from vomstudio.io.project.assets import FOLDER
 from vomstudio.io.project.journal import NAME, SqliteJournal
-from vomstudio.io.project.journal_ground import NotWritten, head_of
+from vomstudio.io.project.journal_ground import head_of
+from vomstudio.io.project.journal_trouble import NotWritten
 from vomstudio.io.project.verify import assets_of
 from vomstudio.words import tr
 

@@ -21,8 +21,6 @@ from vomstudio.files.disk_troubles import not_written
 from vomstudio.files.inside import check_beside
 from vomstudio.io.project.journal_ground import (
     Ground,
-    NotWritten,
-    Trouble,
     copy_database,
     leave_alone,
     open_error,
@@ -43,6 +41,7 @@ from vomstudio.io.project.journal_rows import (
     text_of,
     writable,
 )
+from vomstudio.io.project.journal_trouble import NotWritten, Trouble
 from vomstudio.version import __version__
 from vomstudio.words import tr
 

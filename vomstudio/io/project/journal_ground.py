@@ -6,39 +6,14 @@ from __future__ import annotations
 import os
 import sqlite3
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
-from vomstudio.errors import DocumentError, InputError, TargetError, VomError
+from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.disk_troubles import is_full, is_read_only, not_written
 from vomstudio.files.inside import check_beside
 from vomstudio.io.project.journal_rows import Head, read_head, read_rows, text_of
+from vomstudio.io.project.journal_trouble import Trouble
 from vomstudio.words import tr
-
-Cause = Literal["gone", "replaced", "full", "read-only", "failed"]
-
-
-@dataclass(frozen=True)
-class Trouble:
-    """Why a journal cannot be written: the cause, and what happened in a sentence."""
-
-    cause: Cause
-    sentence: str
-
-    @property
-    def lost(self) -> bool:
-        """What is at the journal's place is not what this program wrote, or nothing is."""
-        return self.cause in ("gone", "replaced")
-
-
-class NotWritten(DocumentError):
-    """A row is not on the disk."""
-
-    def __init__(self, trouble: Trouble, path: Path, advice: str) -> None:
-        super().__init__(f"{trouble.sentence} {advice}", file=path)
-        self.trouble = trouble
-
 
 _Stamp = tuple[int, int, int, int]
 _PAGE = 4096

@@ -202,8 +202,9 @@ class ElevationPanel(QWidget):
             self, tr("Elevation model"), self.target.text(), tr("GeoTIFF (*.tif)")
         )
         if name:
-            named = name.lower().endswith((".tif", ".tiff"))
-            self.target.setText(name if named else f"{name}.tif")
+            if not name.lower().endswith((".tif", ".tiff")):
+                name += ".tif"
+            self.target.setText(name)
             self.target.setModified(True)
 
     def order(self) -> ElevationOrder | None:

@@ -230,9 +230,8 @@ class MainWindow(QMainWindow):
         self.tool_panel = ActiveToolPanel(studio, tool_panels.make_panels(studio, actions), actions)
         self.display_panel = DisplayPanel(studio, actions, partial(current_model, studio))
         self.display_panel.on_clip_toggled(actions["clipping_box"].trigger)
-        self.properties = PropertiesPanel(
-            studio, actions["declare_frame"], actions["keep_intersection"]
-        )
+        keep = actions["keep_intersection"]
+        self.properties = PropertiesPanel(studio, actions["declare_frame"], keep)
         self.table = TablePanel(studio, actions["export_csv"])
         self.photos_panel = PhotosPanel(self.survey, actions)
         photos.chosen.connect(self.photos_panel.choose)

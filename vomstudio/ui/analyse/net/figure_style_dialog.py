@@ -90,7 +90,8 @@ class FigureStyleDialog(QDialog):
         self.preview.setMinimumSize(_PREVIEW)
         self.preview.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.preview.setAccessibleName(tr("Preview"))
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons = QDialogButtonBox()
+        close = buttons.addButton(QDialogButtonBox.StandardButton.Close)
         self.usual = buttons.addButton(tr("As usual"), QDialogButtonBox.ButtonRole.ResetRole)
         self.usual.clicked.connect(self._reset)
         buttons.rejected.connect(self.reject)
@@ -105,7 +106,7 @@ class FigureStyleDialog(QDialog):
         self._timer.setInterval(150)
         self._timer.timeout.connect(self._draw)
         # Enter ends the typing of a number, and nothing else.
-        for button in self.findChildren(QPushButton):
+        for button in (self.usual, close, *self.colors.values()):
             button.setAutoDefault(False)
         self._show(style_of(studio))
         self._timer.start()

@@ -80,14 +80,14 @@ class NetTypingDialog(QDialog):
         buttons = QDialogButtonBox()
         self.clear = buttons.addButton(tr("Clear"), QDialogButtonBox.ButtonRole.ResetRole)
         self.clear.clicked.connect(self._clear)
-        buttons.addButton(QDialogButtonBox.StandardButton.Close)
+        close = buttons.addButton(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
         column = QVBoxLayout(self)
         column.addLayout(form)
         column.addWidget(self.said)
         column.addWidget(buttons)
         # Enter ends the typing of a field, and nothing else.
-        for button in self.findChildren(QPushButton):
+        for button in (self.clear, close, self.take):
             button.setAutoDefault(False)
         studio.selection_changed.connect(lambda _: self._show_take())
         self._show_take()
