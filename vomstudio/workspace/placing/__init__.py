@@ -1,0 +1,1 @@
+"""Models placed in World: what is given for it, and the registration that follows."""
