@@ -196,7 +196,7 @@ def test_the_page_lists_the_columns_of_the_orientation_table_in_their_order() ->
 
 
 def test_the_page_of_projects_names_the_schema_of_today() -> None:
-    from vomstudio.io.project.journal import SCHEMA_VERSION
+    from vomstudio.io.project.journal_migration import SCHEMA_VERSION
 
     page = " ".join((ROOT / "docs" / "projects.md").read_text(encoding="utf-8").split())
     assert f"(schema {SCHEMA_VERSION})" in page

@@ -85,7 +85,7 @@ def test_starting_loads_nothing_slow(module: str) -> None:
 
 def test_the_window_starts_without_kernels_and_other_slow_things() -> None:
     """But for the net, which draws with matplotlib and comes after the first frame."""
-    modules = [m for m in modules_of("ui") if not m.endswith((".stereonet_panel", ".net_canvas"))]
+    modules = [m for m in modules_of("ui") if not m.endswith((".stereonet_panel", ".net.canvas"))]
     loaded = loaded_after("\n".join(f"import {module}" for module in modules))
     assert "PySide6" in loaded
     assert not loaded & {"numba", "scipy", "matplotlib", "cv2", "open3d", "pycolmap", "pyproj"}

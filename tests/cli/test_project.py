@@ -19,7 +19,8 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.brush import MeshSurface
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.project.folder import Project
-from vomstudio.io.project.journal import SCHEMA_VERSION, read_replay
+from vomstudio.io.project.journal import read_replay
+from vomstudio.io.project.journal_migration import SCHEMA_VERSION
 from vomstudio.io.project.sample import read_truth, sample_model
 from vomstudio.paths import resource
 from vomstudio.tools.local_surface import around

@@ -51,7 +51,7 @@ def copy_of(name: str, folder: Path) -> Path:
 def made_from(before: str, name: str, schema: int) -> Iterator[Any]:
     """The open project of an earlier specimen, brought to this schema: its journal is kept as the
     specimen `name`. Only a program of that schema can make it."""
-    from vomstudio.io.project.journal import SCHEMA_VERSION
+    from vomstudio.io.project.journal_migration import SCHEMA_VERSION
 
     if schema != SCHEMA_VERSION:
         raise SystemExit(f"Only a program of schema {schema} can make this specimen.")

@@ -17,7 +17,8 @@ from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.io.project import compaction
 from vomstudio.io.project.assets import asset_path, is_sound, keep_asset
 from vomstudio.io.project.folder import Project
-from vomstudio.io.project.journal import SCHEMA_VERSION, SqliteJournal, read_replay
+from vomstudio.io.project.journal import SqliteJournal, read_replay
+from vomstudio.io.project.journal_migration import SCHEMA_VERSION
 from vomstudio.io.project.verify import verify
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))

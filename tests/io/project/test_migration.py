@@ -15,15 +15,14 @@ from tests.samples import bed
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError, TargetError
-from vomstudio.io.project import journal as journals
+from vomstudio.io.project import journal_migration as migrations
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import (
-    SCHEMA_VERSION,
-    TAKING_IN,
     SqliteJournal,
     read_replay,
     read_schema_and_replay,
 )
+from vomstudio.io.project.journal_migration import SCHEMA_VERSION, TAKING_IN
 from vomstudio.io.project.verify import verify
 
 ROWS = "SELECT seq, kind, of_seq, label, before, after, time, version, settings FROM journal"
@@ -122,8 +121,8 @@ def test_a_migration_that_fails_leaves_the_journal_as_it_was(
 ) -> None:
     path = old / "journal.sqlite"
     rows, sql = asked(path, ROWS), asked(path, "SELECT sql FROM sqlite_master")
-    step: Callable[[sqlite3.Connection], None] = journals._STEPS[1]
-    checksum = journals.checksum
+    step: Callable[[sqlite3.Connection], None] = migrations._STEPS[1]
+    checksum = migrations.checksum
 
     def full(*_: object) -> None:
         raise TargetError("the disk is full")
@@ -139,11 +138,11 @@ def test_a_migration_that_fails_leaves_the_journal_as_it_was(
 
     with monkeypatch.context() as patch:
         if way == "the copy":
-            patch.setattr(journals, "copy_database", full)
+            patch.setattr(migrations, "copy_database", full)
         elif way == "the last row":
-            patch.setattr(journals, "checksum", until_the_last)
+            patch.setattr(migrations, "checksum", until_the_last)
         else:
-            patch.setitem(journals._STEPS, 1, then_full)
+            patch.setitem(migrations._STEPS, 1, then_full)
         # Held, as a window holds what it shows: nothing is cleared away with it by chance.
         with pytest.raises(TargetError, match="disk is full") as held:
             Project.open(old)

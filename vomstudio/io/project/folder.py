@@ -29,7 +29,8 @@ from vomstudio.io.project.assets import FOLDER as ASSETS
 from vomstudio.io.project.assets import HeldAssets
 from vomstudio.io.project.comparisons import FOLDER as COMPARISONS
 from vomstudio.io.project.journal import NAME as JOURNAL
-from vomstudio.io.project.journal import TAKING_IN, SqliteJournal, read_replay
+from vomstudio.io.project.journal import SqliteJournal, read_replay
+from vomstudio.io.project.journal_migration import TAKING_IN
 from vomstudio.io.project.journal_trouble import Trouble
 from vomstudio.io.project.repair import Repaired, repair
 from vomstudio.io.project.sidecar_import import PHOTO_TABLES, RECONSTRUCTIONS, take_in_earlier

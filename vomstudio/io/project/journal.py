@@ -28,8 +28,8 @@ from vomstudio.io.project.journal_ground import (
     writing_was_cut_off,
 )
 from vomstudio.io.project.journal_json import dump_json
+from vomstudio.io.project.journal_migration import SCHEMA_VERSION, migrate
 from vomstudio.io.project.journal_rows import (
-    COLUMNS,
     INSERT_ROW,
     SET_HEAD,
     Head,
@@ -45,11 +45,8 @@ from vomstudio.io.project.journal_trouble import NotWritten, Trouble
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
-SCHEMA_VERSION = 7
 APPLICATION_ID = 0x564F4D31  # "VOM1"
 NAME = "journal.sqlite"
-TAKING_IN = "taking in the files of schema 1"
-"""A view that is true from the migration on until `folder.Project` has made records of them."""
 
 _SCHEMA = f"""
 CREATE TABLE journal (
@@ -101,6 +98,7 @@ class SqliteJournal:
                 tr("This is not a VOM Studio project: journal.sqlite is missing."), file=path
             )
         try:
+            checked = create or _checked(path)
             # A window has it read in a thread of its own; two threads never use it at a time.
             self._db = sqlite3.connect(
                 path, isolation_level=None, timeout=5.0, check_same_thread=False
@@ -110,7 +108,7 @@ class SqliteJournal:
                 self._db.executescript("BEGIN;" + _SCHEMA + "COMMIT;")
             self.opened_schema = _schema_of(self._db, path)
             """The schema that the file had when it was opened."""
-            if not create:
+            if not checked:
                 _require_sound(self._db, path)
             if self.opened_schema < SCHEMA_VERSION:
                 migrate(self._db, path, self.opened_schema)
@@ -411,60 +409,10 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
 
 def _read_without_hold(path: Path) -> tuple[int, Replay]:
     """Raises InputError, sqlite3.Error."""
-    with closing(
-        sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
-    ) as db:
+    with closing(_to_read(path)) as db:
         db.text_factory = text_of
         schema = _schema_of(db, path)
         return schema, replay(read_rows(db, path, schema))
-
-
-def migrate(db: sqlite3.Connection, path: Path, schema: int) -> None:
-    """Bring a journal of an earlier schema to that of today, by one small step per schema, after
-    all of it was read and a copy was made. Raises InputError, TargetError, with the file as it was.
-    """
-    # Damaged rows are named at each opening, and stay what they are.
-    replay(read_rows(db, path, schema))
-    keep = path.with_name(f"{path.stem}-schema{schema}{path.suffix}")
-    if not keep.exists():
-        copy_database(db, keep)
-    db.execute("BEGIN IMMEDIATE")
-    try:
-        for step in range(schema, SCHEMA_VERSION):
-            _STEPS[step](db)
-            db.execute(f"PRAGMA user_version = {step + 1}")
-        db.execute("COMMIT")
-    except BaseException:
-        if db.in_transaction:
-            db.execute("ROLLBACK")
-        raise
-
-
-def _to_schema_2(db: sqlite3.Connection) -> None:
-    """Checksums, each over the row before it. Rows stay as they were written: whole records, and
-    models with a frame beside its matrix, are read as ever (`document.codec`)."""
-    db.execute("ALTER TABLE journal ADD COLUMN checksum TEXT NOT NULL DEFAULT ''")
-    db.execute(
-        "CREATE TABLE head (id INTEGER PRIMARY KEY CHECK (id = 1), rows INTEGER NOT NULL, "
-        "seq INTEGER NOT NULL, checksum TEXT NOT NULL)"
-    )
-    head = Head(0, 0, "")
-    for values in db.execute(f"SELECT {COLUMNS} FROM journal ORDER BY seq").fetchall():
-        head = Head(head.rows + 1, values[0], checksum(head.checksum, values))
-        db.execute("UPDATE journal SET checksum = ? WHERE seq = ?", (head.checksum, head.seq))
-    db.execute(SET_HEAD, head)
-    db.execute("INSERT OR REPLACE INTO view VALUES (?, 'true')", (TAKING_IN,))
-
-
-def _read_as_they_are(db: sqlite3.Connection) -> None:
-    """Rows of before lack what is new and are read as they are; programs of before cannot read rows
-    that have it."""
-
-
-# _STEPS[n] brings schema n to n + 1. 3: lines say how sure their sense of slip is. 4: profiles of
-# verdicts, and the rule by which surroundings were measured. 5: a registration's points and
-# covariance. 6: control points among the features. 7: how far a model reaches, and its lenses.
-_STEPS = {1: _to_schema_2, **dict.fromkeys(range(2, SCHEMA_VERSION), _read_as_they_are)}
 
 
 def _schema_of(db: sqlite3.Connection, path: Path) -> int:
@@ -484,6 +432,23 @@ def _schema_of(db: sqlite3.Connection, path: Path) -> int:
             file=path,
         )
     return int(version)
+
+
+def _to_read(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
+
+
+def _checked(path: Path) -> bool:
+    """Whether it could be looked at before it is opened for writing: what may write folds the log
+    into the file when it is closed, of a journal that is refused too. Raises InputError."""
+    try:
+        with closing(_to_read(path)) as db:
+            _schema_of(db, path)
+            _require_sound(db, path)
+    except sqlite3.Error:
+        # Such as one that was left in the middle of a change, which is taken back by writing.
+        return False
+    return True
 
 
 def _require_sound(db: sqlite3.Connection, path: Path) -> None:
