@@ -52,6 +52,10 @@ def test_every_option_of_every_command_is_explained(command: str) -> None:
         ("displacement pairs.csv --fault 90/60 --bed 270/10 --rake 80", "--rake-error"),
         ("extend points.csv --plane 90/30 --through 0,0,0 -o out.csv", "--error"),
         ("extend points.csv --plane 90/30 --through 0,0,0 --error 1 -o out.csv", "--through-error"),
+        (
+            "extend points.csv --plane 90/30 --through 0,0,0 --error 1 --thickness 2 -o out.csv",
+            "--thickness-error",
+        ),
     ],
 )
 def test_an_error_that_cannot_be_is_refused_with_its_option(
@@ -63,6 +67,18 @@ def test_an_error_that_cannot_be_is_refused_with_its_option(
     ran = run(*words.split(), f"{option}={error}", "--json")
     assert ran.code == 2, ran.out
     assert ran.json["error"]["field"] == option
+
+
+@pytest.mark.parametrize("rake", ["nan", "inf", "1e9"])
+def test_a_rake_that_cannot_be_is_refused(run, write, tmp_path: Path, rake: str) -> None:
+    words = ("displacement", write(CUTOFFS), "--fault", "90/60", "--bed", "270/10", "--json")
+    ran = run(*words, "--rake", rake)
+    assert ran.code == 2, ran.out
+    assert ran.json["error"]["field"] == "--rake"
+    net = ("stereonet", write(PLANES), "-o", tmp_path / "n.svg", "--json")
+    ran = run(*net, "--slip-line", f"90/30/{rake}")
+    assert ran.code == 2, ran.out
+    assert ran.json["error"]["field"] == "--slip-line"
 
 
 @pytest.mark.parametrize("plane", ["400/30", "1e308/20", "90/95", "nan/20", "90", "north"])
