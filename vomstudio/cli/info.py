@@ -168,7 +168,7 @@ def _table(path: Path) -> dict[str, Any]:
 
 
 def _picture(path: Path) -> dict[str, Any]:
-    """Size and bands of an image file. Where on Earth it lies is not looked up here."""
+    """Size and bands of an image file, and its place where it is one of a map."""
     from vomstudio.io.text.rows import require_file
 
     require_file(path)
@@ -189,11 +189,16 @@ def _picture(path: Path) -> dict[str, Any]:
         raise InputError(
             tr("This picture cannot be read ({error}).", error=error), file=path
         ) from error
-    warnings = []
+    place, warnings = None, []
     if 33550 in tags or 34264 in tags:
-        warnings.append(tr("The picture is georeferenced, but its position is not shown here."))
+        from vomstudio.io.gis.raster_place import place_on_map
+
+        place = place_on_map(path)
+        if place is None:
+            warnings.append(tr("The picture is georeferenced, but its position is not shown here."))
     return {
         **NOTHING,
+        **(place or {}),
         "kind": "raster",
         "width": width,
         "height": height,
@@ -224,6 +229,8 @@ def _extent_in_words(found: dict[str, Any]) -> list[str]:
     metric = "resolution" not in found and units[0] != "unknown"
     if bounds := found.get("bounds"):
         for axis, unit, low, high in zip("xyz", units, *bounds, strict=True):
+            if low is None:  # a picture has no heights
+                continue
             said = tr("{low:.3f} to {high:.3f}", low=low, high=high)
             shown = "m" if metric else unit
             label = axis if shown == "unknown" else f"{axis}, {shown}"

@@ -17,12 +17,12 @@ def check_errors(metres: Mapping[str, float], degrees: Mapping[str, float] | Non
     for field, value in metres.items():
         if not 0.0 <= value <= _MOST_M:
             raise UsageError(
-                tr("An error in metres is a number from 0 to {most:,.0f}.", most=_MOST_M),
+                tr("Errors must not be negative, nor more than {most:,.0f} metres.", most=_MOST_M),
                 field=field,
             )
     for field, value in (degrees or {}).items():
         if not 0.0 <= value <= _MOST_DEG:
             raise UsageError(
-                tr("An error in degrees is a number from 0 to {most:g}.", most=_MOST_DEG),
+                tr("Errors must not be negative, nor more than {most:g} degrees.", most=_MOST_DEG),
                 field=field,
             )

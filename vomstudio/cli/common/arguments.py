@@ -38,7 +38,7 @@ class Parser(argparse.ArgumentParser):
         named = action.dest == "output" or not action.option_strings
         if named and action.nargs != argparse.PARSER and "" in arg_strings:
             raise argparse.ArgumentError(action, tr("An empty word is no name"))
-        return super()._get_values(action, arg_strings)  # type: ignore[misc]
+        return super()._get_values(action, arg_strings)
 
     def error(self, message: str) -> NoReturn:
         found = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)

@@ -75,7 +75,7 @@ def displacements(
         raise UsageError(
             tr("A slip direction needs the bed whose cut-offs were measured."), field="--bed"
         )
-    if slip_rake_deg is not None and not abs(slip_rake_deg) <= 360.0:
+    if slip_rake_deg is not None and not abs(slip_rake_deg) <= 180.0:
         raise UsageError(tr("A rake is an angle from -180 to 180 degrees."), field="--rake")
     check_errors(
         {"--sigma": errors.sigma_m},
