@@ -29,18 +29,14 @@ class NewRow(NamedTuple):
     head: Head
 
     def as_read(self) -> Row:
-        seq, kind, of_seq, label, before, after, time, version, settings = self.values
-        return Row(
-            seq,
-            kind,
-            of_seq,
-            label,
-            load_json(before),
-            load_json(after),
-            time,
-            version,
-            load_json(settings),
-        )
+        return _as_read(self.values)
+
+
+def _as_read(values: Sequence[Any]) -> Row:
+    seq, kind, of_seq, label, before, after, time, version, settings = values
+    read_before, read_after = load_json(before), load_json(after)
+    told = load_json(settings)
+    return Row(seq, kind, of_seq, label, read_before, read_after, time, version, told)
 
 
 def read_head(db: sqlite3.Connection) -> Head:
@@ -124,20 +120,7 @@ def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[Row]:
         found = db.execute(query, (count,)).fetchall()
     except sqlite3.Error as error:
         raise InputError(tr("The journal is damaged ({error}).", error=error), file=path) from error
-    return [
-        Row(
-            seq,
-            kind,
-            of_seq,
-            label,
-            load_json(before),
-            load_json(after),
-            time,
-            version,
-            load_json(settings),
-        )
-        for seq, kind, of_seq, label, before, after, time, version, settings in reversed(found)
-    ]
+    return [_as_read(values) for values in reversed(found)]
 
 
 def _missing(first: int, last: int) -> str:

@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QLineEdit,
-    QMessageBox,
     QRadioButton,
     QVBoxLayout,
     QWidget,
@@ -34,7 +33,7 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
 from vomstudio.products.ortho import orthophoto, planning, view_directions
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.ui.common.command_targets import current_model, start_folder
+from vomstudio.ui.common.command_targets import current_model, may_replace, start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.long_boxes import make_room_for_text
 from vomstudio.ui.common.studio import Studio
@@ -48,7 +47,7 @@ from vomstudio.ui.forms.copied_command import (
     numbers_text,
 )
 from vomstudio.ui.scene.view_panel import ViewPanel
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 _SUFFIX = ".tif"
 
@@ -297,7 +296,7 @@ class OrthoDialog(QDialog):
             studio.fail(error)
             return
         there = [p.name for p in (out, *beside) if p.exists()]
-        if there and not self._replace(there):
+        if there and not may_replace(self, there):
             return
         studio.jobs.submit(
             ORTHOPHOTO,
@@ -317,19 +316,6 @@ class OrthoDialog(QDialog):
             on_failed=lambda event: _show_failure(studio, event),
         )
         super().accept()
-
-    def _replace(self, names: list[str]) -> bool:
-        answer = QMessageBox.question(
-            self,
-            tr("Replace files?"),
-            tr_n(
-                "{files} already exists. Replace it?",
-                "{files} already exist. Replace them?",
-                len(names),
-                files=", ".join(names),
-            ),
-        )
-        return answer == QMessageBox.StandardButton.Yes
 
 
 def _show_result(studio: Studio, made: WrittenOrthophoto) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtCore import QStandardPaths
+from PySide6.QtWidgets import QMessageBox, QWidget
 
 from vomstudio.document.records import Model, OnAModel, get_feature
 from vomstudio.paths import resource
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 
 def chosen_features(studio: Studio) -> list[str]:
@@ -56,3 +57,18 @@ def start_folder(studio: Studio) -> str:
             return str(folder)
     documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
     return documents if documents and Path(documents).is_dir() else str(Path.home())
+
+
+def may_replace(parent: QWidget, names: list[str]) -> bool:
+    """Whether the user wants files that are there already to be replaced."""
+    answer = QMessageBox.question(
+        parent,
+        tr("Replace files?"),
+        tr_n(
+            "{files} already exists. Replace it?",
+            "{files} already exist. Replace them?",
+            len(names),
+            files=", ".join(names),
+        ),
+    )
+    return answer == QMessageBox.StandardButton.Yes

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLineEdit,
-    QMessageBox,
     QPushButton,
     QWidget,
 )
@@ -28,7 +27,7 @@ from vomstudio.jobs.product_tasks import ELEVATION, ElevationOrder
 from vomstudio.products.elevation.results import Wanted, WrittenElevation
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background
-from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.command_targets import may_replace, start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
@@ -44,7 +43,7 @@ from vomstudio.ui.forms.model_box import ModelBox
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.elevation_view import ElevationView
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 from vomstudio.workspace.running_jobs import RunningJob
 
 HORIZONTAL = Plane(0.0, 0.0)
@@ -246,7 +245,7 @@ class ElevationPanel(QWidget):
         from vomstudio.products.elevation.writing import outputs_of
 
         there = [p.name for p in outputs_of(asked.out, asked.wanted).values() if p.exists()]
-        if there and not self._replace(there):
+        if there and not may_replace(self, there):
             return
         self.made = None
         self.figures.setText("")
@@ -258,19 +257,6 @@ class ElevationPanel(QWidget):
             on_failed=self._background.unless_closed(self._failed),
         )
         self._check()
-
-    def _replace(self, names: list[str]) -> bool:
-        answer = QMessageBox.question(
-            self,
-            tr("Replace files?"),
-            tr_n(
-                "{files} already exists. Replace it?",
-                "{files} already exist. Replace them?",
-                len(names),
-                files=", ".join(names),
-            ),
-        )
-        return answer == QMessageBox.StandardButton.Yes
 
     def _progress(self) -> None:
         if self._job is not None and not self._job.outcome:
