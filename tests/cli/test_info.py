@@ -230,7 +230,9 @@ def test_an_orthophoto_is_a_picture_with_a_place(
     assert found["bounds"] == [[576_000, 5_187_998, None], [576_002.5, 5_188_000, None]]
     assert (found["units"], found["resolution_m"]) == (["m", "m", "unknown"], 0.5)
     assert found["warnings"] == []
-    assert "576000.000 to 576002.500" in run("info", path).out
+    said = run("info", path).out
+    assert "576000.000 to 576002.500" in said
+    assert "resolution, m  0.5" in said
 
 
 def test_a_height_model_of_64_bit_numbers_is_described(run, tmp_path: Path) -> None:

@@ -234,14 +234,14 @@ def _extent_in_words(found: dict[str, Any]) -> list[str]:
             said = tr("{low:.3f} to {high:.3f}", low=low, high=high)
             shown = "m" if metric else unit
             label = axis if shown == "unknown" else f"{axis}, {shown}"
-            lines.append(f"  {label:<12}{said}")
+            lines.append(f"  {label:<15}{said}")
     if spacing := found.get("resolution_m"):
-        lines.append(f"  {tr('resolution, m'):<12}{spacing:.4g}")
+        lines.append(f"  {tr('resolution, m'):<15}{spacing:.4g}")
     elif spacing := found.get("resolution"):
-        lines.append(f"  {tr('resolution'):<12}{spacing:.4g}")
+        lines.append(f"  {tr('resolution'):<15}{spacing:.4g}")
     if found.get("units"):
         stated = tr("unknown") if set(units) == {"unknown"} else ", ".join(units)
-        lines.append(f"  {tr('file units'):<12}{stated}")
+        lines.append(f"  {tr('file units'):<15}{stated}")
     return lines
 
 
@@ -257,7 +257,7 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
         ("height", tr("height, px")),
     ):
         if found.get(key):
-            lines.append(f"  {label:<12}{found[key]}")
+            lines.append(f"  {label:<15}{found[key]}")
     for camera in found.get("cameras", ()):
         focal = camera["focal_px"]
         known = (
@@ -274,15 +274,15 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
             height=camera["height"],
             focal=known,
         )
-        lines.append(f"  {tr('camera'):<12}{said}")
+        lines.append(f"  {tr('camera'):<15}{said}")
     lines += _extent_in_words(found)
     if found["kind"] in ("mesh", "cloud") or found.get("crs"):
-        lines.append(f"  {tr('CRS'):<12}{found.get('crs') or tr('none in the file')}")
+        lines.append(f"  {tr('CRS'):<15}{found.get('crs') or tr('none in the file')}")
     for key, label in (
         ("fields", tr("fields")),
         ("materials", tr("materials")),
         ("textures", tr("textures")),
     ):
         if found.get(key):
-            lines.append(f"  {label:<12}{', '.join(map(str, found[key]))}")
+            lines.append(f"  {label:<15}{', '.join(map(str, found[key]))}")
     return "\n".join(lines)
