@@ -57,7 +57,7 @@ def order_reconstruction(
         )
     if threads is not None and not 1 <= threads <= _MOST_THREADS:
         raise UsageError(
-            tr("The number of threads is from 1 to {most}.", most=_MOST_THREADS),
+            tr("The number of threads must be 1 or more, {most} at most.", most=_MOST_THREADS),
             field="--threads",
         )
     if not 0 <= seed <= _MOST_SEED:
