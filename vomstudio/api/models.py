@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import one_of, warn
+from vomstudio.api.checking import one_of, path_of, warn, words_of
 from vomstudio.geometry import cloud as clouds
 from vomstudio.geometry import mesh as meshes
 from vomstudio.geometry import transform
@@ -107,13 +107,14 @@ class _Model:
         from vomstudio.io.models.model_copy import companions
         from vomstudio.io.models.writing import write_model
 
+        path = path_of(path, "path")
         data = self._data
         if self._source.unit_m != 1.0 and self.crs is not None:
             data = moved(data, np.diag([*[1.0 / self._source.unit_m] * 3, 1.0]))
         inputs = [self.path, *companions(self.path)] if self.path.is_file() else []
         axes = Axes(self._source.metric, self._source.placed)
         warn(write_model(data, self.crs, path, force=force, inputs=inputs, axes=axes))
-        return Path(path)
+        return path
 
     def plot(self) -> Any:
         """A PyVista plotter that shows it: a window of pyvistaqt in a program that runs Qt, else
@@ -294,7 +295,7 @@ def read(
         one_of(up, ("y", "z"), "up")
     if unit is not None:
         one_of(unit, METRES, "unit")
-    made = _read(Path(path), crs, up, unit, progress)
+    made = _read(path_of(path, "path"), words_of(crs, "crs"), up, unit, progress)
     warn(made.warnings)
     return made
 
@@ -306,7 +307,7 @@ def model_of(given: Any, progress: Progress | None = None) -> Mesh | PointCloud:
     if hasattr(given, "read") and hasattr(given, "id"):
         found: Mesh | PointCloud = given.read()
         return found
-    made = _read(Path(given), None, None, None, progress)
+    made = _read(path_of(given, "model"), None, None, None, progress)
     warn(made.warnings, 4)
     return made
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import numpy as np
 
 from vomstudio.api import feature_tables
-from vomstudio.api.checking import one_of, points, warn
+from vomstudio.api.checking import one_of, path_of, points, warn, words_of
 from vomstudio.api.models import Mesh, PointCloud, Source, in_world
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
 from vomstudio.document.measurement_cache import Measurements
@@ -110,7 +110,7 @@ class Project:
         so.
         """
         settings = _settings()
-        folder = ProjectFolder.open(Path(path), settings=settings.affecting_results)
+        folder = ProjectFolder.open(path_of(path, "path"), settings=settings.affecting_results)
         made = cls(folder, settings)
         said = [
             tr("A part of the project could not be read and was left out: {problem}", problem=p)
@@ -131,7 +131,7 @@ class Project:
         """A new project in the folder NAME.vom. Raises vs.errors.TargetError where there is one
         already, or the folder cannot be made."""
         settings = _settings()
-        folder = ProjectFolder.create(Path(path), settings=settings.affecting_results)
+        folder = ProjectFolder.create(path_of(path, "path"), settings=settings.affecting_results)
         return cls(folder, settings)
 
     def __enter__(self) -> Self:
@@ -178,7 +178,7 @@ class Project:
         then all is as before. Files that can no longer be read are named in a warning.
         """
         desk = self._open_desk()
-        left_out = desk.project.save_as(Path(path))
+        left_out = desk.project.save_as(path_of(path, "path"))
         self._folder = desk.project.folder
         self._recovered, self._opened_at = False, desk.session.top
         warn(left_out)
@@ -272,7 +272,9 @@ class Project:
             one_of(up, ("y", "z"), "up")
         if unit is not None:
             one_of(unit, METRES, "unit")
-        added = self._open_desk().add_model(Path(path), DeclaredFrame(crs, up, unit))
+        added = self._open_desk().add_model(
+            path_of(path, "path"), DeclaredFrame(words_of(crs, "crs"), up, unit)
+        )
         warn(added.warnings)
         return added.model.id
 
@@ -296,8 +298,10 @@ class Project:
         """
         desk = self._open_desk()
         wanted = model.id if isinstance(model, ProjectModel) else str(model)
-        picks = Picks(name or "", _points(points))
-        added = desk.add_picks([picks], desk.find_model(wanted), desk.find_type(type), set or "")
+        # Checked before the edit is made: the journal could not be read with anything else in it.
+        picks = Picks(words_of(name, "name") or "", _points(points))
+        found, group = desk.find_type(_word(type, "type")), words_of(set, "set") or ""
+        added = desk.add_picks([picks], desk.find_model(wanted), found, group)
         warn(added.warnings)
         return added.traces[0].id
 
@@ -329,11 +333,12 @@ class Project:
         """
         from vomstudio.files.atomic import check_target
 
-        check_target(path, force=force, inputs=own_files(self._folder))
+        target = path_of(path, "path")
+        check_target(target, force=force, inputs=own_files(self._folder))
         records = self._records
         refuse_empty(records, self._folder)
         thresholds = self._measurements.otherwise
-        table = export_records(records, format, Path(path), force=force, thresholds=thresholds)
+        table = export_records(records, format, target, force=force, thresholds=thresholds)
         warn(
             tr("{feature} was left out: {reason}.", feature=item["name"], reason=item["reason"])
             for item in table.skipped
@@ -391,6 +396,13 @@ class Project:
 
 def _points(given: Any) -> Any:
     return points(given)
+
+
+def _word(given: Any, name: str) -> str:
+    found = words_of(given, name)
+    if found is None:
+        raise InputError(tr("A name is needed."), field=name)
+    return found
 
 
 def _settings() -> Settings:
