@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,10 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.units import METRES, Axes
 from vomstudio.progress import Progress
 from vomstudio.reprs import html_table, in_lines
+
+if TYPE_CHECKING:
+    from vomstudio.document.records import Model
+    from vomstudio.io.models.reader import LoadedModel
 
 Floats = npt.NDArray[np.float64]
 
@@ -262,6 +266,7 @@ def read(
     crs: str | None = None,
     up: Literal["y", "z"] | None = None,
     unit: str | None = None,
+    project: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Mesh | PointCloud:
     """Read a model or cloud: OBJ, GLB/glTF, PLY, STL, LAS/LAZ, GeoTIFF heights, x, y, z as text.
@@ -272,6 +277,8 @@ def read(
     crs : the projected CRS that its x and y are in, such as "EPSG:32633"; None for what it says
     up : the axis of the file that points up; None for what is usual in its format
     unit : of its coordinates: m, cm, mm, km, ft or us-ft
+    project : folder of a project that has this file; it then stands as it does there, registered
+        or declared, also while a window has the project open. In place of crs, up and unit
     progress : told of stages and steps
 
     Returns
@@ -282,7 +289,8 @@ def read(
     Raises
     ------
     vs.errors.InputError for a file that is missing, damaged or of no known format;
-    vs.errors.UsageError for a CRS, axis or unit that cannot be.
+    vs.errors.UsageError for a CRS, axis or unit that cannot be, and for a project without this
+    model.
 
     Examples
     --------
@@ -295,7 +303,15 @@ def read(
         one_of(up, ("y", "z"), "up")
     if unit is not None:
         one_of(unit, METRES, "unit")
-    made = _read(path_of(path, "path"), words_of(crs, "crs"), up, unit, progress)
+    from vomstudio.workspace.frame_declaration import DeclaredFrame
+    from vomstudio.workspace.world_models import check_place
+
+    file = path_of(path, "path")
+    if project is None:
+        made = _read(file, words_of(crs, "crs"), up, unit, progress)
+    else:
+        check_place(DeclaredFrame(words_of(crs, "crs"), up, unit), path_of(project, "project"))
+        made = _read_of_project(file, path_of(project, "project"), progress)
     warn(made.warnings)
     return made
 
@@ -340,6 +356,34 @@ def _read(
         placing_error_m(loaded.path),
     )
     return in_world(loaded.data, frame.to_world(), source)
+
+
+def _read_of_project(path: Path, project: Path, progress: Progress | None) -> Mesh | PointCloud:
+    from vomstudio.io.models.opening import read_model
+    from vomstudio.workspace.world_models import model_in
+
+    loaded = read_model(path, progress)
+    return as_recorded(loaded, model_in(project, loaded))
+
+
+def as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
+    """A model that was read, as the record of a project has it stand."""
+    frame = record.frame
+    scale = frame.unit_m if frame.crs is not None and record.registration is None else 1.0
+    source = Source(
+        loaded.path,
+        frame.crs,
+        loaded.warnings,
+        scale,
+        frame.has_north,
+        frame.has_metres,
+        loaded.content_hash,
+    )
+    made = in_world(loaded.data, np.array(record.to_world), source)
+    if record.registration is None:
+        return made
+    error = record.registration.placing_error_m(made.bounds)
+    return replace(made, _source=replace(made._source, placing_error_m=error))
 
 
 def in_world(

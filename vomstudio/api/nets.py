@@ -131,7 +131,9 @@ def stereonet(
     )
     net = asked.net(net, rows)
     if ax is None:
-        ax = stereonet_axes.new_axes(projection, asked.size_mm)
+        ax = stereonet_axes.new_axes(
+            projection, asked.size_mm, len(stereonet_axes.lines_below(net))
+        )
     stereonet_axes.draw_net(ax, net, asked.style)
     return ax
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-import numpy as np
-
 from vomstudio.api import feature_tables
 from vomstudio.api.checking import one_of, path_of, points, warn, words_of
-from vomstudio.api.models import Mesh, PointCloud, Source, in_world
+from vomstudio.api.models import Mesh, PointCloud, as_recorded
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Model
@@ -358,23 +356,7 @@ class Project:
     def _read(self, model_id: str) -> Mesh | PointCloud:
         desk = self._open_desk()
         model = desk.find_model(model_id)
-        loaded = desk.read_model(model)
-        frame = model.frame
-        scale = frame.unit_m if frame.crs is not None and model.registration is None else 1.0
-        source = Source(
-            loaded.path,
-            frame.crs,
-            loaded.warnings,
-            scale,
-            frame.has_north,
-            frame.has_metres,
-            loaded.content_hash,
-        )
-        made = in_world(loaded.data, np.array(model.to_world), source)
-        if model.registration is None:
-            return made
-        error = model.registration.placing_error_m(made.bounds)
-        return replace(made, _source=replace(made._source, placing_error_m=error))
+        return as_recorded(desk.read_model(model), model)
 
     def _figures(self) -> dict[str, Any]:
         if self._desk is None:

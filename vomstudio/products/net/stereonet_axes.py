@@ -36,8 +36,8 @@ def _library() -> Any:
     return mplstereonet
 
 
-def new_axes(projection: str, size_mm: tuple[float, float] | None = None) -> Any:
-    """Axes in a new figure of pyplot; projection : "area" or "angle"."""
+def new_axes(projection: str, size_mm: tuple[float, float] | None = None, lines: int = 0) -> Any:
+    """Axes in a new figure of pyplot; projection : "area" or "angle"; lines : of text below."""
     import matplotlib.pyplot as plt
 
     _library()
@@ -45,7 +45,7 @@ def new_axes(projection: str, size_mm: tuple[float, float] | None = None) -> Any
         figsize=_SIZE if size_mm is None else (size_mm[0] / 25.4, size_mm[1] / 25.4)
     )
     # Room for the legend beside the net.
-    figure.subplots_adjust(left=0.04, right=0.66)
+    figure.subplots_adjust(left=0.04, right=0.66, bottom=0.11 + 0.04 * lines)
     ax = figure.add_subplot(projection=f"equal_{projection}_stereonet")
     ax.grid(color="0.85", linewidth=0.5)
     return ax
@@ -91,11 +91,15 @@ def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> Non
     if given.font:
         letters["family"] = given.font
     ax.legend(loc="upper left", bbox_to_anchor=(1.1, 1.0), frameon=False, prop=letters)
-    said = [*net.averages, *net.notes]
+    said = lines_below(net)
     if said:
         ax.text(
-            0.0, -0.06, chr(10).join(said), transform=ax.transAxes, va="top", fontproperties=letters
+            0.0, -0.09, chr(10).join(said), transform=ax.transAxes, va="top", fontproperties=letters
         )
+
+
+def lines_below(net: NetContents) -> list[str]:
+    return [*net.averages, *net.notes]
 
 
 def _draw_additions(ax: Any, net: NetContents, paper: NetStyle, symbol: float, thin: float) -> None:
