@@ -196,7 +196,7 @@ def test_typed_circles_and_lines_are_where_they_should_be(library: Any, projecti
     axis = [np.cos(plunge) * np.sin(trend), np.cos(plunge) * np.cos(trend), -np.sin(plunge)]
     away = np.degrees(np.arccos(_on_the_net(_drawn(ax, "Cone 30/40/20"), library) @ axis))
     np.testing.assert_allclose(away, 20, atol=1e-4)
-    wanted = np.transpose(library.plane(30.0, 30.0))
+    wanted = np.transpose(library.plane(30.0, 30.0)).reshape(-1, 2)
     circle = _drawn(ax, "Plane 120/30").get_xydata()
     assert np.abs(wanted[:, None] - circle).max(axis=2).min(axis=1).max() < 0.02
     # A rake of 90 degrees is the line of dip.
