@@ -172,3 +172,105 @@ def test_domains_and_weights_reach_scripts() -> None:
         vs.stats(table, weights="error")
     with pytest.raises(vs.errors.InputError, match="weights"):
         vs.stats(table, weights="length")  # type: ignore[arg-type]
+
+
+def _on_the_net(line: Any, library: Any) -> np.ndarray[Any, Any]:
+    """Unit vectors (n, 3), East, North, Up, of what is drawn."""
+    plunge, bearing = library.geographic2plunge_bearing(*line.get_xydata().T)
+    p, t = np.radians(plunge), np.radians(bearing)
+    return np.column_stack([np.cos(p) * np.sin(t), np.cos(p) * np.cos(t), -np.sin(p)])
+
+
+def _drawn(ax: Any, label: str) -> Any:
+    (line,) = [line for line in ax.lines if line.get_label() == label]
+    return line
+
+
+@pytest.mark.parametrize("projection", ["area", "angle"])
+def test_typed_circles_and_lines_are_where_they_should_be(library: Any, projection: Any) -> None:
+    ax = vs.stereonet(
+        (DIRECTION, DIP), projection=projection, planes=["120/30"], cones=[(30, 40, 20)],
+        slip_lines=[(200, 60, 90)],
+    )  # fmt: skip
+    trend, plunge = np.radians([30, 40])
+    axis = [np.cos(plunge) * np.sin(trend), np.cos(plunge) * np.cos(trend), -np.sin(plunge)]
+    away = np.degrees(np.arccos(_on_the_net(_drawn(ax, "Cone 30/40/20"), library) @ axis))
+    np.testing.assert_allclose(away, 20, atol=1e-4)
+    wanted = np.transpose(library.plane(30.0, 30.0)).reshape(-1, 2)
+    circle = _drawn(ax, "Plane 120/30").get_xydata()
+    assert np.abs(wanted[:, None] - circle).max(axis=2).min(axis=1).max() < 0.02
+    # A rake of 90 degrees is the line of dip.
+    np.testing.assert_allclose(
+        _drawn(ax, "rake 90: 200/60").get_xydata()[0], np.ravel(library.line(60, 200)), atol=1e-9
+    )
+
+
+def test_a_girdle_a_maximum_and_averages_are_drawn() -> None:
+    # Poles on the great circle whose pole is the line 090/20: beds that hold it.
+    beds = ([90, 30, 150, 10, 170], [20, 36.05, 36.05, 64.49, 64.49])
+    ax = vs.stereonet(beds, girdles=True, maxima=True, averages=True)
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert any(text.startswith("planes, girdle 270/70 (K 0.") for text in texts)
+    assert any(text.startswith("max ") for text in texts)
+    assert any("about 090/20" in text.get_text() for text in ax.texts)
+
+
+def test_errors_are_ellipses_of_the_semi_axes_in_the_table(picks: Any, library: Any) -> None:
+    bed = vs.fit_planes(picks[picks["pick"] == "B01"], by="pick")
+    ax = vs.stereonet(bed, errors=True)
+    plain = vs.stereonet(bed)
+    (ellipse,) = [
+        line for line in ax.lines[len(plain.lines) - 1 :] if line.get_color() == "#7a7a7a"
+    ]
+    pole = bed[["normal_x", "normal_y", "normal_z"]].to_numpy()[0]
+    away = np.degrees(np.arccos(np.abs(_on_the_net(ellipse, library) @ pole)))
+    assert away.max() == pytest.approx(bed["max_confidence95_deg"][0], rel=1e-3)
+    assert away.min() == pytest.approx(bed["min_confidence95_deg"][0], rel=1e-2)
+    with pytest.raises(vs.errors.UsageError, match="no errors of planes"):
+        vs.stereonet((DIRECTION, DIP), errors=True)
+
+
+def test_the_world_turned_turns_the_net() -> None:
+    # About a line straight down the right-hand rule runs clockwise on the map.
+    turned = vs.stereonet((DIRECTION, DIP), rotate=(0, 90, 30))
+    other = vs.stereonet(((DIRECTION + 30) % 360, DIP))
+    places = [
+        np.vstack([line.get_xydata() for line in ax.lines if line.get_marker() == "o"])
+        for ax in (turned, other)
+    ]
+    np.testing.assert_allclose(*places, atol=1e-9)
+    assert any("Turned by 30" in text.get_text() for text in turned.texts)
+
+
+def test_a_style_is_that_of_the_figure() -> None:
+    ax = vs.stereonet(
+        (DIRECTION, DIP), size_mm=(254, 127), symbol_pt=9, font_pt=6, grey=True, line_pt=2
+    )
+    np.testing.assert_allclose(ax.figure.get_size_inches(), [10, 5])
+    (poles,) = [line for line in ax.lines if line.get_marker() == "o"]
+    assert poles.get_markersize() == 9
+    color = poles.get_color()
+    assert color[1:3] == color[3:5] == color[5:7]
+    assert ax.get_legend().get_texts()[0].get_fontsize() == 6
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"untilt": (90,)}, {"untilt": "steep"}, {"untilt": ("a", "b")}, {"rotate": (1, 2)},
+        {"contour": "kamb", "levels": 3}, {"contour": "kamb", "levels": ["a"]}, {"sigma": None},
+        {"planes": (120, 30)}, {"cones": [(30, 40, 0)]}, {"cones": [(30, 40)]}, {"slip_lines": 3},
+        {"slip_lines": ["1/2"]}, {"size_mm": 3}, {"size_mm": (1, 1)}, {"font": 3},
+        {"font": "No Such Font"}, {"symbol_pt": "big"}, {"girdle": True}, {"by": ["set"]},
+    ],
+)  # fmt: skip
+def test_options_that_cannot_be_are_refused_with_a_sentence(more: Any) -> None:
+    with pytest.raises(vs.errors.VomError) as found:
+        vs.stereonet((DIRECTION, DIP), **more)
+    assert str(found.value).endswith(".")
+
+
+def test_axes_of_ones_own_keep_their_size() -> None:
+    ax = vs.stereonet((DIRECTION, DIP))
+    with pytest.raises(vs.errors.UsageError, match="size"):
+        vs.stereonet((DIRECTION, DIP), ax=ax, size_mm=(100, 100))

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import operator
+import os
 import warnings as python_warnings
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, VomWarning
+from vomstudio.geology.notation import parse_plane
+from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.places import no_places
 from vomstudio.io.text.tables import COORDINATES, plain
 from vomstudio.words import tr
@@ -222,3 +227,87 @@ def single_number(value: Any, name: str) -> float | None:
     if array.shape != ():
         raise InputError(tr("A single number is needed."), field=name)
     return float(array)
+
+
+def required_number(value: Any, name: str) -> float:
+    """As `single_number`, of what cannot be left out. Raises InputError."""
+    number = single_number(value, name)
+    if number is None:
+        raise InputError(tr("A single number is needed."), field=name)
+    return number
+
+
+def whole_number(value: Any, name: str) -> int | None:
+    """None for None. Raises InputError for what is no whole number."""
+    if value is None:
+        return None
+    try:
+        if not isinstance(value, bool | np.bool_):
+            return operator.index(value)
+    except TypeError:
+        pass
+    raise InputError(tr("A whole number is needed."), field=name)
+
+
+def path_of(value: Any, name: str) -> Path:
+    """Raises InputError for what names no file or folder."""
+    if isinstance(value, str | os.PathLike):
+        return Path(value)
+    kind = type(value).__name__
+    raise InputError(tr("The path of a file or folder is needed, not a {kind}.", kind=kind),
+                     field=name)  # fmt: skip
+
+
+def words_of(value: Any, name: str) -> str | None:
+    """None for None. Raises InputError for what is no text."""
+    if value is None or isinstance(value, str):
+        return value
+    kind = type(value).__name__
+    raise InputError(tr("A text is needed, not a {kind}.", kind=kind), field=name)
+
+
+def column_of(value: Any, name: str = "by") -> str | None:
+    """The name or the number of a column as a text, None for None. Raises InputError."""
+    if isinstance(value, int | np.integer) and not isinstance(value, bool):
+        return str(value)
+    return words_of(value, name)
+
+
+def items_of(given: Any, name: str) -> list[Any]:
+    """Several of what may be given once as a text. Raises InputError for what cannot be gone
+    through."""
+    if isinstance(given, str):
+        return [given]
+    try:
+        return list(given)
+    except TypeError:
+        kind = type(given).__name__
+        raise InputError(tr("A list is needed, not a {kind}.", kind=kind), field=name) from None
+
+
+def angles_of(given: Any, name: str, count: int) -> tuple[float, ...]:
+    """So many finite numbers. Raises InputError."""
+    array = numbers(given, name)
+    if array.shape != (count,) or not np.isfinite(array).all():
+        raise InputError(
+            tr("Give {count} angles in degrees, such as {example}.", count=count,
+               example=(120, 30) if count == 2 else (120, 30, 45)),
+            field=name,
+        )  # fmt: skip
+    return tuple(array.tolist())
+
+
+def slashed(given: Any, name: str, count: int) -> str:
+    """Angles as the command takes them, "125/26/30". Raises InputError."""
+    if isinstance(given, str):
+        return given
+    return "/".join(repr(v).removesuffix(".0") for v in angles_of(given, name, count))
+
+
+def attitude_of(given: Any, name: str) -> Plane:
+    """A plane of "DD/D", of (dip direction, dip), or of a fit. Raises InputError, GeometryError."""
+    if isinstance(given, str):
+        return parse_plane(given)
+    if hasattr(given, "dip_direction_deg") and hasattr(given, "dip_deg"):
+        given = (given.dip_direction_deg, given.dip_deg)
+    return Plane(*angles_of(given, name, 2))

@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import numbers, warn
+from vomstudio.api.checking import (
+    angles_of,
+    items_of,
+    numbers,
+    required_number,
+    single_number,
+    warn,
+)
 from vomstudio.errors import InputError
 from vomstudio.geology.fractures.network import Counted, FractureNetwork, Mapped
 from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
@@ -77,17 +84,17 @@ def fractures(
         area=_path(area),
         circle=None if circle is None else _circle(circle),
         scanline=_path(scanline),
-        snap_m=float(numbers(snap_m, "snap_m")),
+        snap_m=required_number(snap_m, "snap_m"),
         set_column=by if isinstance(by, str) else None,
-        strikes=tuple((float(low), float(high)) for low, high in strikes),
-        terzaghi_cap=terzaghi_cap,
+        strikes=tuple(_range(pair) for pair in items_of(strikes, "strikes")),
+        terzaghi_cap=single_number(terzaghi_cap, "terzaghi_cap"),
         layer=layer,
     )
     mapped = map_fractures(
         order,
         lines=None if order.traces is not None else _shapes(traces, "traces"),
         counted=_counted({k: v for k, v in given.items() if v is not None and _path(v) is None}),
-        sets=None if by is None or isinstance(by, str) else [str(name) for name in by],
+        sets=None if by is None or isinstance(by, str) else [str(n) for n in items_of(by, "by")],
     )
     if plot is not None:
         _draw(mapped, plot, force)
@@ -103,6 +110,11 @@ def _draw(mapped: Mapped, plot: str | Path, force: bool) -> None:
     format_ = picture_format(plot, "plot")
     with atomic_write(plot, force) as temporary:
         write_fractures(temporary, mapped, format=format_)
+
+
+def _range(given: Any) -> tuple[float, float]:
+    low, high = angles_of(given, "strikes", 2)
+    return low, high
 
 
 def _path(given: Any) -> Path | None:
@@ -141,7 +153,7 @@ def _shapes(given: Any, name: str) -> npt.NDArray[np.object_]:
             tr("The lines are in degrees and have no true length. Reproject them first."),
             field=name,
         )
-    lines = list(getattr(given, "geometry", given))
+    lines = items_of(getattr(given, "geometry", given), name)
     found = [
         line if hasattr(line, "geom_type") else shapely.LineString(_corners(line, name, 2))
         for line in lines

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from vomstudio.api.checking import warn
+from vomstudio.api.checking import (
+    angles_of,
+    attitude_of,
+    numbers,
+    required_number,
+    single_number,
+    warn,
+)
 from vomstudio.api.tables import text_of
 from vomstudio.errors import UsageError
 from vomstudio.geology.beds.bed_log import BedLog, bed_log
@@ -16,7 +21,7 @@ from vomstudio.geology.faults.displacement import (
     plane_of_three_points,
 )
 from vomstudio.geology.faults.displacement_pairs import Displacements, displacements
-from vomstudio.geology.orientation import Line, Plane, rake_of
+from vomstudio.geology.orientation import Line, rake_of
 from vomstudio.io.text.log_reading import boundaries_of, pairs_of
 from vomstudio.words import tr
 
@@ -71,15 +76,22 @@ def displacement(
     >>> round(found.mean_net_m, 2), round(found.mean_heave_m, 2)
     (10.0, 5.0)
     """
-    plane = Plane(*fault)
+    plane = attitude_of(fault, "fault")
     if slip is not None and rake_deg is not None:
         raise UsageError(tr("Give the slip by its rake or by trend and plunge."), field="slip")
-    rake = rake_deg if slip is None else rake_of(Line(*slip), plane)
+    rake = single_number(rake_deg, "rake_deg")
+    if slip is not None:
+        rake = rake_of(Line(*angles_of(slip, "slip", 2)), plane)
     names, points = pairs_of(_table(pairs, 6))
+    errors = Errors(
+        required_number(sigma_m, "sigma_m"),
+        required_number(fault_error_deg, "fault_error_deg"),
+        required_number(bed_error_deg, "bed_error_deg"),
+        required_number(rake_error_deg, "rake_error_deg"),
+    )
     return displacements(
-        names, points[:, :3], points[:, 3:], plane, bed=None if bed is None else Plane(*bed),
-        slip_rake_deg=rake,
-        errors=Errors(sigma_m, fault_error_deg, bed_error_deg, rake_error_deg),
+        names, points[:, :3], points[:, 3:], plane,
+        bed=None if bed is None else attitude_of(bed, "bed"), slip_rake_deg=rake, errors=errors,
     )  # fmt: skip
 
 
@@ -111,7 +123,8 @@ def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
     >>> round(found.dip_direction_deg), round(found.dip_deg, 1), round(found.dip_error_deg, 1)
     (90, 26.6, 1.5)
     """
-    return plane_of_three_points(boundaries_of(_table(points, 3)).points, sigma_m)
+    sigma = required_number(sigma_m, "sigma_m")
+    return plane_of_three_points(boundaries_of(_table(points, 3)).points, sigma)
 
 
 def log(
@@ -158,8 +171,9 @@ def log(
     """
     read = boundaries_of(_table(table, 3))
     found = bed_log(
-        read.points, Plane(*bed), names=read.names, lithologies=read.lithologies,
-        notes=read.notes, sigma_m=sigma_m, bed_error_deg=bed_error_deg, overturned=overturned,
+        read.points, attitude_of(bed, "bed"), names=read.names, lithologies=read.lithologies,
+        notes=read.notes, sigma_m=required_number(sigma_m, "sigma_m"),
+        bed_error_deg=required_number(bed_error_deg, "bed_error_deg"), overturned=overturned,
     )  # fmt: skip
     warn(found.warnings)
     return found
@@ -174,7 +188,7 @@ def _table(given: Any, width: int) -> Any:
     names = ("x", "y", "z") if width == 3 else (
         "hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z"
     )  # fmt: skip
-    array = np.asarray(given, dtype=np.float64)
+    array = numbers(given, "points" if width == 3 else "pairs")
     if array.ndim != 2 or array.shape[1] != width:
         raise UsageError(tr("An array of {width} columns is needed.", width=width))
     return text_of(DataFrame(array, columns=list(names)))

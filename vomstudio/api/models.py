@@ -6,18 +6,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import one_of, warn
+from vomstudio.api.checking import one_of, path_of, warn, words_of
 from vomstudio.geometry import cloud as clouds
 from vomstudio.geometry import mesh as meshes
 from vomstudio.geometry import transform
 from vomstudio.geometry.units import METRES, Axes
 from vomstudio.progress import Progress
 from vomstudio.reprs import html_table, in_lines
+
+if TYPE_CHECKING:
+    from vomstudio.document.records import Model
+    from vomstudio.io.models.reader import LoadedModel
 
 Floats = npt.NDArray[np.float64]
 
@@ -107,13 +111,14 @@ class _Model:
         from vomstudio.io.models.model_copy import companions
         from vomstudio.io.models.writing import write_model
 
+        path = path_of(path, "path")
         data = self._data
         if self._source.unit_m != 1.0 and self.crs is not None:
             data = moved(data, np.diag([*[1.0 / self._source.unit_m] * 3, 1.0]))
         inputs = [self.path, *companions(self.path)] if self.path.is_file() else []
         axes = Axes(self._source.metric, self._source.placed)
         warn(write_model(data, self.crs, path, force=force, inputs=inputs, axes=axes))
-        return Path(path)
+        return path
 
     def plot(self) -> Any:
         """A PyVista plotter that shows it: a window of pyvistaqt in a program that runs Qt, else
@@ -261,6 +266,7 @@ def read(
     crs: str | None = None,
     up: Literal["y", "z"] | None = None,
     unit: str | None = None,
+    project: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Mesh | PointCloud:
     """Read a model or cloud: OBJ, GLB/glTF, PLY, STL, LAS/LAZ, GeoTIFF heights, x, y, z as text.
@@ -271,6 +277,8 @@ def read(
     crs : the projected CRS that its x and y are in, such as "EPSG:32633"; None for what it says
     up : the axis of the file that points up; None for what is usual in its format
     unit : of its coordinates: m, cm, mm, km, ft or us-ft
+    project : folder of a project that has this file; it then stands as it does there, registered
+        or declared, also while a window has the project open. In place of crs, up and unit
     progress : told of stages and steps
 
     Returns
@@ -281,7 +289,8 @@ def read(
     Raises
     ------
     vs.errors.InputError for a file that is missing, damaged or of no known format;
-    vs.errors.UsageError for a CRS, axis or unit that cannot be.
+    vs.errors.UsageError for a CRS, axis or unit that cannot be, and for a project without this
+    model.
 
     Examples
     --------
@@ -294,7 +303,15 @@ def read(
         one_of(up, ("y", "z"), "up")
     if unit is not None:
         one_of(unit, METRES, "unit")
-    made = _read(Path(path), crs, up, unit, progress)
+    from vomstudio.workspace.frame_declaration import DeclaredFrame
+    from vomstudio.workspace.world_models import check_place
+
+    file = path_of(path, "path")
+    if project is None:
+        made = _read(file, words_of(crs, "crs"), up, unit, progress)
+    else:
+        check_place(DeclaredFrame(words_of(crs, "crs"), up, unit), path_of(project, "project"))
+        made = _read_of_project(file, path_of(project, "project"), progress)
     warn(made.warnings)
     return made
 
@@ -306,7 +323,7 @@ def model_of(given: Any, progress: Progress | None = None) -> Mesh | PointCloud:
     if hasattr(given, "read") and hasattr(given, "id"):
         found: Mesh | PointCloud = given.read()
         return found
-    made = _read(Path(given), None, None, None, progress)
+    made = _read(path_of(given, "model"), None, None, None, progress)
     warn(made.warnings, 4)
     return made
 
@@ -339,6 +356,34 @@ def _read(
         placing_error_m(loaded.path),
     )
     return in_world(loaded.data, frame.to_world(), source)
+
+
+def _read_of_project(path: Path, project: Path, progress: Progress | None) -> Mesh | PointCloud:
+    from vomstudio.io.models.opening import read_model
+    from vomstudio.workspace.world_models import model_in
+
+    loaded = read_model(path, progress)
+    return as_recorded(loaded, model_in(project, loaded))
+
+
+def as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
+    """A model that was read, as the record of a project has it stand."""
+    frame = record.frame
+    scale = frame.unit_m if frame.crs is not None and record.registration is None else 1.0
+    source = Source(
+        loaded.path,
+        frame.crs,
+        loaded.warnings,
+        scale,
+        frame.has_north,
+        frame.has_metres,
+        loaded.content_hash,
+    )
+    made = in_world(loaded.data, np.array(record.to_world), source)
+    if record.registration is None:
+        return made
+    error = record.registration.placing_error_m(made.bounds)
+    return replace(made, _source=replace(made._source, placing_error_m=error))
 
 
 def in_world(

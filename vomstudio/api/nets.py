@@ -3,16 +3,64 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, TypedDict, Unpack
 
-from vomstudio.api.checking import one_of
+from vomstudio.api.checking import column_of, one_of, required_number
+from vomstudio.api.net_asked import NetAsked
 from vomstudio.api.tables import Azimuth, rows_of
-from vomstudio.errors import InputError
+from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.density import DENSITY_METHODS
-from vomstudio.geology.orientation import Plane
 from vomstudio.geology.roses import HISTOGRAM_OF, ROSE_OF, bins_of
 from vomstudio.geology.stereonet import PROJECTIONS
 from vomstudio.words import tr
+
+AnglePair = tuple[float, float] | str
+AngleTriple = tuple[float, float, float] | str
+
+
+class NetOptions(TypedDict, total=False):
+    """What else may be done to a net, by the names of the command's options. Angles are degrees,
+    tuples or texts such as "125/26/30".
+
+    levels : of the contours, in that unit; None for round ones below the highest density
+    filled : contours filled, or lines; None for filled where all are contoured together
+    each_set : contours of each set by itself, in its colour
+    sigma : of Kamb's methods, 0.5 to 10: larger is smoother; a uniform scatter is expected to have
+        this density
+    untilt : (dip direction, dip) of the plane that everything is turned by, to the horizontal
+    rotate : (trend, plunge, angle) of the axis that everything is turned about after that, by the
+        right-hand rule about its downward end
+    intersections : the lines in which each two of at most 300 planes meet, too
+    planes, cones, slip_lines : drawn too, as given: great circles of (dip direction, dip), small
+        circles of (trend, plunge, half-angle), planes with the line of (dip direction, dip, rake)
+    girdles : the great circle that each set fits best, of those that are girdles
+    maxima : a cross where each set, or all as contoured, is densest
+    errors : the 95 % ellipse of each plane, by the error columns of the table
+    averages : of each set in words, with n and method
+    size_mm : (width, height) of a new figure; None for that of pyplot's notebooks
+    font, font_pt, symbol_pt, line_pt, grey : of letters, symbols and lines, and no colours at all
+    """
+
+    levels: Sequence[float] | None
+    filled: bool | None
+    each_set: bool
+    sigma: float
+    untilt: AnglePair | None
+    rotate: AngleTriple | None
+    intersections: bool
+    planes: Sequence[AnglePair]
+    cones: Sequence[AngleTriple]
+    slip_lines: Sequence[AngleTriple]
+    girdles: bool
+    maxima: bool
+    errors: bool
+    averages: bool
+    size_mm: tuple[float, float] | None
+    font: str | None
+    font_pt: float | None
+    symbol_pt: float | None
+    line_pt: float | None
+    grey: bool
 
 
 def stereonet(
@@ -23,12 +71,7 @@ def stereonet(
     by: str | None = None,
     projection: Literal["area", "angle"] = "area",
     azimuth: Azimuth | None = None,
-    levels: Sequence[float] | None = None,
-    filled: bool | None = None,
-    each_set: bool = False,
-    sigma: float = 3.0,
-    untilt: tuple[float, float] | None = None,
-    intersections: bool = False,
+    **options: Unpack[NetOptions],
 ) -> Any:
     """Draw orientations on the lower hemisphere: poles and great circles of planes, lines, means.
 
@@ -41,14 +84,12 @@ def stereonet(
         of the area)
     by : column that tells the sets apart, each with its colour and symbol; None for ``set``, else
         ``kind``
-    levels : of the contours, in that unit; None for round ones below the highest density
-    filled : contours filled, or lines; None for filled where all are contoured together
-    each_set : contours of each set by itself, in its colour
-    sigma : of Kamb's methods, 0.5 to 10: larger is smoother; a uniform scatter is expected to have
-        this density
     projection : "area" (Schmidt) or "angle" (Wulff), of new axes
-    untilt : (dip direction, dip) of the plane that everything is turned by, to the horizontal
-    intersections : the lines in which each two of at most 300 planes meet, too
+    options : ``levels``, ``filled``, ``each_set``, ``sigma`` of the contours; ``untilt`` (dip
+        direction, dip), ``rotate`` (trend, plunge, angle), degrees; ``intersections``, ``girdles``,
+        ``maxima``, ``errors``, ``averages``, True where wanted; ``planes``, ``cones``,
+        ``slip_lines`` to draw as well; ``size_mm``, ``font``, ``font_pt``, ``symbol_pt``,
+        ``line_pt``, ``grey``: as in the command, see ``vomstudio.api.nets.NetOptions``
 
     Returns
     -------
@@ -57,43 +98,43 @@ def stereonet(
 
     Raises
     ------
-    vs.errors.InputError for another ``contour`` or ``projection``, axes of another library, and
-    angles that cannot be; vs.errors.UsageError for a column that is not there, and for ``levels``
-    or a ``sigma`` that cannot be.
+    vs.errors.InputError for another ``contour`` or ``projection``, axes of another library, angles
+    that cannot be, and options of other names; vs.errors.UsageError for a column that is not there,
+    for ``errors`` of a table that tells none, and for levels, circles or sizes that cannot be.
+
+    Girdles after Woodcock (1977), averages after Fisher (1953) or by the orientation tensor.
 
     Examples
     --------
     >>> import vomstudio as vs
-    >>> ax = vs.stereonet(([90, 100, 95], [40, 42, 38]), contour="kamb")
-    >>> type(ax).__name__
-    'EqualAreaAxes'
+    >>> ax = vs.stereonet(([90, 100, 95], [40, 42, 38]), contour="kamb", cones=[(275, 50, 10)])
+    >>> type(ax).__name__, ax.get_legend().get_texts()[-1].get_text()
+    ('EqualAreaAxes', 'Cone 275/50/10')
     """
     from vomstudio.products.net import stereonet_axes
-    from vomstudio.products.net.contents import Contouring
-    from vomstudio.products.net.contours import check_contouring
-    from vomstudio.products.net.net_options import net_untilted, with_intersections
     from vomstudio.products.net.table_net import net_of_table
 
     one_of(projection, PROJECTIONS, "projection")
     if contour is not None:
         one_of(contour, DENSITY_METHODS, "contour")
-    rows = rows_of(table, azimuth)
-    wanted = tuple(sorted({float(level) for level in levels or ()}))
-    check_contouring(contour, wanted, sigma)
-    look = Contouring(wanted, filled, each_set, sigma)
-    net = net_of_table(rows, by, projection=projection, contour=contour, contouring=look)
-    if intersections:
-        net = with_intersections(net)
-    if untilt is not None:
-        net = net_untilted(net, Plane(*untilt))
-    if ax is None:
-        ax = stereonet_axes.new_axes(projection)
-    elif not stereonet_axes.are_axes(ax):
+    asked = NetAsked.of(dict(options), contour)
+    if ax is not None and not stereonet_axes.are_axes(ax):
         raise InputError(
             tr("Axes of mplstereonet are needed, such as those that vs.stereonet returns."),
             field="ax",
         )
-    stereonet_axes.draw_net(ax, net)
+    if ax is not None and asked.size_mm is not None:
+        raise UsageError(tr("Your own axes keep the size of their figure."), field="size_mm")
+    rows = rows_of(table, azimuth)
+    net = net_of_table(
+        rows, column_of(by), projection=projection, contour=contour, contouring=asked.contouring
+    )
+    net = asked.net(net, rows)
+    if ax is None:
+        ax = stereonet_axes.new_axes(
+            projection, asked.size_mm, len(stereonet_axes.lines_below(net))
+        )
+    stereonet_axes.draw_net(ax, net, asked.style)
     return ax
 
 
@@ -145,11 +186,19 @@ def rose(
 
     if of is not None:
         one_of(of, (*ROSE_OF, *HISTOGRAM_OF), "of")
+    width = required_number(bin_deg, "bin_deg")
     if of not in HISTOGRAM_OF:
-        bins_of(bin_deg)
+        bins_of(width)
     rows = rows_of(table, azimuth)
     wanted = of or ("strike" if rows.is_plane.any() else "trend")
-    found = roses_of_table(rows, wanted, by, bin_deg=bin_deg, weight=weight, by_area=by_area)
+    found = roses_of_table(
+        rows,
+        wanted,
+        column_of(by),
+        bin_deg=width,
+        weight=column_of(weight, "weight"),
+        by_area=by_area,
+    )
     check_roses(found, None)
     figure = plt.figure(figsize=figure_size(found))
     draw_roses(figure, found)

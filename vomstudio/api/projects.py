@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-import numpy as np
-
 from vomstudio.api import feature_tables
-from vomstudio.api.checking import one_of, points, warn
-from vomstudio.api.models import Mesh, PointCloud, Source, in_world
+from vomstudio.api.checking import one_of, path_of, points, warn, words_of
+from vomstudio.api.models import Mesh, PointCloud, as_recorded
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Model
@@ -110,7 +108,7 @@ class Project:
         so.
         """
         settings = _settings()
-        folder = ProjectFolder.open(Path(path), settings=settings.affecting_results)
+        folder = ProjectFolder.open(path_of(path, "path"), settings=settings.affecting_results)
         made = cls(folder, settings)
         said = [
             tr("A part of the project could not be read and was left out: {problem}", problem=p)
@@ -131,7 +129,7 @@ class Project:
         """A new project in the folder NAME.vom. Raises vs.errors.TargetError where there is one
         already, or the folder cannot be made."""
         settings = _settings()
-        folder = ProjectFolder.create(Path(path), settings=settings.affecting_results)
+        folder = ProjectFolder.create(path_of(path, "path"), settings=settings.affecting_results)
         return cls(folder, settings)
 
     def __enter__(self) -> Self:
@@ -178,7 +176,7 @@ class Project:
         then all is as before. Files that can no longer be read are named in a warning.
         """
         desk = self._open_desk()
-        left_out = desk.project.save_as(Path(path))
+        left_out = desk.project.save_as(path_of(path, "path"))
         self._folder = desk.project.folder
         self._recovered, self._opened_at = False, desk.session.top
         warn(left_out)
@@ -272,7 +270,9 @@ class Project:
             one_of(up, ("y", "z"), "up")
         if unit is not None:
             one_of(unit, METRES, "unit")
-        added = self._open_desk().add_model(Path(path), DeclaredFrame(crs, up, unit))
+        added = self._open_desk().add_model(
+            path_of(path, "path"), DeclaredFrame(words_of(crs, "crs"), up, unit)
+        )
         warn(added.warnings)
         return added.model.id
 
@@ -296,8 +296,10 @@ class Project:
         """
         desk = self._open_desk()
         wanted = model.id if isinstance(model, ProjectModel) else str(model)
-        picks = Picks(name or "", _points(points))
-        added = desk.add_picks([picks], desk.find_model(wanted), desk.find_type(type), set or "")
+        # Checked before the edit is made: the journal could not be read with anything else in it.
+        picks = Picks(words_of(name, "name") or "", _points(points))
+        found, group = desk.find_type(_word(type, "type")), words_of(set, "set") or ""
+        added = desk.add_picks([picks], desk.find_model(wanted), found, group)
         warn(added.warnings)
         return added.traces[0].id
 
@@ -329,11 +331,12 @@ class Project:
         """
         from vomstudio.files.atomic import check_target
 
-        check_target(path, force=force, inputs=own_files(self._folder))
+        target = path_of(path, "path")
+        check_target(target, force=force, inputs=own_files(self._folder))
         records = self._records
         refuse_empty(records, self._folder)
         thresholds = self._measurements.otherwise
-        table = export_records(records, format, Path(path), force=force, thresholds=thresholds)
+        table = export_records(records, format, target, force=force, thresholds=thresholds)
         warn(
             tr("{feature} was left out: {reason}.", feature=item["name"], reason=item["reason"])
             for item in table.skipped
@@ -353,23 +356,7 @@ class Project:
     def _read(self, model_id: str) -> Mesh | PointCloud:
         desk = self._open_desk()
         model = desk.find_model(model_id)
-        loaded = desk.read_model(model)
-        frame = model.frame
-        scale = frame.unit_m if frame.crs is not None and model.registration is None else 1.0
-        source = Source(
-            loaded.path,
-            frame.crs,
-            loaded.warnings,
-            scale,
-            frame.has_north,
-            frame.has_metres,
-            loaded.content_hash,
-        )
-        made = in_world(loaded.data, np.array(model.to_world), source)
-        if model.registration is None:
-            return made
-        error = model.registration.placing_error_m(made.bounds)
-        return replace(made, _source=replace(made._source, placing_error_m=error))
+        return as_recorded(desk.read_model(model), model)
 
     def _figures(self) -> dict[str, Any]:
         if self._desk is None:
@@ -391,6 +378,13 @@ class Project:
 
 def _points(given: Any) -> Any:
     return points(given)
+
+
+def _word(given: Any, name: str) -> str:
+    found = words_of(given, name)
+    if found is None:
+        raise InputError(tr("A name is needed."), field=name)
+    return found
 
 
 def _settings() -> Settings:

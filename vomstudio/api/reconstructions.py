@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from vomstudio.api.checking import warn
+from vomstudio.api.checking import path_of, warn, whole_number
 from vomstudio.api.reporting import Reported, told
 from vomstudio.jobs.reconstruction_tasks import Reconstruction
 from vomstudio.progress import CancelToken
@@ -74,15 +74,15 @@ def reconstruct(
 
     report = told(progress, cancel)
     order, said = order_reconstruction(
-        photos,
-        folder,
+        path_of(photos, "photos"),
+        path_of(folder, "folder"),
         quality=quality,
         control=gcp,
         marks=marks,
         crs=crs,
         scheduler=scheduler,
-        threads=threads,
-        seed=seed,
+        threads=whole_number(threads, "threads"),
+        seed=whole_number(seed, "seed") or 0,
         device=device,
         region=region,
     )

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.api.checking import numbers, warn
+from vomstudio.api.checking import attitude_of, items_of, numbers, warn, whole_number
 from vomstudio.api.tables import Azimuth, frame_of_table, rows_of
-from vomstudio.geology.orientation import Plane
+from vomstudio.errors import UsageError
 from vomstudio.geology.sets.proposals import SetProposal, propose_sets
 from vomstudio.geology.sets.scanline import checked_scanline
 from vomstudio.io.text.set_columns import DISCONTINUITY, PROBABILITY, SET, pieces_of
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True, repr=False)
@@ -32,7 +33,8 @@ def sets(
     table: Any,
     *,
     max_sets: int | None = None,
-    seeds: Sequence[tuple[float, float]] = (),
+    exactly: int | None = None,
+    seeds: Sequence[tuple[float, float] | str] = (),
     scanline: Any = None,
     azimuth: Azimuth | None = None,
 ) -> ProposedSets:
@@ -43,7 +45,8 @@ def sets(
     table : DataFrame of orientations, the path of a file, or two arrays (dip direction, dip), (n,)
         each, degrees; lines in it are left out
     max_sets : sets looked for at most; None for 8
-    seeds : (dip direction, dip) of a plane of each set, in place of a proposed number
+    exactly : this number of sets, however well they part; without ``max_sets`` and ``seeds``
+    seeds : (dip direction, dip) or "DD/D" of a plane of each set, in place of a proposed number
     scanline : (2, 3) ends of a straight line, World, m, along which spacing is told too
     azimuth : what a column called only ``azimuth`` means: "strike" or "dipdir"
 
@@ -60,7 +63,7 @@ def sets(
     Raises
     ------
     vs.errors.GeometryError for tables without planes; vs.errors.UsageError for seeds that are alike
-    or more than ``max_sets``; vs.errors.InputError as `stats`.
+    or more than ``max_sets``, and for ``exactly`` with either; vs.errors.InputError as `stats`.
 
     A mixture of Bingham distributions and an even scatter, its number by the integrated completed
     likelihood (Biernacki, Celeux & Govaert 2000); means and kappa after Fisher (1953).
@@ -76,9 +79,17 @@ def sets(
     ([('S1', 7, 89), ('S2', 6, 33)], 0)
     """
     rows = rows_of(table, azimuth)
-    planes = tuple(Plane(float(direction), float(dip)) for direction, dip in seeds)
+    planes = tuple(attitude_of(seed, "seeds") for seed in items_of(seeds, "seeds"))
+    most, wanted = whole_number(max_sets, "max_sets"), whole_number(exactly, "exactly")
+    if wanted is not None and (planes or most is not None):
+        raise UsageError(
+            tr("This number stands alone: leave out the seeds and the largest number."),
+            field="exactly",
+        )
     line = None if scanline is None else checked_scanline(numbers(scanline, "scanline"))
-    found = propose_sets(rows, most=max_sets, seeds=planes, pieces=pieces_of(rows), scanline=line)
+    found = propose_sets(
+        rows, most=most, exactly=wanted, seeds=planes, pieces=pieces_of(rows), scanline=line
+    )
     # A table that was handed over keeps its own columns.
     own_frame = hasattr(table, "columns") and hasattr(table, "itertuples")
     frame = table.copy() if own_frame else frame_of_table(rows, rows.warnings)

@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Literal
 
-from vomstudio.api.checking import one_of, warn
+from vomstudio.api.checking import (
+    column_of,
+    items_of,
+    one_of,
+    required_number,
+    single_number,
+    warn,
+    words_of,
+)
 from vomstudio.api.tables import Azimuth, rows_of, text_of
 from vomstudio.errors import UsageError
 from vomstudio.geology.faults.table_slip import TableSlip, table_slip
@@ -69,7 +77,7 @@ def stats(
     rows = rows_of(table, azimuth)
     if weights is not None:
         one_of(weights, WEIGHTINGS, "weights")
-    found = table_statistics(rows, by, directed, weights)
+    found = table_statistics(rows, column_of(by), directed, weights)
     warn(found.warnings[len(rows.warnings) :])
     return found
 
@@ -123,8 +131,9 @@ def fold(
     (90.0, 20.0)
     """
     rows = rows_of(table, azimuth)
-    names = None if sets is None else checked_names([str(name) for name in sets])
-    return table_fold(rows, kind, names, domain, waviness_deg)
+    names = None if sets is None else checked_names([str(name) for name in items_of(sets, "sets")])
+    waviness = single_number(waviness_deg, "waviness_deg")
+    return table_fold(rows, words_of(kind, "kind"), names, column_of(domain, "domain"), waviness)
 
 
 def slope(
@@ -177,8 +186,8 @@ def slope(
     """
     asked = slope_face(
         face if isinstance(face, str) else _plane_of(face),
-        float(friction_deg),
-        float(lateral_deg),
+        required_number(friction_deg, "friction_deg"),
+        required_number(lateral_deg, "lateral_deg"),
         limits,
     )
     rows = rows_of(table, azimuth)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from vomstudio.api.checking import one_of, positive, warn
+from vomstudio.api.checking import one_of, path_of, positive, single_number, warn
 from vomstudio.api.reporting import Reported, told
 from vomstudio.io.photos.reading import PhotoFolder
 from vomstudio.survey.folder_check import FolderCheck
@@ -39,7 +39,7 @@ def read_photos(folder: str | Path, *, progress: Reported = None) -> PhotoFolder
     """
     from vomstudio.io.photos import reading
 
-    found = reading.read_photos(folder, told(progress))
+    found = reading.read_photos(path_of(folder, "folder"), told(progress))
     warn([*found.warnings, *(f"{name} {reason}" for name, reason in found.skipped)])
     return found
 
@@ -78,7 +78,9 @@ def check(
     """
     from vomstudio.survey.folder_check import check_folder
 
-    checked, _ = check_folder(folder, distance_m, told(progress))
+    checked, _ = check_folder(
+        path_of(folder, "folder"), single_number(distance_m, "distance_m"), told(progress)
+    )
     return checked
 
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vomstudio.api.checking import looks_like_radians, pairs, warn
+from vomstudio.api.checking import looks_like_radians, pairs, path_of, warn
 from vomstudio.document import catalogue
 from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
@@ -69,7 +69,7 @@ def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> An
     >>> beds.attrs["convention"]
     "planes as strike (right-hand rule)/dip ('strike', 'dip')"
     """
-    table = orientation_reading.read_orientations(path, azimuth)
+    table = orientation_reading.read_orientations(path_of(path, "path"), azimuth)
     said = _noticed(table)
     warn(said)
     return frame_of_table(table, said)

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.geology import stereonet as nets
 from vomstudio.geology.density import DENSITY_UNITS, density
-from vomstudio.geology.orientation import lines_to_vectors
+from vomstudio.geology.orientation import Array, lines_to_vectors, vectors_to_lines
 from vomstudio.products.net.contents import NetContents, NetSet, circles_shown
 from vomstudio.products.net.contours import (
     SEE_THROUGH,
@@ -17,10 +18,13 @@ from vomstudio.products.net.contours import (
     contoured_groups,
     dash,
 )
-from vomstudio.products.net.style import PRINT
+from vomstudio.products.net.figure_style import FigureStyle
+from vomstudio.products.net.style import NetStyle
 from vomstudio.words import tr
 
 _GRID = 101
+_SIZE = (8.0, 5.0)
+"""Of a new figure, in inches."""
 
 
 def _library() -> Any:
@@ -32,14 +36,16 @@ def _library() -> Any:
     return mplstereonet
 
 
-def new_axes(projection: str) -> Any:
-    """Axes in a new figure of pyplot; projection : "area" or "angle"."""
+def new_axes(projection: str, size_mm: tuple[float, float] | None = None, lines: int = 0) -> Any:
+    """Axes in a new figure of pyplot; projection : "area" or "angle"; lines : of text below."""
     import matplotlib.pyplot as plt
 
     _library()
-    figure = plt.figure(figsize=(8.0, 5.0))
+    figure = plt.figure(
+        figsize=_SIZE if size_mm is None else (size_mm[0] / 25.4, size_mm[1] / 25.4)
+    )
     # Room for the legend beside the net.
-    figure.subplots_adjust(left=0.04, right=0.66)
+    figure.subplots_adjust(left=0.04, right=0.66, bottom=0.11 + 0.04 * lines)
     ax = figure.add_subplot(projection=f"equal_{projection}_stereonet")
     ax.grid(color="0.85", linewidth=0.5)
     return ax
@@ -49,32 +55,85 @@ def are_axes(ax: Any) -> bool:
     return isinstance(ax, _library().StereonetAxes)
 
 
-def draw_net(ax: Any, net: NetContents) -> None:
-    """Density, great circles, poles and lines, and means, with a legend of the sets."""
+def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> None:
+    """Density, great circles, poles and lines, means, and what else was asked for, with a legend.
+    style : its size is that of the axes' figure"""
+    given = style or FigureStyle()
+    paper = given.of_net()
+    symbol, thin = given.symbol_pt or 5.0, given.line_pt or 0.7
     if net.contour is not None:
-        _draw_density(ax, net, net.contour)
+        _draw_density(ax, net, net.contour, paper)
     for s in net.sets:
         if s.kind == "plane" and circles_shown(net):
             # Copies: the library writes into what it is given.
-            ax.plane(_strikes(s), s.angle_deg.copy(), color=s.color, linewidth=0.7, alpha=0.6)
+            ax.plane(_strikes(s), s.angle_deg.copy(), color=paper.color(s.color),
+                     linewidth=thin, alpha=0.6)  # fmt: skip
     for s in net.sets:
-        style = {"marker": s.marker, "color": s.color, "markersize": 5, "label": _label(s)}
+        look = {"marker": s.marker, "color": paper.color(s.color), "markersize": symbol,
+                "label": _label(s)}  # fmt: skip
         if s.kind == "plane":
-            ax.pole(_strikes(s), s.angle_deg.copy(), **style)
+            ax.pole(_strikes(s), s.angle_deg.copy(), **look)
         else:
-            _plot_lines(ax, s.azimuth_deg, s.angle_deg, **style)
+            _plot_lines(ax, s.azimuth_deg, s.angle_deg, **look)
     for mean in net.means:
         _plot_lines(
             ax,
             np.array([mean.line.trend_deg]),
             np.array([mean.line.plunge_deg]),
             marker="*",
-            markersize=12,
-            markerfacecolor=mean.color,
+            markersize=2.4 * symbol,
+            markerfacecolor=paper.color(mean.color),
             markeredgecolor="black",
             label=tr("Mean {orientation}", orientation=mean.orientation),
         )
-    ax.legend(loc="upper left", bbox_to_anchor=(1.1, 1.0), frameon=False, fontsize="small")
+    _draw_additions(ax, net, paper, symbol, thin)
+    letters: dict[str, Any] = {"size": given.font_pt or "small"}
+    if given.font:
+        letters["family"] = given.font
+    ax.legend(loc="upper left", bbox_to_anchor=(1.1, 1.0), frameon=False, prop=letters)
+    said = lines_below(net)
+    if said:
+        ax.text(
+            0.0, -0.09, chr(10).join(said), transform=ax.transAxes, va="top", fontproperties=letters
+        )
+
+
+def lines_below(net: NetContents) -> list[str]:
+    return [*net.averages, *net.notes]
+
+
+def _draw_additions(ax: Any, net: NetContents, paper: NetStyle, symbol: float, thin: float) -> None:
+    for circle in net.circles_typed:
+        color = paper.ink if circle.color is None else paper.color(circle.color)
+        for place, part in enumerate(circle.outline(net.projection)):
+            label = circle.label if place == 0 else "_nolegend_"
+            ax.plot(*_of_axes(part, net.projection), color=color, linestyle=circle.dash,
+                    linewidth=1.5 * thin, label=label)  # fmt: skip
+    for ellipse in net.errors:
+        for part in ellipse.outline(net.projection):
+            ax.plot(*_of_axes(part, net.projection), color=paper.soft, linewidth=thin)
+    for mark in net.marks:
+        color = paper.ink if mark.color is None else paper.color(mark.color)
+        _plot_lines(
+            ax,
+            np.array([mark.line.trend_deg]),
+            np.array([mark.line.plunge_deg]),
+            marker=mark.marker,
+            markersize=2.0 * symbol,
+            markeredgewidth=2.0 * thin,
+            markeredgecolor=color,
+            markerfacecolor="none",
+            label=mark.label,
+        )
+
+
+def _of_axes(part: Array, projection: str) -> tuple[Array, Array]:
+    """Longitude and latitude in the library's axes of positions (k, 2) on our net."""
+    # A hair inward: on the primitive circle rounding would put them outside.
+    vectors = nets.unproject(part * (1.0 - 1e-9), projection)
+    trend, plunge = vectors_to_lines(vectors)[:2]
+    longitude, latitude = _library().line(plunge, trend)
+    return np.asarray(longitude), np.asarray(latitude)
 
 
 def _plot_lines(ax: Any, trend_deg: Any, plunge_deg: Any, **style: Any) -> None:
@@ -92,7 +151,7 @@ def _label(s: NetSet) -> str:
     return tr("{set}, lines (n = {count:,})", set=s.name, count=len(s))
 
 
-def _draw_density(ax: Any, net: NetContents, method: str) -> None:
+def _draw_density(ax: Any, net: NetContents, method: str, paper: NetStyle) -> None:
     """By our own kernels, at the places of the library's axes; with a bar beside the net."""
     across = np.linspace(-np.pi / 2, np.pi / 2, _GRID)
     longitude, latitude = np.meshgrid(across, across)
@@ -107,7 +166,7 @@ def _draw_density(ax: Any, net: NetContents, method: str) -> None:
         top = float(values.max())
         if not levels or top <= levels[0]:
             continue
-        colors = contour_colors(of, len(levels), look.is_filled, PRINT)
+        colors = contour_colors(of, len(levels), look.is_filled, paper)
         if look.is_filled:
             # Up to a level above all, so that one level is enough.
             drawn.append(

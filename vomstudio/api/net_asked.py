@@ -1,0 +1,129 @@
+"""What a script asks of a net beside its data, checked before anything is drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from vomstudio.api.checking import (
+    attitude_of,
+    items_of,
+    required_number,
+    single_number,
+    slashed,
+    words_of,
+)
+from vomstudio.errors import InputError
+from vomstudio.geology.density import SIGMA
+from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.products.net.contents import Contouring, NetCircle, NetContents, NetMark
+from vomstudio.products.net.contours import check_contouring
+from vomstudio.products.net.figure_style import FigureStyle
+from vomstudio.products.net.found_in_sets import with_findings
+from vomstudio.products.net.net_options import (
+    Turning,
+    net_after,
+    turn_of,
+    typed_cone,
+    typed_plane,
+    typed_slip,
+    with_intersections,
+)
+from vomstudio.products.net.table_net import error_ellipses
+from vomstudio.words import tr
+
+_FOUND = ("girdles", "maxima", "averages")
+_SIZES = ("font_pt", "symbol_pt", "line_pt")
+
+
+@dataclass(frozen=True)
+class NetAsked:
+    """The options of `vs.stereonet`, read. size_mm : of a new figure, None for the usual one"""
+
+    contouring: Contouring
+    turning: Turning
+    circles: tuple[NetCircle, ...]
+    marks: tuple[NetMark, ...]
+    found: frozenset[str]
+    intersections: bool
+    errors: bool
+    style: FigureStyle
+    size_mm: tuple[float, float] | None
+
+    @classmethod
+    def of(cls, given: dict[str, Any], contour: str | None) -> NetAsked:
+        """Takes what it knows out of `given`. Raises InputError, also for what is left, and
+        UsageError."""
+        size = given.pop("size_mm", None)
+        wide, high = (None, None) if size is None else _size(size)
+        style = FigureStyle(
+            wide,
+            high,
+            words_of(given.pop("font", None), "font") or "",
+            *(single_number(given.pop(name, None), name) for name in _SIZES),
+            bool(given.pop("grey", False)),
+        )
+        style.check()
+        slips = [
+            typed_slip(slashed(one, "slip_lines", 3))
+            for one in items_of(given.pop("slip_lines", ()), "slip_lines")
+        ]
+        planes, cones = (items_of(given.pop(name, ()), name) for name in ("planes", "cones"))
+        made = cls(
+            _contouring(given, contour),
+            _turning(given),
+            (
+                *(typed_plane(slashed(one, "planes", 2)) for one in planes),
+                *(typed_cone(slashed(one, "cones", 3)) for one in cones),
+                *(circle for circle, _ in slips),
+            ),
+            tuple(mark for _, mark in slips),
+            frozenset([name for name in _FOUND if given.pop(name, False)]),
+            bool(given.pop("intersections", False)),
+            bool(given.pop("errors", False)),
+            style,
+            None if size is None else style.size_mm,
+        )
+        for name in given:
+            raise InputError(tr("Nothing of this name is known."), field=name)
+        return made
+
+    def net(self, net: NetContents, rows: OrientationRows) -> NetContents:
+        """Intersections and errors are turned with the planes; what was typed stays. Raises
+        UsageError."""
+        if self.intersections:
+            net = with_intersections(net)
+        if self.errors:
+            net = replace(net, errors=error_ellipses(rows))
+        if self.turning.turns:
+            net = net_after(net, self.turning)
+        net = replace(net, circles_typed=self.circles, marks=self.marks)
+        return with_findings(net, self.found)
+
+
+def _size(given: Any) -> tuple[float, float]:
+    try:
+        wide, high = given
+    except (TypeError, ValueError):
+        raise InputError(tr("A size is (width, height) in millimetres."), field="size_mm") from None
+    return required_number(wide, "size_mm"), required_number(high, "size_mm")
+
+
+def _contouring(given: dict[str, Any], contour: str | None) -> Contouring:
+    asked = given.pop("levels", None)
+    levels = [] if asked is None else items_of(asked, "levels")
+    wanted = tuple(sorted({required_number(level, "levels") for level in levels}))
+    sigma = required_number(given.pop("sigma", SIGMA), "sigma")
+    check_contouring(contour, wanted, sigma)
+    filled = given.pop("filled", None)
+    return Contouring(
+        wanted, None if filled is None else bool(filled), bool(given.pop("each_set", False)), sigma
+    )
+
+
+def _turning(given: dict[str, Any]) -> Turning:
+    untilt, rotate = given.pop("untilt", None), given.pop("rotate", None)
+    plane = None if untilt is None else attitude_of(untilt, "untilt")
+    if rotate is None:
+        return Turning(plane)
+    return Turning(plane, *turn_of(slashed(rotate, "rotate", 3)))
