@@ -115,6 +115,8 @@ class DisplacementPanel(SeenPanel):
         studio.settings_changed.connect(self._soon)
         studio.selection_changed.connect(lambda _: self._refresh())
         studio.jobs.closed.connect(self._timer.stop)
+        # Until the first result is looked for there is nothing to copy either.
+        self._refresh()
 
     def _arrange(self) -> None:
         form = narrow_form()
