@@ -56,13 +56,10 @@ class NetAsked:
         UsageError."""
         size = given.pop("size_mm", None)
         wide, high = (None, None) if size is None else _size(size)
-        style = FigureStyle(
-            wide,
-            high,
-            words_of(given.pop("font", None), "font") or "",
-            *(single_number(given.pop(name, None), name) for name in _SIZES),
-            bool(given.pop("grey", False)),
-        )
+        font = words_of(given.pop("font", None), "font") or ""
+        letters, symbols, lines = (single_number(given.pop(name, None), name) for name in _SIZES)
+        grey = bool(given.pop("grey", False))
+        style = FigureStyle(wide, high, font, letters, symbols, lines, grey)
         style.check()
         slips = [
             typed_slip(slashed(one, "slip_lines", 3))
