@@ -133,8 +133,8 @@ def _draw_additions(ax: Any, net: NetContents, paper: NetStyle, symbol: float, t
 
 def _of_axes(part: Array, projection: str) -> tuple[Array, Array]:
     """Longitude and latitude in the library's axes of positions (k, 2) on our net."""
-    # A hair inward: on the primitive circle rounding would put them outside.
-    vectors = nets.unproject(part * (1.0 - 1e-9), projection)
+    # A hair inward: on the primitive circle an end would be shown by its other end.
+    vectors = nets.unproject(part * (1.0 - 1e-7), projection)
     trend, plunge = vectors_to_lines(vectors)[:2]
     longitude, latitude = _library().line(plunge, trend)
     return np.asarray(longitude), np.asarray(latitude)
