@@ -20,7 +20,8 @@ from vomstudio.cli import COMMANDS
 
 PROMISED = {
     "photos", "registered", "unregistered", "reprojection_error_px", "cameras", "sparse", "dense",
-    "mesh", "dense_points", "faces", "frame", "seconds", "peak_memory_mb",
+    "mesh", "dense_points", "faces", "frame", "seconds", "peak_memory_mb", "unseen_share", "texel",
+    "photo_pixel", "unit", "device",
 }  # fmt: skip
 
 

@@ -197,6 +197,44 @@ def las_bounds(path: Path) -> list:
         return [file.header.mins, file.header.maxs]
 
 
+@pytest.mark.parametrize(
+    ("crs", "turned", "known"),
+    [
+        ("EPSG:32615", 0.0, True),
+        ("EPSG:32615", 0.3, False),  # its rows do not run eastward
+        ("EPSG:4326", 0.0, False),  # degrees
+        ("EPSG:2263", 0.0, False),  # feet
+        ('LOCAL_CS["plane",UNIT["metre",1]]', 0.0, False),  # an oblique orthophoto
+        (None, 0.0, False),
+    ],
+)
+def test_an_orthophoto_is_a_picture_with_a_place(
+    run, tmp_path: Path, crs: str | None, turned: float, known: bool
+) -> None:
+    import rasterio
+
+    path = tmp_path / "ortho.tif"
+    profile = {"driver": "GTiff", "width": 5, "height": 4, "count": 3, "dtype": "uint8"}
+    transform = rasterio.Affine(0.5, turned, 576_000, 0, -0.5, 5_188_000)
+    with rasterio.open(path, "w", crs=crs, transform=transform, **profile) as dataset:
+        dataset.write(np.full((3, 4, 5), 9, np.uint8))
+    ran = run("info", path, "--json")
+    (found,) = ran.json["files"]
+    assert ran.code == 0
+    assert (found["kind"], found["width"], found["height"]) == ("raster", 5, 4)
+    if not known:
+        assert (found["crs"], found["bounds"], found["units"]) == (None, None, None)
+        assert found["warnings"]
+        return
+    assert found["crs"] == crs
+    assert found["bounds"] == [[576_000, 5_187_998, None], [576_002.5, 5_188_000, None]]
+    assert (found["units"], found["resolution_m"]) == (["m", "m", "unknown"], 0.5)
+    assert found["warnings"] == []
+    said = run("info", path).out
+    assert "576000.000 to 576002.500" in said
+    assert "resolution, m  0.5" in said
+
+
 def test_a_height_model_of_64_bit_numbers_is_described(run, tmp_path: Path) -> None:
     import rasterio
 

@@ -30,7 +30,8 @@ from vomstudio.document.journal import Replay
 from vomstudio.errors import VomError
 from vomstudio.io.project.export import export_project
 from vomstudio.io.project.folder import Project
-from vomstudio.io.project.journal import COLUMNS, NAME, checksum, read_replay
+from vomstudio.io.project.journal import NAME, read_replay
+from vomstudio.io.project.journal_rows import COLUMNS, checksum
 from vomstudio.io.project.verify import verify
 
 LONGEST_S = 20.0

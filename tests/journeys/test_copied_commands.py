@@ -251,6 +251,7 @@ def test_facets(window, model_id, told) -> None:
     window.actions_table.run("propose_facets")
     panel = window.findChild(FacetsPanel)
     panel.points.setValue(40)
+    wait(panel.start.isEnabled, "the model in the panel")
     press(panel.start)
     wait(lambda: panel._facets.found is not None, "the facets", 120.0)
     press(panel.copy)

@@ -196,7 +196,7 @@ def test_a_disk_that_may_not_be_written_is_said(photos: Path, tmp_path: Path) ->
         for out in (disk / "new", disk / "empty"):
             error = here(photos, out)
             assert isinstance(error, TargetError)
-            assert "Read-only" in error.message
+            assert "read-only" in error.message
 
 
 def test_a_photo_that_goes_away_in_mid_run_is_named(photos: Path, tmp_path: Path) -> None:

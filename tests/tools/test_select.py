@@ -189,6 +189,10 @@ def test_rings_inversion_hiding_and_cutting(tool, context):
     assert np.array_equal(context.elements.hidden("m1"), first)
     tool.changes.show_all()
     assert not tool.changes.anything_hidden()
+    # A key pressed by mistake: what was hidden with care is hidden again.
+    assert context.let_go[-1].label == "Show what was hidden"
+    assert context.let_go[-1].bring_back()
+    assert np.array_equal(context.elements.hidden("m1"), first)
 
 
 def test_by_field_and_by_colour(tool, context):

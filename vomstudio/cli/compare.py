@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
@@ -82,10 +83,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     error = args.registration_error
     if error is None and args.m3c2 is not None:
         error = placing_error_m(Path(args.model))
-    found = compare(
-        model.data, benchmark.data, radius_m=args.m3c2, registration_error_m=error,
-        progress=progress,
-    )  # fmt: skip
+    with numbers_of(args.model):
+        found = compare(
+            model.data, benchmark.data, radius_m=args.m3c2, registration_error_m=error,
+            progress=progress,
+        )  # fmt: skip
     result: dict[str, Any] = found.as_dict()
     warnings += found.warnings
     if args.output is not None:

@@ -6,8 +6,9 @@ import argparse
 from typing import Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.angles import pair_of, plane_of
+from vomstudio.cli.common.angles import line_of, plane_of
 from vomstudio.cli.common.arguments import Subparsers, add_command
+from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
@@ -43,7 +44,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.faults.displacement import Errors
     from vomstudio.geology.faults.displacement_pairs import displacements
-    from vomstudio.geology.orientation import Line, rake_of
+    from vomstudio.geology.orientation import rake_of
     from vomstudio.io.text.log_reading import pairs_of
     from vomstudio.io.text.tables import read_table
 
@@ -51,13 +52,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     bed = None if args.bed is None else plane_of(args.bed, "--bed")
     rake = args.rake
     if args.slip is not None:
-        trend, plunge = pair_of(args.slip, "--slip")
-        rake = rake_of(Line(trend, plunge), fault)
+        rake = rake_of(line_of(args.slip, "--slip"), fault)
     names, points = pairs_of(read_table(args.pairs))
-    found = displacements(
-        names, points[:, :3], points[:, 3:], fault, bed=bed, slip_rake_deg=rake,
-        errors=Errors(args.sigma, args.fault_error, args.bed_error, args.rake_error),
-    )  # fmt: skip
+    with numbers_of(args.pairs):
+        found = displacements(
+            names, points[:, :3], points[:, 3:], fault, bed=bed, slip_rake_deg=rake,
+            errors=Errors(args.sigma, args.fault_error, args.bed_error, args.rake_error),
+        )  # fmt: skip
     result = found.as_dict()
     out.result(result)
     out.warn([f"{each['id']}: {each['reason']}" for each in found.skipped])

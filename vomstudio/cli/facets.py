@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import add_project
+from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
@@ -83,15 +84,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = progress_of(args)
     model = read_in_world(args.model, progress, project=args.project)
     warnings = list(model.warnings)
-    found = search(
-        model.data,
-        limits,
-        preset=args.preset,
-        sets=args.sets,
-        model=Path(args.model).name,
-        frame=model.crs or "local",
-        progress=progress,
-    )
+    with numbers_of(args.model):
+        found = search(
+            model.data,
+            limits,
+            preset=args.preset,
+            sets=args.sets,
+            model=Path(args.model).name,
+            frame=model.crs or "local",
+            progress=progress,
+        )
     if not model.metric:
         warnings.append(
             tr("The file states no unit: what is said in metres is in the unit of the file.")

@@ -28,7 +28,10 @@ def add_parser(subparsers: Subparsers) -> None:
             "parts between --- lines)"
         ),
     )
-    parser.add_argument("--method", choices=["pca", "regression"], default="pca")
+    parser.add_argument(
+        "--method", choices=["pca", "regression"], default="pca",
+        help=tr("least distances from the plane (pca, the default), or along one axis"),
+    )  # fmt: skip
     parser.add_argument(
         "--axis", choices=["auto", "x", "y", "z"], default="auto",
         help=tr("that a regression minimises (auto, the default: the one nearest the normal)"),

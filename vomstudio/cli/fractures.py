@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import Subparsers, add_command
+from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
@@ -84,7 +85,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         format_ = picture_format(args.plot, "--plot")
         inputs = [p for p in (args.traces, args.area, args.scanline) if p is not None]
         check_target(args.plot, force=args.force, inputs=inputs)
-    mapped = map_fractures(order)
+    with numbers_of(args.area or args.traces):
+        mapped = map_fractures(order)
     if format_ is not None:
         from vomstudio.products.fractures.figure import write_fractures
 

@@ -16,7 +16,9 @@ def add_parser(subparsers: Subparsers) -> None:
         run,
         help_=tr("Take the sharp frames of a video, for a reconstruction"),
     )
-    parser.add_argument("video", metavar="VIDEO")
+    parser.add_argument(
+        "video", metavar="VIDEO", help=tr("film of the outcrop in any usual format")
+    )
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help=tr("folder for them"))
     parser.add_argument(
         "--force", action="store_true", help=tr("write into a folder that is in use")

@@ -168,7 +168,7 @@ def _table(path: Path) -> dict[str, Any]:
 
 
 def _picture(path: Path) -> dict[str, Any]:
-    """Size and bands of an image file. Where on Earth it lies is not looked up here."""
+    """Size and bands of an image file, and its place where it is one of a map."""
     from vomstudio.io.text.rows import require_file
 
     require_file(path)
@@ -189,11 +189,16 @@ def _picture(path: Path) -> dict[str, Any]:
         raise InputError(
             tr("This picture cannot be read ({error}).", error=error), file=path
         ) from error
-    warnings = []
+    place, warnings = None, []
     if 33550 in tags or 34264 in tags:
-        warnings.append(tr("The picture is georeferenced, but its position is not shown here."))
+        from vomstudio.io.gis.raster_place import place_on_map
+
+        place = place_on_map(path)
+        if place is None:
+            warnings.append(tr("The picture is georeferenced, but its position is not shown here."))
     return {
         **NOTHING,
+        **(place or {}),
         "kind": "raster",
         "width": width,
         "height": height,
@@ -224,17 +229,19 @@ def _extent_in_words(found: dict[str, Any]) -> list[str]:
     metric = "resolution" not in found and units[0] != "unknown"
     if bounds := found.get("bounds"):
         for axis, unit, low, high in zip("xyz", units, *bounds, strict=True):
+            if low is None:  # a picture has no heights
+                continue
             said = tr("{low:.3f} to {high:.3f}", low=low, high=high)
             shown = "m" if metric else unit
             label = axis if shown == "unknown" else f"{axis}, {shown}"
-            lines.append(f"  {label:<12}{said}")
+            lines.append(f"  {label:<15}{said}")
     if spacing := found.get("resolution_m"):
-        lines.append(f"  {tr('resolution, m'):<12}{spacing:.4g}")
+        lines.append(f"  {tr('resolution, m'):<15}{spacing:.4g}")
     elif spacing := found.get("resolution"):
-        lines.append(f"  {tr('resolution'):<12}{spacing:.4g}")
+        lines.append(f"  {tr('resolution'):<15}{spacing:.4g}")
     if found.get("units"):
         stated = tr("unknown") if set(units) == {"unknown"} else ", ".join(units)
-        lines.append(f"  {tr('file units'):<12}{stated}")
+        lines.append(f"  {tr('file units'):<15}{stated}")
     return lines
 
 
@@ -250,7 +257,7 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
         ("height", tr("height, px")),
     ):
         if found.get(key):
-            lines.append(f"  {label:<12}{found[key]}")
+            lines.append(f"  {label:<15}{found[key]}")
     for camera in found.get("cameras", ()):
         focal = camera["focal_px"]
         known = (
@@ -267,15 +274,15 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
             height=camera["height"],
             focal=known,
         )
-        lines.append(f"  {tr('camera'):<12}{said}")
+        lines.append(f"  {tr('camera'):<15}{said}")
     lines += _extent_in_words(found)
     if found["kind"] in ("mesh", "cloud") or found.get("crs"):
-        lines.append(f"  {tr('CRS'):<12}{found.get('crs') or tr('none in the file')}")
+        lines.append(f"  {tr('CRS'):<15}{found.get('crs') or tr('none in the file')}")
     for key, label in (
         ("fields", tr("fields")),
         ("materials", tr("materials")),
         ("textures", tr("textures")),
     ):
         if found.get(key):
-            lines.append(f"  {label:<12}{', '.join(map(str, found[key]))}")
+            lines.append(f"  {label:<15}{', '.join(map(str, found[key]))}")
     return "\n".join(lines)

@@ -7,6 +7,7 @@ import argparse
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.angles import plane_of
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
+from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
@@ -38,10 +39,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.output is not None:
         check_target(args.output, force=args.force, inputs=[args.table])
     read = read_boundaries(args.table)
-    found = bed_log(
-        read.points, bed, names=read.names, lithologies=read.lithologies, notes=read.notes,
-        sigma_m=args.sigma, bed_error_deg=args.bed_error, overturned=args.overturned,
-    )  # fmt: skip
+    with numbers_of(args.table):
+        found = bed_log(
+            read.points, bed, names=read.names, lithologies=read.lithologies, notes=read.notes,
+            sigma_m=args.sigma, bed_error_deg=args.bed_error, overturned=args.overturned,
+        )  # fmt: skip
     if args.output is not None:
         about = tr("bedding {bed} ± {error:g}° (95 %)", bed=args.bed, error=args.bed_error)
         write_log(args.output, found, about=about, force=args.force)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from vomstudio.cli.common.arguments import Subparsers, add_command
+from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
@@ -28,7 +29,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.notation import format_plane
     from vomstudio.io.text.log_reading import read_boundaries
 
-    found = plane_of_three_points(read_boundaries(args.points).points, args.sigma)
+    read = read_boundaries(args.points)
+    with numbers_of(args.points):
+        found = plane_of_three_points(read.points, args.sigma)
     out.result(found.as_dict())
     said = format_plane(found.plane, decimals=1)
     if found.max_error95_deg is None:

@@ -16,6 +16,8 @@ from vomstudio.words import tr
 QUALITIES = ("preview", "low", "medium", "high")
 DEVICES = ("auto", "cpu", "cuda")
 NO_CONTROL = "none"
+_MOST_THREADS = 4096
+_MOST_SEED = 2**31 - 1
 
 
 def order_reconstruction(
@@ -53,8 +55,15 @@ def order_reconstruction(
         raise UsageError(
             tr("The device is one of {devices}.", devices=", ".join(DEVICES)), field="--device"
         )
-    if threads is not None and threads < 1:
-        raise UsageError(tr("The number of threads must be 1 or more."), field="--threads")
+    if threads is not None and not 1 <= threads <= _MOST_THREADS:
+        raise UsageError(
+            tr("The number of threads must be 1 or more, {most} at most.", most=_MOST_THREADS),
+            field="--threads",
+        )
+    if not 0 <= seed <= _MOST_SEED:
+        raise UsageError(
+            tr("A seed is a whole number from 0 to {most}.", most=_MOST_SEED), field="--seed"
+        )
     if out.resolve() == folder.resolve():
         raise UsageError(
             tr("This is the folder of the photos themselves. Choose another folder."),

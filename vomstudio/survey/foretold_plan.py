@@ -29,8 +29,8 @@ def foretold(
     Raises UsageError for one that is no length.
     """
     for name, value in (("--receiver", receiver_m), ("--control", control_m)):
-        if value is not None and not 0 < value < 1e6:
-            raise UsageError(tr("This must be a positive number."), field=name)
+        if value is not None and not 1e-6 <= value < 1e6:
+            raise UsageError(tr("This must be a positive number of metres."), field=name)
     both = forecasts(plan, receiver_m or RECEIVER_M, control_m or CONTROL_M)
     said = []
     if receiver_m is not None or _nearly_in_line(plan):

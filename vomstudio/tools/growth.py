@@ -67,7 +67,7 @@ class Growth:
             return None
         if found is None:
             self._context.hint(
-                tr("It is being worked out what lies beside what. The piece grows when it is.")
+                tr("The neighbours of each face are being looked up; then the piece grows.")
             )
             return None
         if isinstance(found, str):

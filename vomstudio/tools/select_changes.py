@@ -12,6 +12,7 @@ from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.patches import ids_of
 from vomstudio.tools.chosen_elements import ChosenElements, Combine, Mask
+from vomstudio.tools.open_steps import Discarded
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.words import tr
 
@@ -25,6 +26,7 @@ class Chooser(Protocol):
     """What the changes ask of the tool."""
 
     combine: Combine
+    name: str
 
     @property
     def chosen(self) -> ChosenElements | None: ...
@@ -85,7 +87,7 @@ class SelectChanges:
         found = self._context.elements.neighbours(chosen.model_id, again)
         if found is None:
             self._context.hint(
-                tr("It is being worked out what lies beside what. It is done when it is.")
+                tr("The neighbours of each face are being looked up; then it is done.")
             )
         elif isinstance(found, str):
             self._context.say(found)
@@ -148,10 +150,22 @@ class SelectChanges:
             self._context.tool_changed()
 
     def show_all(self) -> None:
-        """Show every face and point again."""
-        for model_id in self._context.elements.shown():
-            self._context.elements.hide(model_id, None)
+        """Show every face and point again; undo hides them again."""
+        elements = self._context.elements
+        hidden = {id_: elements.hidden(id_) for id_ in elements.shown()}
+        for model_id in hidden:
+            elements.hide(model_id, None)
         self._context.tool_changed()
+
+        def hide_again() -> bool:
+            for model_id, mask in hidden.items():
+                elements.hide(model_id, mask)
+            self._context.tool_changed()
+            return True
+
+        self._context.discarded(
+            Discarded(self._tool.name, "Show what was hidden", hide_again, lambda: False)
+        )
 
     def anything_hidden(self) -> bool:
         """Whether a face or point is hidden."""

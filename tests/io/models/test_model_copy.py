@@ -17,6 +17,7 @@ from vomstudio.io.photos.cameras_file import Cameras, find_photos, read_cameras,
 
 @pytest.fixture
 def model(tmp_path):
+    (tmp_path / "p.vom").mkdir()
     folder = tmp_path / "survey"
     (folder / "tex tures").mkdir(parents=True)
     for name in ("a.png", "b.png"):

@@ -4,30 +4,27 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vomstudio.errors import UsageError, VomError
-from vomstudio.words import tr
+from vomstudio.errors import InputError, UsageError
 
 if TYPE_CHECKING:
-    from vomstudio.geology.orientation import Plane
-
-
-def pair_of(text: str, field: str) -> tuple[float, float]:
-    """Of "120/45". Raises UsageError."""
-    one, _, two = text.partition("/")
-    try:
-        return float(one), float(two)
-    except ValueError as error:
-        raise UsageError(
-            tr("“{text}” is no pair of angles; write it like 120/45.", text=text), field=field
-        ) from error
+    from vomstudio.geology.orientation import Line, Plane
 
 
 def plane_of(text: str, field: str) -> Plane:
     """Of dip direction/dip. Raises UsageError."""
-    from vomstudio.geology.orientation import Plane
+    from vomstudio.geology.notation import parse_plane
 
-    direction, dip = pair_of(text, field)
     try:
-        return Plane(direction, dip)
-    except VomError as error:
+        return parse_plane(text, "dipdir/dip")
+    except InputError as error:
+        raise UsageError(error.message, field=field) from error
+
+
+def line_of(text: str, field: str) -> Line:
+    """Of trend/plunge. Raises UsageError."""
+    from vomstudio.geology.notation import parse_line
+
+    try:
+        return parse_line(text)
+    except InputError as error:
         raise UsageError(error.message, field=field) from error

@@ -32,6 +32,14 @@ class Parser(argparse.ArgumentParser):
         # What begins so is no option: -5,3,2 is a place.
         self._negative_number_matcher = re.compile(r"^-\.?\d[-+\d.,eE]*$")
 
+    def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
+        # An empty word is a variable of a script that was never set. As a path it would be the
+        # current folder, with all that lies in it.
+        named = action.dest == "output" or not action.option_strings
+        if named and action.nargs != argparse.PARSER and "" in arg_strings:
+            raise argparse.ArgumentError(action, tr("An empty word is no name"))
+        return super()._get_values(action, arg_strings)
+
     def error(self, message: str) -> NoReturn:
         found = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)
         field, said = found.groups() if found else (None, message)

@@ -17,10 +17,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.errors import GeometryError
 from vomstudio.geology.beds.lithologies import in_strabospot
 from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import Plane
+from vomstudio.geology.stated_errors import check_errors
 from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
@@ -85,8 +86,7 @@ def bed_log(
     n = len(p)
     if n < 2:
         raise GeometryError(tr("A log needs at least two boundaries."))
-    if not min(sigma_m, bed_error_deg) >= 0:
-        raise UsageError(tr("Errors must not be negative."), field="--sigma")
+    check_errors({"--sigma": sigma_m}, {"--bed-error": bed_error_deg})
     called, none = list(names or map(str, range(1, n + 1))), [""] * n
     rocks, said = list(lithologies or none), list(notes or none)
     younging = (-1.0 if overturned else 1.0) * bed.normal()

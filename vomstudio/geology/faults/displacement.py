@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.errors import GeometryError
 from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes, planes_to_normals
+from vomstudio.geology.stated_errors import check_errors
 from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
@@ -215,9 +216,8 @@ class ThreePoints(Shown):
 def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreePoints:
     """The three-point problem: points (3, 3) in World on one surface, sigma_m the standard
     deviation of each coordinate. Raises GeometryError for points on one line, UsageError for a
-    negative sigma."""
-    if not sigma_m >= 0:
-        raise UsageError(tr("Errors must not be negative."), field="--sigma")
+    sigma that is none."""
+    check_errors({"--sigma": sigma_m})
     p = np.asarray(points, np.float64)
     if p.shape != (3, 3) or not np.isfinite(p).all():
         raise GeometryError(tr("Three points with finite x, y, z are needed."))

@@ -20,6 +20,7 @@ from vomstudio.geology.faults.displacement import (
     separations,
 )
 from vomstudio.geology.orientation import Plane
+from vomstudio.geology.stated_errors import check_errors
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
 
@@ -68,13 +69,22 @@ def displacements(
     errors: Errors = NO_ERRORS,
 ) -> Displacements:
     """hanging_wall, footwall : (n, 3) World, metres. Without a bed the points of a pair were one.
-    Raises GeometryError where no pair has a result, UsageError for a slip without a bed."""
+    Raises GeometryError where no pair has a result, UsageError for a slip without a bed
+    and errors that are none."""
     if bed is None and slip_rake_deg is not None:
         raise UsageError(
             tr("A slip direction needs the bed whose cut-offs were measured."), field="--bed"
         )
-    if min(errors.sigma_m, errors.fault95_deg, errors.bed95_deg, errors.rake95_deg) < 0:
-        raise UsageError(tr("Errors must not be negative."), field="--sigma")
+    if slip_rake_deg is not None and not abs(slip_rake_deg) <= 180.0:
+        raise UsageError(tr("A rake is an angle from -180 to 180 degrees."), field="--rake")
+    check_errors(
+        {"--sigma": errors.sigma_m},
+        {
+            "--fault-error": errors.fault95_deg,
+            "--bed-error": errors.bed95_deg,
+            "--rake-error": errors.rake95_deg,
+        },
+    )
     found, skipped = [], []
     for name, h, f in zip(names, hanging_wall, footwall, strict=True):
         try:

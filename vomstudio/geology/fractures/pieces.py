@@ -64,8 +64,11 @@ def circle_area(x: float, y: float, radius: float) -> Any:
     """A polygon of the circle's very area; no place of its edge is further off than 1e-6 radii."""
     import shapely
 
-    if not (np.isfinite([x, y, radius]).all() and radius > 0):
-        raise GeometryError(tr("A circle needs a centre and a radius above 0, in metres."))
+    # Beyond this nothing is left of a metre in a double.
+    if not (np.abs([x, y, radius]) < 1e12).all() or radius <= 0:
+        raise GeometryError(
+            tr("A circle needs a centre and a radius above 0, in metres."), field="--circle"
+        )
     step = 2 * np.pi / _CORNERS
     outer = radius * np.sqrt(step / np.sin(step))
     turn = np.arange(_CORNERS) * step

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError, UsageError, VomError
+from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.populations.set_statistics import set_statistics
@@ -297,10 +298,9 @@ def parse_seeds(text: str | None) -> tuple[Plane, ...]:
     """Planes as typed, 120/45,300/80. Raises UsageError."""
     found = []
     for word in [] if text is None else text.split(","):
-        direction, _, dip = word.partition("/")
         try:
-            found.append(Plane(float(direction), float(dip)))
-        except (ValueError, VomError) as error:
+            found.append(parse_plane(word, "dipdir/dip"))
+        except InputError as error:
             raise UsageError(
                 tr("“{text}” is no plane; write dip direction/dip, like 120/45,300/80.", text=word),
                 field="--seeds",
@@ -313,6 +313,11 @@ def _mixture(
 ) -> tuple[Mixture, list[float]]:
     if most is not None and most < 1:
         raise UsageError(tr("At least one set must be allowed."), field="--max-sets")
+    if exactly is not None and not 1 <= exactly <= len(poles):
+        raise UsageError(
+            tr("The number of sets is from 1 to the number of planes, {n}.", n=len(poles)),
+            field="--exactly",
+        )
     if not seeds:
         if exactly is not None:
             return propose_clusters(poles, exactly, exactly=True)

@@ -84,7 +84,7 @@ def claim_folder(out: Path) -> Outputs:
             raise TargetError(
                 tr("This is a file. Name a folder for the model."), file=out
             ) from error
-        reason = getattr(error, "strerror", None) or error
+        reason = reason_of(out.parent, error)
         raise TargetError(
             tr("The folder cannot be created ({error}).", error=reason), file=out
         ) from error

@@ -56,6 +56,8 @@ def typed_slip(text: str) -> tuple[NetCircle, NetMark]:
     direction, dip, rake = _three(text, "--slip-line")
     if not 0.0 <= dip <= 90.0:
         raise UsageError(tr("A dip lies between 0 and 90 degrees."), field="--slip-line")
+    if not abs(rake) <= 180.0:
+        raise UsageError(tr("A rake is an angle from -180 to 180 degrees."), field="--slip-line")
     plane = Plane(direction, dip)
     line = line_from_rake(plane, rake)
     return (

@@ -18,6 +18,8 @@ from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
+_COARSEST = 24
+"""Levels beyond which no picture has any."""
 PLAIN = (200.0, 200.0, 200.0)
 """Colour of a surface that has none."""
 
@@ -154,7 +156,7 @@ class MeshSource:
     def _coarser(self) -> dict[Path, int]:
         """How many of the finest levels of each texture no pixel will need."""
         return {
-            path: max(0, math.floor(math.log2(max(self._grid.gsd / low, 1.0))))
+            path: min(_COARSEST, math.floor(math.log2(max(self._grid.gsd / low, 1.0))))
             for path, (low, _, _) in texel_sizes(self._mesh, self._view).items()
         }
 

@@ -130,7 +130,7 @@ def lay_grid(
         notes.append(
             tr("Ground sampling distance {gsd:g} m per pixel: {reason}.", gsd=gsd, reason=why)
         )
-    if not math.isfinite(gsd) or gsd <= 0:
+    if not 1e-12 <= gsd < math.inf:
         raise UsageError(
             tr("The ground sampling distance must be a positive length in metres."), field="--gsd"
         )

@@ -83,8 +83,11 @@ def check_direction(
 
 def check_gsd(gsd_m: float | None) -> None:
     """Raises UsageError."""
-    if gsd_m is not None and not 0 < gsd_m < math.inf:
-        raise UsageError(tr("The size of a pixel must be a length in metres."), field="--gsd")
+    if gsd_m is not None and not 1e-9 <= gsd_m <= 1e6:
+        raise UsageError(
+            tr("The size of a pixel must be a length in metres, a million at most."),
+            field="--gsd",
+        )
 
 
 def parse_region(text: str) -> Region:

@@ -110,7 +110,7 @@ def extend(
     """
     if thickness_m is not None and not 0.0 < thickness_m < np.inf:
         raise UsageError(tr("A thickness is a length in metres."), field="--thickness")
-    if not 0.0 <= thickness_error_m < np.inf:
+    if not 0.0 <= thickness_error_m <= 1e6:
         raise UsageError(
             tr("The error of the thickness is a length in metres."), field="--thickness-error"
         )

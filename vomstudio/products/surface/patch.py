@@ -20,7 +20,7 @@ def around(data: Mesh | PointCloud, centre: Array, radius: float) -> Mesh | Poin
     """Faces with all corners, or points, within a radius of a place. Raises InputError where there
     are none."""
     points = data.vertices if isinstance(data, Mesh) else data.points
-    near = np.asarray(((points - centre) ** 2).sum(axis=1) <= radius**2)
+    near = np.asarray(np.linalg.norm(points - centre, axis=1) <= radius)
     return _where(data, near, tr("Nothing of the model lies within that radius of the place."))
 
 

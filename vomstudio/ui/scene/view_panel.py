@@ -240,9 +240,9 @@ class ViewPanel(QWidget):
         if isinstance(axis, FoldAxis) and angle_between_lines(axis.beta, direction) < SAME_DEG:
             text = tr_n(
                 "Along the fold axis (beta) {line} of {count} bedding plane, 95 %: {error}; "
-                "verdict: {verdict}, valid: {valid}.",
+                "verdict: {verdict}; view along it valid: {valid}.",
                 "Along the fold axis (beta) {line} of {count} bedding planes, 95 %: {error}; "
-                "verdict: {verdict}, valid: {valid}.",
+                "verdict: {verdict}; view along it valid: {valid}.",
                 len(self._bedding.beds),
                 line=format_line(axis.beta, 0),
                 error=degrees(axis.error95_deg),

@@ -131,8 +131,9 @@ class DisplacementPanel(SeenPanel):
         column = narrow_column(self)
         column.addLayout(form)
         column.addLayout(buttons)
-        column.addWidget(self.table, 1)
+        # Above the table: in a low window what is below it has to be scrolled to.
         column.addWidget(self.said)
+        column.addWidget(self.table, 1)
 
     # --- what is chosen ----------------------------------------------------------------------
     def _selected_two(self) -> tuple[str, str] | None:

@@ -479,10 +479,17 @@ def _html(answered: FractureAnswer | None) -> str:
 
     cells = "".join(
         f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
-        f"<td style='padding:1px 2px'>{escape(said)}</td></tr>"
+        f"<td style='padding:1px 2px'>{escape(_typeset(said))}</td></tr>"
         for name, said in figure_rows(answered.mapped.found)
     )
-    return f"<table width='100%'>{cells}</table>"
+    note = escape(tr("± 95 %, of traces placed independently."))
+    return f"<table width='100%'>{cells}</table><p>{note}</p>"
+
+
+def _typeset(said: str) -> str:
+    """As a window writes what a terminal may not be able to show."""
+    once = tr(" (95 %, of traces placed independently)")
+    return said.replace(once, "").replace("+-", "±").replace("m2", "m²")
 
 
 def _field(name: str, empty: str, tip: str) -> QLineEdit:

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.dimension import Dimension
-from vomstudio.document.records import Feature, Model, Picked, get_feature
+from vomstudio.document.records import Feature, Model, Picked, get, get_feature
 from vomstudio.errors import VomError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geometry.cloud import PointCloud
@@ -196,8 +196,8 @@ class SectionPanel(SeenPanel):
 
     def _edited(self, edit: Edit) -> None:
         if self._drawing:
-            new = [r for i, r in edit.after.items() if edit.before[i] is None]
-            drawn = [r for r in new if isinstance(r, Dimension) and r.kind == "polyline"]
+            new = [get(edit.after, i, Dimension) for i in edit.after if edit.before[i] is None]
+            drawn = [r for r in new if r is not None and r.kind == "polyline"]
             if drawn:
                 self._drawing = False
                 self._take_line(drawn[-1])

@@ -174,7 +174,7 @@ class MainWindow(QMainWindow):
             *work_commands(studio, self._dialogs, self.workspaces, self.docks, self),
             *line_commands.commands(studio, self.view_panel, self),
             *surfaces.commands(studio, self),
-            *(command for some in self._of_tools for command in some),
+            *(command for some in self._of_tools.values() for command in some),
             *net_commands.commands(
                 studio,
                 lambda: getattr(self, "net", None),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMainWindow, QMenu, QSizePolicy, QToolBar, QToolButton, QWidget
@@ -57,6 +57,8 @@ MENUS = (
 
 _TOOLBAR = ("open", "save", "|", "navigate", "+tools", "|",
             "undo", "redo", "|", "home", "frame_selection", "orthographic", "*views")  # fmt: skip
+# With more of its commands a tool would make the menu Interpret higher than a laptop's screen.
+_MOST_OF_A_TOOL = 8
 _VIEWS = ("top", "north", "east", "south", "west", "bottom")
 # What everybody knows by its icon: so the bar has room at 1400 pixels.
 _ICON_ONLY = ("save", "undo", "redo", "home", "frame_selection")
@@ -79,14 +81,20 @@ def make_bars(
     files: Files,
     docks: WindowDocks,
     actions: Mapping[str, QAction],
-    of_tools: Iterable[Sequence[Command]],
+    of_tools: Mapping[str, Sequence[Command]],
 ) -> None:
     """Give the window its menus, its toolbar and the strip of workspaces. of_tools : the commands
-    of each tool, for the menu"""
+    of each tool, for the menu; many of them have a menu of their own"""
+    names = {tool: [command.name for command in some] for tool, some in of_tools.items()}
     groups = {
         "workspaces": command_names(),
         "tools": [entry.name for entry in TOOLS],
-        "of_tools": [n for some in of_tools for n in (*(c.name for c in some), "|")],
+        **names,
+        "of_tools": [
+            entry
+            for tool, some in names.items()
+            for entry in ([f"*{tool}"] if len(some) > _MOST_OF_A_TOOL else [*some, "|"])
+        ],
     }
     fill_menu_bar(
         window,
@@ -146,6 +154,7 @@ def _add_menu(
         "docks": tr("&Panels"),
         "workspaces": tr("&Workspaces"),
         "theme": tr("Th&eme"),
+        "select": tr("Se&lect on the surface"),
     }
     inner = menu.addMenu(titles[name])
     if name in fresh:

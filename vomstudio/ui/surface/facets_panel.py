@@ -171,13 +171,11 @@ class FacetsPanel(SeenPanel):
         self.accept.clicked.connect(lambda _: self._accept(self._rows()))
         self.reject = QPushButton(theme.icon("close"), tr("Reject"))
         self.reject.clicked.connect(lambda _: self._reject(self._rows()))
-        self.accept_all = QPushButton(tr("All"))
+        self.accept_all = QPushButton(tr("Accept all"))
         self.accept_all.setIcon(theme.icon("check-all"))
-        self.accept_all.setAccessibleName(tr("Accept all"))
         self.accept_all.clicked.connect(lambda _: self._accept(sorted(self._facets.open)))
-        self.reject_all = QPushButton(tr("All"))
+        self.reject_all = QPushButton(tr("Reject all"))
         self.reject_all.setIcon(theme.icon("close-box-multiple-outline"))
-        self.reject_all.setAccessibleName(tr("Reject all"))
         self.reject_all.clicked.connect(lambda _: self._facets.drop())
 
     def _arrange(self) -> None:
@@ -195,6 +193,9 @@ class FacetsPanel(SeenPanel):
             box.setMinimumWidth(_LEAST_WIDTH)
             box.setAccessibleName(text)
             limits.addWidget(QLabel(text), k // 2, 2 * (k % 2))
+            # Both columns the same: a distance in metres is as wide as an angle.
+            wide = QSizePolicy.Policy.Ignored
+            box.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
         self.coplanarity.setMinimumWidth(_LEAST_WIDTH)
         self.coplanarity.setAccessibleName(tr("Coplanarity"))

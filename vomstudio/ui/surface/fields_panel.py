@@ -279,9 +279,9 @@ class FieldsPanel(SeenPanel):
                 lines.append(
                     tr(
                         "{field}: median {median:.3g} {unit}, nine tenths between {low:.3g} and "
-                        "{high:.3g}.",
+                        "{high:.3g} {unit}.",
                         field=shown.name.partition(" [")[0], unit=unit, **told,
-                    ).replace(" ,", ",")
+                    ).replace(" ,", ",").replace(" .", ".").replace(" °", "°")
                 )  # fmt: skip
         self.figures.setText("\n".join(lines))
         self.figures.setVisible(bool(lines))

@@ -198,7 +198,8 @@ def _evidence(
         evidence.north_doubt_deg = _angle(asked.north_sigma, "--north-sigma")
     if asked.marks is not None and asked.gcp is None:
         raise UsageError(tr("Marks need their points: give --gcp too."), field="--marks")
-    if asked.cameras or asked.attitudes or asked.horizon or asked.gcp:
+    seen = (asked.cameras, asked.attitudes, asked.horizon, asked.gcp)
+    if any(each is not None for each in seen):
         own = _own_cameras(asked, loaded)
         evidence.views, evidence.centres = own.views, own.centres
         said += own.warnings

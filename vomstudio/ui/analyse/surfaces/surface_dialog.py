@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document import edits
 from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.records import Model, Painted
+from vomstudio.document.records import Model, Painted, get
 from vomstudio.errors import VomError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import FieldStyle
@@ -155,8 +155,8 @@ class SurfaceDialog(QDialog):
     def trim(self) -> None:
         """Leave out of the patch what departs from its plane; an edit that can be taken back."""
         found, opened = self.found, self._studio.models.get(self._patch.model_id)
-        patch = self._studio.records.get(self._patch.id)
-        if found is None or opened is None or not isinstance(patch, Patch):
+        patch = get(self._studio.records, self._patch.id, Patch)
+        if found is None or opened is None or patch is None:
             return
         ids = ids_of(self._patch.runs)
         holds = found.holds

@@ -28,7 +28,7 @@ def make_panels(studio: Studio, actions: dict[str, QAction]) -> dict[str, QWidge
     return {name: module.PANEL(studio, actions) for name, module in _MODULES.items()}
 
 
-def commands(studio: Studio) -> list[list[Command]]:
-    """The commands of each tool that has any."""
-    found = [getattr(module, "COMMANDS", None) for module in _MODULES.values()]
-    return [make(studio) for make in found if make is not None]
+def commands(studio: Studio) -> dict[str, list[Command]]:
+    """The commands of each tool that has any, by its name."""
+    found = {name: getattr(module, "COMMANDS", None) for name, module in _MODULES.items()}
+    return {name: make(studio) for name, make in found.items() if make is not None}

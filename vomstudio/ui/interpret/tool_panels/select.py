@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QAction, QKeySequence, QShowEvent
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QFormLayout,
@@ -19,6 +19,7 @@ from vomstudio.document.measurement_cache import Measurement
 from vomstudio.tools.growth import LARGEST_ANGLE, LARGEST_DISTANCE, LEAST_ANGLE
 from vomstudio.tools.select import SelectTool
 from vomstudio.tools.select_preview import LIVE
+from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import plain
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
@@ -120,6 +121,11 @@ class SelectPanel(QWidget):
         self.set_edit.setModified(False)
         self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
 
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        super().showEvent(event)
+        # Choosing the tool is no change of it: the box of fields would be empty.
+        self.refresh()
+
     def refresh(self, *_: object) -> None:
         """Show the tool as it is now."""
         if self._studio.tool_name != self._tool.name:
@@ -162,6 +168,7 @@ def _buttons(actions: dict[str, QAction], names: tuple[str, ...]) -> QGridLayout
     for i, name in enumerate(names):
         button = QToolButton()
         button.setDefaultAction(actions[name])
+        theme.show_toggles(button)
         keys = actions[name].shortcuts()
         if keys and name not in _SHARED:
             shown = keys[0].toString(QKeySequence.SequenceFormat.NativeText)
@@ -180,6 +187,7 @@ def _icons(actions: dict[str, QAction], names: tuple[str, ...]) -> QHBoxLayout:
     for name in names:
         button = QToolButton()
         button.setDefaultAction(actions[name])
+        theme.show_toggles(button)
         button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         row.addWidget(button)
     return row
