@@ -328,3 +328,20 @@ def test_the_net_takes_the_place_of_the_outcrop_and_goes_back(net, window) -> No
     assert window.workspaces.filling == ""
     now = net.canvas.width() * net.canvas.height()
     assert now == pytest.approx(was, rel=0.1)
+
+
+def test_the_net_gives_the_middle_back_with_all_sizes(window, studio):
+    add_cliff(studio)
+    window.resize(1280, 720)
+    QTest.keyClick(window, Qt.Key.Key_5, driver.CTRL)
+    driver.pause(700)
+    window.docks["fractures"].raise_()
+    driver.pause(100)
+    front = [dock for dock in window.docks.values() if not dock.visibleRegion().isEmpty()]
+    before = [dock.size() for dock in front]
+    middle = window.centralWidget().size()
+    for _ in range(2):
+        window.actions_table.all["net_in_middle"].trigger()
+        driver.pause(300)
+    assert [dock.size() for dock in front] == before
+    assert window.centralWidget().size() == middle

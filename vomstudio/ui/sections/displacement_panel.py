@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -24,7 +25,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import has_plane
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Picked, get_feature
-from vomstudio.errors import InputError, VomError
+from vomstudio.errors import GeometryError, InputError, VomError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Line, Plane
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from vomstudio.geology.faults.displacement_pairs import Displacements, Pair
     from vomstudio.geology.measured import Measured
 
+Array = npt.NDArray[np.float64]
 _COLUMNS = ("net_m", "throw_m", "heave_m", "strike_slip_m")
 _LEAST_HEIGHT = 96
 
@@ -131,9 +133,9 @@ class DisplacementPanel(SeenPanel):
         column = narrow_column(self)
         column.addLayout(form)
         column.addLayout(buttons)
-        # Above the table: in a low window what is below it has to be scrolled to.
-        column.addWidget(self.said)
         column.addWidget(self.table, 1)
+        column.addWidget(self.said)
+        self._column = column
 
     # --- what is chosen ----------------------------------------------------------------------
     def _selected_two(self) -> tuple[str, str] | None:
@@ -185,7 +187,6 @@ class DisplacementPanel(SeenPanel):
     def _answer(self) -> Answered | None:
         """None without pairs. Raises VomError, which says what is missing."""
         from vomstudio.geology.beds.common_attitude import bed_of
-        from vomstudio.geology.faults.cutoffs import cut_offs
         from vomstudio.geology.faults.displacement import Errors
         from vomstudio.geology.faults.displacement_pairs import displacements
 
@@ -206,7 +207,10 @@ class DisplacementPanel(SeenPanel):
         fault = _plane_of(of_fault)
         through = of_fault.points.mean(axis=0)
         traces = [(measured[a].points, measured[b].points) for a, b in self.pairs]
-        cuts = tuple(cut_offs(a, b, fault, through) for a, b in traces)
+        names = tuple(self._names())
+        cuts = tuple(
+            _cut(name, a, b, fault, through) for name, (a, b) in zip(names, traces, strict=True)
+        )
         if self.bed.id:
             of_bed = measured[self.bed.id]
             bed, bed95 = _plane_of(of_bed), of_bed.max_confidence95_deg
@@ -218,7 +222,6 @@ class DisplacementPanel(SeenPanel):
             bed95 or 0.0,
             self._number(self.slip_error, tr("The error of the slip is in degrees, 0 or more.")),
         )
-        names = tuple(self._names())
         rake = self._rake(fault)
         found = displacements(
             names,
@@ -284,6 +287,11 @@ class DisplacementPanel(SeenPanel):
                     item.setTextAlignment(right)
                 self.table.setItem(row, column, item)
         self.said.setText(why if answered is None else self._in_words(answered))
+        # In a low window what stands below the table has to be scrolled to: what is missing stands
+        # above it, what is added to its figures below.
+        self._column.removeWidget(self.said)
+        place = self._column.indexOf(self.table)
+        self._column.insertWidget(place if answered is None else place + 1, self.said)
         self._refresh()
 
     def _in_words(self, answered: Answered) -> str:
@@ -381,6 +389,16 @@ def _write_points(answered: Answered, path: Path) -> None:
     write_bytes(path, file.getvalue().encode(), force=True)
 
 
+def _cut(name: str, one: Array, other: Array, fault: Plane, through: Array) -> CutOffs:
+    """Raises InputError that names the pair."""
+    from vomstudio.geology.faults.cutoffs import cut_offs
+
+    try:
+        return cut_offs(one, other, fault, through)
+    except GeometryError as error:
+        raise InputError(f"{name}: {error.message}") from error
+
+
 def _plane_of(measured: Measurement) -> Plane:
     if measured.plane is None:
         raise InputError(measured.problem or tr("This feature has no plane."))
@@ -403,18 +421,20 @@ def _cells(pair: Pair | None) -> list[str]:
 
 
 def _with_error(measured: Measured) -> str:
+    # Without the sign of a zero.
+    value = round(measured.value, 3) + 0.0
     if measured.error95 is None:
-        return f"{measured.value:.3f}"
-    return f"{measured.value:.3f} ± {measured.error95:.3f}"
+        return f"{value:.3f}"
+    return f"{value:.3f} ± {measured.error95:.3f}"
 
 
 def _table() -> QTableWidget:
     heads = (
         (tr("Traces"), tr("Of one bed, on both sides of the fault.")),
-        (tr("Net"), tr("How far the hanging wall moved against the footwall.")),
-        (tr("Throw"), tr("Vertical part; down is positive.")),
-        (tr("Heave"), tr("Horizontal part across the strike; apart is positive.")),
-        (tr("Strike slip"), tr("Along the strike; sinistral is positive.")),
+        (tr("Net (m)"), tr("How far the hanging wall moved against the footwall.")),
+        (tr("Throw (m)"), tr("Vertical part; down is positive.")),
+        (tr("Heave (m)"), tr("Horizontal part across the strike; apart is positive.")),
+        (tr("Strike slip (m)"), tr("Along the strike; sinistral is positive.")),
         (tr("Rake"), tr("Of the motion on the fault; positive with a reverse part.")),
     )
     table = QTableWidget(0, len(heads))

@@ -181,10 +181,14 @@ class Workspaces(QObject):
 
     def _bring_back(self) -> None:
         """Restore what was put away."""
-        if self._put_away is not None:
-            # Shown one by one they would share the room anew.
-            self._docks.restore(self._put_away)
+        state, filled = self._put_away, bool(self._filling)
         self._put_away, self._filling = None, ""
+        if filled:
+            # The outcrop is there again first, or docks would keep its room.
+            self.changed.emit(self._shown.name)
+        if state is not None:
+            # Shown one by one they would share the room anew.
+            self._docks.restore(state)
 
     def _show(self) -> None:
         self._docks.own = self._shown.docks

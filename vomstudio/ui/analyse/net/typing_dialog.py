@@ -57,8 +57,7 @@ class NetTypingDialog(QDialog):
         super().__init__(parent)
         explain(self, "numbers.md#the-net")
         self._studio, self._wishes = studio, wishes
-        self.setWindowTitle(tr("Drawn on the net"))
-        self.setMinimumWidth(460)
+        self.setWindowTitle(tr("Draw and turn on the net"))
         self.fields: dict[str, QLineEdit] = {}
         form = QFormLayout()
         example = format_plane(plane_of("120/60", ""), studio.settings.notation)
@@ -68,6 +67,9 @@ class NetTypingDialog(QDialog):
             field.setPlaceholderText(tr(about, plane=example))
             field.setToolTip(tr(about, plane=example))
             field.textChanged.connect(lambda _: self._typed())
+            # All of what an empty field says is read.
+            words = field.fontMetrics().horizontalAdvance(field.placeholderText())
+            field.setMinimumWidth(words + 16)
             form.addRow(tr(title), field)
             self.fields[name] = field
         self.fields["levels"].setText(", ".join(f"{v:g}" for v in wishes.levels))
