@@ -33,7 +33,6 @@ from vomstudio.products.net.table_net import error_ellipses
 from vomstudio.words import tr
 
 _FOUND = ("girdles", "maxima", "averages")
-_SIZES = ("font_pt", "symbol_pt", "line_pt")
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,9 @@ class NetAsked:
             wide,
             high,
             words_of(given.pop("font", None), "font") or "",
-            *(single_number(given.pop(name, None), name) for name in _SIZES),
+            single_number(given.pop("font_pt", None), "font_pt"),
+            single_number(given.pop("symbol_pt", None), "symbol_pt"),
+            single_number(given.pop("line_pt", None), "line_pt"),
             bool(given.pop("grey", False)),
         )
         style.check()

@@ -23,6 +23,8 @@ from vomstudio.products.net.style import NetStyle
 from vomstudio.words import tr
 
 _GRID = 101
+_LINE = 0.15
+"""Height of a line of text, inches."""
 _SIZE = (8.0, 5.0)
 """Of a new figure, in inches."""
 
@@ -45,7 +47,9 @@ def new_axes(projection: str, size_mm: tuple[float, float] | None = None, lines:
         figsize=_SIZE if size_mm is None else (size_mm[0] / 25.4, size_mm[1] / 25.4)
     )
     # Room for the legend beside the net.
-    figure.subplots_adjust(left=0.04, right=0.66, bottom=0.11 + 0.04 * lines)
+    figure.subplots_adjust(
+        left=0.04, right=0.66, bottom=0.11 + lines * _LINE / figure.get_figheight()
+    )
     ax = figure.add_subplot(projection=f"equal_{projection}_stereonet")
     ax.grid(color="0.85", linewidth=0.5)
     return ax
@@ -129,8 +133,8 @@ def _draw_additions(ax: Any, net: NetContents, paper: NetStyle, symbol: float, t
 
 def _of_axes(part: Array, projection: str) -> tuple[Array, Array]:
     """Longitude and latitude in the library's axes of positions (k, 2) on our net."""
-    # A hair inward: on the primitive circle rounding would put them outside.
-    vectors = nets.unproject(part * (1.0 - 1e-9), projection)
+    # A hair inward: on the primitive circle an end would be shown by its other end.
+    vectors = nets.unproject(part * (1.0 - 1e-7), projection)
     trend, plunge = vectors_to_lines(vectors)[:2]
     longitude, latitude = _library().line(plunge, trend)
     return np.asarray(longitude), np.asarray(latitude)
