@@ -194,7 +194,7 @@ class FacetsPanel(SeenPanel):
             box.setAccessibleName(text)
             limits.addWidget(QLabel(text), k // 2, 2 * (k % 2))
             # Both columns the same: a distance in metres is as wide as an angle.
-            wide = QSizePolicy.Policy.Ignored
+            wide = QSizePolicy.Policy.Expanding
             box.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
         self.coplanarity.setMinimumWidth(_LEAST_WIDTH)
