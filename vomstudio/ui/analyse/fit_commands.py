@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.document.kind import planes_among
+from vomstudio.document.kind import may_have_plane, planes_among
 from vomstudio.document.records import Picked
 from vomstudio.errors import VomError
 from vomstudio.ui.analyse.picture_file import ask_for_picture
@@ -22,7 +22,9 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
     """parent : of the dialogs"""
 
     def why_not() -> str | None:
-        return None if fitted(studio) else tr("There are no planes of picked points yet.")
+        # Of thousands the first one tells: every edit asks this.
+        some = any(isinstance(r, Picked) and may_have_plane(r) for r in studio.records.values())
+        return None if some else tr("There are no planes of picked points yet.")
 
     return [
         Command("fit_figure", tr("Figure of plane s&hapes…"), lambda: _figure(studio, parent),

@@ -54,7 +54,7 @@ _IN_MENU = ("propose_sets", "net_in_middle", "figure_style", "export_net")
 _CLICK_PX = 4
 _FONT_PX = 12.0
 # A redraw that takes long comes seldom: it must never hold up a row of picks.
-_SOON_MS, _QUICK_MS, _LATEST_MS = 30, 60, 500
+_SOON_MS, _QUICK_MS, _LATEST_MS = 30, 40, 500
 _CORNER = 0.4
 """Of the width, for the name of what is selected."""
 _MANY = 300
@@ -70,7 +70,6 @@ class StereonetPanel(QWidget):
         self._studio = studio
         self.wishes = NetWishes(studio)
         self._source = NetSource(studio, self.wishes)
-        self._names: list[str] = []
         self._net: DrawnNet | None = None
         self._roses: DrawnRoses | None = None
         self.canvas = NetCanvas()
@@ -101,7 +100,7 @@ class StereonetPanel(QWidget):
         self.more = NetMenuButton(
             studio,
             self.wishes,
-            lambda: self._names,
+            lambda: self._source.names,
             actions["type_on_net"].trigger,
             [actions[name] for name in _IN_MENU],
         )
@@ -280,7 +279,6 @@ class StereonetPanel(QWidget):
         if self._stale or self.canvas.width() < 50 or self.canvas.height() < 50:
             return
         start = perf_counter()
-        self._names = [s.name for s in self._source.sets()[0]]
         self._allow_buttons()
         dark = self.palette().color(QPalette.ColorRole.Window).lightness() < 128
         wanted = Wanted(

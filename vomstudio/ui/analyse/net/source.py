@@ -40,11 +40,14 @@ MOST_ERRORS = 500
 
 
 class NetSource:
-    """groups : of proposed sets, which are shown instead of the project's own"""
+    """groups : of proposed sets, which are shown instead of the project's own
+    names : of the sets that were looked for last, hidden or not
+    """
 
     def __init__(self, studio: Studio, wishes: NetWishes) -> None:
         self._studio, self._wishes = studio, wishes
         self.groups: Groups | None = None
+        self.names: list[str] = []
 
     def sets(self) -> tuple[list[NetSet], list[NetSet]]:
         """All sets of visible features, as measured: one group for each feature type and set, and
@@ -79,6 +82,7 @@ class NetSource:
                     sets += new
         if self.groups is not None:
             sets, beds = proposed_sets(sets, self.groups), []
+        self.names = [s.name for s in sets]
         return sets, beds
 
     def shown_sets(self) -> tuple[list[NetSet], list[NetSet]]:
