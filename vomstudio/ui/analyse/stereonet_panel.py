@@ -54,7 +54,7 @@ _IN_MENU = ("propose_sets", "net_in_middle", "figure_style", "export_net")
 _CLICK_PX = 4
 _FONT_PX = 12.0
 # A redraw that takes long comes seldom: it must never hold up a row of picks.
-_SOON_MS, _QUICK_MS, _LATEST_MS = 30, 40, 500
+_SOON_MS, _QUICK_MS, _LATEST_MS = 30, 60, 500
 _CORNER = 0.4
 """Of the width, for the name of what is selected."""
 _MANY = 300
@@ -299,7 +299,8 @@ class StereonetPanel(QWidget):
             self._wanted = None
             self._show(DrawnNet.of(wanted))
         took = 1000.0 * (perf_counter() - start)
-        slow = took > _QUICK_MS
+        # With many features a change of one is on the outcrop before it is on the net.
+        slow = took > _QUICK_MS or _many(wanted.contents)
         self._timer.setInterval(min(_LATEST_MS, int(5 * took)) if slow else _SOON_MS)
 
     def _allow_buttons(self) -> None:
