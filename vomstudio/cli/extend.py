@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import add_frame, declared_of
+from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.words import tr, tr_n
@@ -17,7 +17,6 @@ from vomstudio.words import tr, tr_n
 if TYPE_CHECKING:
     from vomstudio.geology.beds.extended import PlaneBelief
     from vomstudio.products.section.extension import ExtendedPlane
-    from vomstudio.workspace.world_models import WorldModel
 
 _SHOWN = 20
 
@@ -87,7 +86,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     warnings = [*model.warnings, *said, *found.warnings]
     result: dict[str, Any] = {"file": args.output, **found.as_dict()}
     if args.labels is not None:
-        warnings += _labelled(args, model, found)
+        warnings += write_labelled(args, model, found.as_fields())
         result["labels"] = args.labels
     result["warnings"] = warnings
     out.result(result)
@@ -121,20 +120,6 @@ def _belief(args: argparse.Namespace) -> tuple[PlaneBelief, tuple[str, ...]]:
     plane = parse_section_plane(args.plane)
     through = parse_through(args.through)
     return belief_of_attitude(plane, through, args.error, args.through_error or 0.0), ()
-
-
-def _labelled(args: argparse.Namespace, model: WorldModel, found: ExtendedPlane) -> list[str]:
-    from vomstudio.io.models.model_copy import companions
-    from vomstudio.io.models.writing import write_model
-
-    return write_model(
-        replace(model.data, fields={**model.data.fields, **found.as_fields()}),
-        model.crs,
-        args.labels,
-        force=args.force,
-        inputs=[model.loaded.path, *companions(model.loaded.path)],
-        progress=progress_of(args),
-    )
 
 
 def in_words(found: ExtendedPlane) -> str:

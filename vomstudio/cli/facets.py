@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import add_project
+from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.extraction.facet_table import FacetTable
-    from vomstudio.workspace.world_models import WorldModel
 
 _SHOWN = 20
 PRESETS = ("dse",)
@@ -101,7 +100,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result: dict[str, Any] = {**found.as_dict(), "table": args.output}
     warnings += found.warnings
     if args.labels is not None:
-        warnings += _labelled(args, model, found)
+        warnings += write_labelled(args, model, found.as_fields())
         result["labels"] = args.labels
     write_orientation_csv(
         args.output, found.rows, crs=model.crs, limits=DEFAULTS, more=found.more, force=args.force
@@ -110,20 +109,6 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.result(result)
     out.warn(warnings)
     out.text(in_words(found))
-
-
-def _labelled(args: argparse.Namespace, model: WorldModel, found: FacetTable) -> list[str]:
-    from vomstudio.io.models.model_copy import companions
-    from vomstudio.io.models.writing import write_model
-
-    return write_model(
-        replace(model.data, fields={**model.data.fields, **found.as_fields()}),
-        model.crs,
-        args.labels,
-        force=args.force,
-        inputs=[model.loaded.path, *companions(model.loaded.path)],
-        progress=progress_of(args),
-    )
 
 
 def in_words(found: FacetTable) -> str:

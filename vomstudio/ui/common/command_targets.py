@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QStandardPaths
 from PySide6.QtWidgets import QMessageBox, QWidget
 
-from vomstudio.document.records import Model, OnAModel, get_feature
+from vomstudio.document.records import Model, OnAModel, Typed, get_feature
 from vomstudio.paths import resource
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
+
+if TYPE_CHECKING:
+    from vomstudio.document.measurement import Measurement
 
 
 def chosen_features(studio: Studio) -> list[str]:
@@ -57,6 +61,15 @@ def start_folder(studio: Studio) -> str:
             return str(folder)
     documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
     return documents if documents and Path(documents).is_dir() else str(Path.home())
+
+
+def current_measurement(studio: Studio) -> Measurement | None:
+    """Of the feature that is selected, where it is one with an attitude."""
+    if not studio.has_project or (current := studio.selection.current) is None:
+        return None
+    if not isinstance(studio.records.get(current), Typed):
+        return None
+    return studio.measured([current])[current]
 
 
 def may_replace(parent: QWidget, names: list[str]) -> bool:

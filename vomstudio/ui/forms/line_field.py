@@ -5,10 +5,10 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
 
-from vomstudio.document.records import Typed
 from vomstudio.geology.notation import format_line, parse_line
 from vomstudio.geology.orientation import Line
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.command_targets import current_measurement
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 
@@ -45,12 +45,8 @@ class LineField(QWidget):
 
     def selected(self) -> Line | None:
         """Of the selected lineation, intersection or axis."""
-        studio = self._studio
-        if not studio.has_project or (current := studio.selection.current) is None:
-            return None
-        if not isinstance(studio.records.get(current), Typed):
-            return None
-        return studio.measured([current])[current].line
+        measured = current_measurement(self._studio)
+        return None if measured is None else measured.line
 
     def _refresh(self) -> None:
         there = self.selected() is not None

@@ -9,12 +9,12 @@ from contextlib import suppress
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
 
-from vomstudio.document.records import Typed
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.command_targets import current_measurement
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 
@@ -83,12 +83,8 @@ class PlaneField(QWidget):
         )
 
     def _selected(self) -> Plane | None:
-        studio = self._studio
-        if not studio.has_project or (current := studio.selection.current) is None:
-            return None
-        if not isinstance(studio.records.get(current), Typed):
-            return None
-        return studio.measured([current])[current].plane
+        measured = current_measurement(self._studio)
+        return None if measured is None else measured.plane
 
     def _take_selected(self) -> None:
         if (plane := self._selected()) is not None:

@@ -1,0 +1,34 @@
+"""A model with what was found on it as fields, written to a file."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from vomstudio.cli.common.arguments import progress_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from vomstudio.workspace.world_models import WorldModel
+
+
+def write_labelled(
+    args: argparse.Namespace, model: WorldModel, fields: Mapping[str, npt.NDArray[np.generic]]
+) -> list[str]:
+    """The model in World with these fields, to `args.labels`; returns warnings. Raises
+    TargetError."""
+    from vomstudio.io.models.model_copy import companions
+    from vomstudio.io.models.writing import write_model
+
+    return write_model(
+        replace(model.data, fields={**model.data.fields, **fields}),
+        model.crs,
+        args.labels,
+        force=args.force,
+        inputs=[model.loaded.path, *companions(model.loaded.path)],
+        progress=progress_of(args),
+    )
