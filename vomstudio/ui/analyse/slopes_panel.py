@@ -157,13 +157,11 @@ class SlopesPanel(SeenPanel):
     def show_now(self) -> None:
         self.of.list_groups()
         self._refresh_take()
-        question = self._question()
-        if isinstance(question, str):
-            self._asked.drop()
-            self._show(None, question)
-        else:
-            self._asked.ask(partial(answer, question))
+        why = self._asked.answer(self._question(), answer)
+        if why is None:
             self._refresh_buttons()
+        else:
+            self._show(None, why)
 
     def _question(self) -> SlopeQuestion | str:
         """Or why there is none."""

@@ -14,6 +14,7 @@ from vomstudio.failures import exception_hooks
 from vomstudio.ui.common.qt_owner import poster
 
 Made = TypeVar("Made")
+Question = TypeVar("Question")
 Work = Callable[[], object]
 Then = Callable[[object], None]
 
@@ -84,6 +85,15 @@ class NewestResult(QObject):
         """Short work: done here and now, in place of what was asked for before."""
         self.drop()
         self._then(work())
+
+    def answer(self, question: Question | str, work: Callable[[Question], object]) -> str | None:
+        """As `ask`, of the work on a question. Words in place of one say why there is none: then
+        nothing is waited for any more, and they come back."""
+        if isinstance(question, str):
+            self.drop()
+            return question
+        self.ask(partial(work, question))
+        return None
 
     def ask(self, work: Work) -> None:
         """Do this in a thread, in place of what was asked for before."""

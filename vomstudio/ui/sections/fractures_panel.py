@@ -247,13 +247,11 @@ class FracturesPanel(SeenPanel):
         if not self._studio.has_project:
             return
         self.of.list_groups()
-        question = self._question()
-        if isinstance(question, str):
-            self._asked.drop()
-            self._show(None, question)
-        else:
-            self._asked.ask(partial(answer, question))
+        why = self._asked.answer(self._question(), answer)
+        if why is None:
             self._refresh_buttons()
+        else:
+            self._show(None, why)
 
     def _traces(self) -> list[MappedTrace]:
         studio, records = self._studio, self._studio.records

@@ -233,13 +233,11 @@ class SectionPanel(SeenPanel):
         if not self._studio.has_project:
             return
         self.model.list_models()
-        question = self._question()
-        if isinstance(question, str):
-            self._asked.drop()
-            self._show(None, question)
-        else:
-            self._asked.ask(partial(answer, question))
+        why = self._asked.answer(self._question(), answer)
+        if why is None:
             self._refresh()
+        else:
+            self._show(None, why)
 
     def _question(self) -> SectionQuestion | str:
         """Or why there is none."""
