@@ -101,7 +101,7 @@ def fractures(
             order,
             lines=None if order.traces is not None else _shapes(traces, "traces"),
             counted=_counted({k: v for k, v in given.items() if v is not None and not is_path(v)}),
-            sets=None if order.set_column == by else list(map(str, items_of(by, "by"))),
+            sets=_sets_of(by),
         )
     if picture is not None:
         _draw(mapped, picture, replace)
@@ -122,6 +122,13 @@ def _draw(mapped: Mapped, plot: Path, force: bool) -> None:
 def _range(given: Any) -> tuple[float, float]:
     low, high = angles_of(given, "strikes", 2)
     return low, high
+
+
+def _sets_of(by: Any) -> list[str] | None:
+    """Of each trace; None where `by` is the name of an attribute."""
+    if by is None or isinstance(by, str):
+        return None
+    return [str(name) for name in items_of(by, "by")]
 
 
 def _layer(given: Any, traces: Any) -> str | None:
