@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from vomstudio.api.checking import (
@@ -18,26 +18,20 @@ from vomstudio.api.checking import (
 )
 from vomstudio.errors import InputError
 from vomstudio.geology.density import SIGMA
-from vomstudio.geology.orientation_rows import OrientationRows
-from vomstudio.products.net.contents import Contouring, NetCircle, NetContents, NetMark
+from vomstudio.products.net.contents import Contouring
 from vomstudio.products.net.contours import check_contouring
 from vomstudio.products.net.figure_style import FigureStyle
-from vomstudio.products.net.found_in_sets import with_findings
 from vomstudio.products.net.net_options import (
     Turning,
-    net_after,
     turn_of,
     typed_cone,
     typed_plane,
     typed_slip,
-    with_intersections,
 )
-from vomstudio.products.net.table_net import error_ellipses
+from vomstudio.products.net.net_wishes import FINDINGS, NetWishes
 from vomstudio.words import tr
 
 Typed = TypeVar("Typed")
-
-_FOUND = ("girdles", "maxima", "averages")
 
 
 @dataclass(frozen=True)
@@ -45,12 +39,7 @@ class NetAsked:
     """The options of `vs.stereonet`, read. size_mm : of a new figure, None for the usual one"""
 
     contouring: Contouring
-    turning: Turning
-    circles: tuple[NetCircle, ...]
-    marks: tuple[NetMark, ...]
-    found: frozenset[str]
-    intersections: bool
-    errors: bool
+    wishes: NetWishes
     style: FigureStyle
     size_mm: tuple[float, float] | None
 
@@ -75,34 +64,20 @@ class NetAsked:
         cones = _each(given, "cones", "--cone", 3, typed_cone)
         made = cls(
             _contouring(given, contour),
-            _turning(given),
-            (
-                *planes,
-                *cones,
-                *(circle for circle, _ in slips),
+            NetWishes(
+                _turning(given),
+                (*planes, *cones, *(circle for circle, _ in slips)),
+                tuple(mark for _, mark in slips),
+                frozenset([name for name in FINDINGS if flag(given.pop(name, False), name)]),
+                flag(given.pop("intersections", False), "intersections"),
+                flag(given.pop("errors", False), "errors"),
             ),
-            tuple(mark for _, mark in slips),
-            frozenset([name for name in _FOUND if flag(given.pop(name, False), name)]),
-            flag(given.pop("intersections", False), "intersections"),
-            flag(given.pop("errors", False), "errors"),
             style,
             None if size is None else style.size_mm,
         )
         for name in given:
             raise InputError(tr("Nothing of this name is known."), field=name)
         return made
-
-    def net(self, net: NetContents, rows: OrientationRows) -> NetContents:
-        """Intersections and errors are turned with the planes; what was typed stays. Raises
-        UsageError."""
-        if self.intersections:
-            net = with_intersections(net)
-        if self.errors:
-            net = replace(net, errors=error_ellipses(rows))
-        if self.turning.turns:
-            net = net_after(net, self.turning)
-        net = replace(net, circles_typed=self.circles, marks=self.marks)
-        return with_findings(net, self.found)
 
 
 def _each(

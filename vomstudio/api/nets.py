@@ -129,7 +129,7 @@ def stereonet(
     net = net_of_table(
         rows, column_of(by), projection=projection, contour=contour, contouring=asked.contouring
     )
-    net = asked.net(net, rows)
+    net = asked.wishes.net(net, rows)
     if ax is None:
         ax = stereonet_axes.new_axes(
             projection, asked.size_mm, len(stereonet_axes.lines_below(net))
