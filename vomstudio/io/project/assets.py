@@ -80,8 +80,9 @@ class HeldAssets:
             self._bytes += len(self._held[name])
 
     def write(self, project: Path) -> None:
-        """Into another folder, what is not there yet. Raises TargetError, OSError."""
+        """Into another folder, what is not there whole. Raises TargetError, OSError."""
         for name, data in self._held.items():
-            if not (project / name).is_file():
+            path = project / name
+            if not path.is_file() or path.stat().st_size != len(data):
                 (project / FOLDER).mkdir(exist_ok=True)
-                write_bytes(project / name, data)
+                write_bytes(path, data, force=True)

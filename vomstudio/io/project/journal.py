@@ -19,6 +19,7 @@ from vomstudio.document.journal import Replay, Row, RowKind, replay
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.disk_troubles import not_written
 from vomstudio.files.inside import check_beside
+from vomstudio.io.project.journal_connection import JournalConnection
 from vomstudio.io.project.journal_ground import (
     Ground,
     copy_database,
@@ -101,7 +102,11 @@ class SqliteJournal:
             checked = create or _checked(path)
             # A window has it read in a thread of its own; two threads never use it at a time.
             self._db = sqlite3.connect(
-                path, isolation_level=None, timeout=5.0, check_same_thread=False
+                path,
+                isolation_level=None,
+                timeout=5.0,
+                check_same_thread=False,
+                factory=JournalConnection,
             )
             self._db.text_factory = text_of
             if create:
