@@ -91,9 +91,9 @@ def open_picture(source: str | Path | bytes, formats: tuple[str, ...] = TEXTURES
 
 
 class _Unmapped(io.BufferedReader):
-    """A file that nothing maps: Pillow maps pixels that are not packed, libtiff whole files, and one
-    that shrinks under a map, or whose drive is pulled out, ends the process. Closes itself: Pillow
-    closes what it has opened alone."""
+    """A file that nothing maps: Pillow maps pixels that are not packed, libtiff whole files, and
+    one that shrinks under a map, or whose drive is pulled out, ends the process. Closes itself, as
+    Pillow closes only what it has opened."""
 
     def __init__(self, path: str | Path) -> None:
         super().__init__(io.FileIO(path))

@@ -323,7 +323,7 @@ def _read_array(
                 folder, tr("{file} does not agree with {index}", file=path.name, index=META)
             )
         array = np.empty(shape, kind)
-        view, at = memoryview(array.reshape(-1).view(np.uint8)), 0
+        view, at = array.reshape(-1).view(np.uint8).data, 0
         # Less comes back where the file has become shorter since it was looked at.
         while at < size and (n := file.readinto(view[at : at + _BLOCK])):
             at += n

@@ -87,6 +87,7 @@ class SqliteJournal:
         self._trouble: Trouble | None = None
         self._tell: Callable[[Trouble | None], object] | None = None
         self._come_back: Callable[[], object] = lambda: None
+        self._write_first: Callable[[], object] = lambda: None
         self._open(create)
 
     def _open(self, create: bool) -> None:
@@ -188,6 +189,7 @@ class SqliteJournal:
         if (trouble := self._ground.trouble(self._head)) is not None and not self._returned():
             raise self._not_written(trouble)
         try:
+            self._write_first()
             self._db.execute("BEGIN IMMEDIATE")
             try:
                 self._db.executemany(INSERT_ROW, [(*r.values, r.head.checksum) for r in rows])
@@ -197,7 +199,7 @@ class SqliteJournal:
                 if self._db.in_transaction:
                     self._db.execute("ROLLBACK")
                 raise
-        except sqlite3.Error as error:
+        except (sqlite3.Error, VomError, OSError) as error:
             raise self._not_written(trouble_of(error, self.path)) from error
         self._head = rows[-1].head
         self._waiting = []
@@ -229,7 +231,10 @@ class SqliteJournal:
 
     # --- where the file cannot be written ----------------------------------------------------
     def wait_in_memory(
-        self, tell: Callable[[Trouble | None], object], come_back: Callable[[], object]
+        self,
+        tell: Callable[[Trouble | None], object],
+        come_back: Callable[[], object],
+        write_first: Callable[[], object],
     ) -> None:
         """From now on rows that cannot be written wait in memory, and are written with the next one
         that can be.
@@ -237,8 +242,9 @@ class SqliteJournal:
         tell : is called when that begins, and with None when it is over
         come_back : is called before the file is opened again at its place; raises VomError where
             another program holds it
+        write_first : writes the files that rows name and that wait too; raises VomError
         """
-        self._tell, self._come_back = tell, come_back
+        self._tell, self._come_back, self._write_first = tell, come_back, write_first
 
     def _told(self, trouble: Trouble | None) -> None:
         if self._tell is not None and trouble != self._trouble:
@@ -248,6 +254,11 @@ class SqliteJournal:
     def trouble(self) -> Trouble | None:
         """Why the next row cannot be written, as far as that is known."""
         return (self._ground.trouble(self._head) if self._is_open else None) or self._trouble
+
+    @property
+    def is_in_place(self) -> bool:
+        """Whether the file at the journal's place is the one that is open; from any thread."""
+        return self._is_open and self._ground.is_ours()
 
     @property
     def waits(self) -> bool:

@@ -128,8 +128,8 @@ class Ground:
         return self._file_stamp is not None and _same_file(self._file_stamp, _stamp(self._file))
 
 
-def trouble_of(error: sqlite3.Error, path: Path) -> Trouble:
-    """What an error of SQLite means for a journal."""
+def trouble_of(error: Exception, path: Path) -> Trouble:
+    """What an error of SQLite, or of a file beside a journal, means for it."""
     words = str(error)
     if is_full(path.parent, error):
         return Trouble("full", tr("The disk of the project is full."))
