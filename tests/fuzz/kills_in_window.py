@@ -294,7 +294,7 @@ def campaign(kills: int, seed: int) -> tuple[Counter[str], Counter[str], list[st
     chance = random.Random(f"kills in a window {seed}")
     ends, steps = Counter[str](), Counter[str]()
     wrong: list[str] = []
-    with tempfile.TemporaryDirectory() as made:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as made:
         place = Path(made).resolve()
         bare_outcrop(place / "models")
         (place / "the face").mkdir()
