@@ -9,7 +9,10 @@ from pathlib import Path
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geology.beds.bed_log import BedLog
 from vomstudio.geology.beds.lithologies import FIELDS
+from vomstudio.geology.notation import format_plane
+from vomstudio.geology.orientation import Plane
 from vomstudio.version import __version__
+from vomstudio.words import tr
 
 COLUMNS = (
     "number", "base", "top", "base_m", "top_m", "thickness_m", "thickness_error95_m", "lithology",
@@ -34,6 +37,14 @@ def write_log(path: str | Path, log: BedLog, *, about: str = "", force: bool = F
             "" if error is None else f"{error:.4f}", *map(_cell, words),
         ])  # fmt: skip
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)
+
+
+def about_log(bed: Plane, error95_deg: float) -> str:
+    """On what the thicknesses of a log rest, for its head."""
+    said = format_plane(bed, decimals=1)
+    if not error95_deg:
+        return tr("bedding {bed}, its error not known", bed=said)
+    return tr("bedding {bed} ± {error:.1f}° (95 %)", bed=said, error=error95_deg)
 
 
 def _cell(text: str) -> str:
