@@ -44,7 +44,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_target(args.output, force=args.force, inputs=[args.table])
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
-        check_target(args.plot, force=args.force, inputs=[p for p in (args.table, args.output) if p])
+        check_target(
+            args.plot, force=args.force, inputs=[p for p in (args.table, args.output) if p]
+        )
     read = read_boundaries(args.table)
     with numbers_of(args.table):
         found = bed_log(
@@ -59,7 +61,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
             write_log_figure(temporary, found, format=format_, about=about)
     if args.output is not None:
         write_log(args.output, found, about=about, force=args.force)
-    out.result({**found.as_dict(), "table": args.output, "image": args.plot, "dropped_lines": list(read.dropped)})
+    out.result(
+        {
+            **found.as_dict(),
+            "table": args.output,
+            "image": args.plot,
+            "dropped_lines": list(read.dropped),
+        }
+    )
     out.warn(found.warnings)
     heads = [tr("bed"), tr("from"), tr("to"), tr("thickness"), "+-", tr("lithology"), tr("notes")]
     rows = [

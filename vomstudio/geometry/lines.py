@@ -106,9 +106,7 @@ def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> Approach:
         gaps = np.linalg.norm(start + on_first[:, None] * step - places, axis=1)
         i, length = int(np.argmin(gaps)), float(np.linalg.norm(step))
         if found is None or gaps[i] < found.distance:
-            found = Approach(
-                places[i] + base, float(gaps[i]), done + float(on_first[i]) * length
-            )
+            found = Approach(places[i] + base, float(gaps[i]), done + float(on_first[i]) * length)
         done += length
     assert found is not None
     return found

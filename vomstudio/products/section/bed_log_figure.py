@@ -14,6 +14,7 @@ import numpy.typing as npt
 from vomstudio.geology.beds.bed_log import BedLog, Interval
 from vomstudio.products.net.style import PRINT, NetStyle
 from vomstudio.products.net.written_figure import sizes_of, write_figure
+from vomstudio.products.section.decimals import with_error
 from vomstudio.products.section.lithology_style import (
     DUNHAM_GRAINS,
     GRAINS,
@@ -100,9 +101,8 @@ def draw_log(
     figure: Figure, log: BedLog, page: LogPage, about: str, metric: bool, style: NetStyle
 ) -> Axes:
     """On a figure of this page; its axes are in millimetres from the base of the column."""
-    width, height = WIDTH_MM, page.height_mm
     ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    ax.set_xlim(-_LEFT_MM, width - _LEFT_MM)
+    ax.set_xlim(-_LEFT_MM, WIDTH_MM - _LEFT_MM)
     ax.set_ylim(page.lowest_mm - _BOTTOM_MM, page.highest_mm + _TOP_MM)
     ax.set_axis_off()
     styles = [style_of(each.lithology, each.strabospot) for each in log.intervals]
@@ -169,12 +169,8 @@ def _write_bed(
         color=style.soft, linewidth=0.4 * style.line_pt, zorder=0,
     )  # fmt: skip
     thick = each.thickness_m
-    said = f"{thick.value:.3f}"
-    if thick.error95 is not None:
-        digits = decimals_for(thick.error95)
-        said = f"{thick.value:.{digits}f} ± {thick.error95:.{digits}f}"
     words = (
-        (_THICKNESS_MM, said),
+        (_THICKNESS_MM, with_error(thick.value, thick.error95)),
         (_LITHOLOGY_MM, _short(each.lithology.replace("_", " "), _MOST_LITHOLOGY)),
         (_NOTES_MM, _short(each.notes, _MOST_NOTES)),
     )
@@ -242,13 +238,6 @@ def _write_head(
     if about:
         ax.text(-_LEFT_MM + 2.0, page.highest_mm + _TOP_MM - 6.5, about, ha="left", va="top",
                 color=style.ink, fontsize=0.9 * style.font_pt, parse_math=False)  # fmt: skip
-
-
-def decimals_for(error: float) -> int:
-    """Of a value with this error, so that the error has two figures."""
-    if not math.isfinite(error) or error <= 0:
-        return 3
-    return min(max(0, 1 - math.floor(math.log10(error))), 6)
 
 
 def _short(text: str, most: int) -> str:

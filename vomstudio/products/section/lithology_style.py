@@ -1,8 +1,8 @@
 """How a rock looks in a log: colour, ornament, and how far its bed stands out by its grain.
 
-Ornaments follow the usual ones of maps (Federal Geographic Data Committee 2006, Digital cartographic
-standard for geologic map symbolization, section 37): dots for sand, dashes for mud, bricks for
-limestone, slanting bricks for dolostone.
+Ornaments follow the usual ones of maps (Federal Geographic Data Committee 2006, Digital
+cartographic standard for geologic map symbolization, section 37): dots for sand, dashes for mud,
+bricks for limestone, slanting bricks for dolostone.
 """
 
 from __future__ import annotations
