@@ -25,6 +25,7 @@ Index = QModelIndex | QPersistentModelIndex
 LITHOLOGY, NOTES = 4, 5
 _LEAST_HEIGHT = 110
 _LEAST_WORDS = 110
+_ROW = 24
 
 
 class BedLogTable(QTableWidget):
@@ -49,6 +50,7 @@ class BedLogTable(QTableWidget):
             item.setToolTip(tip)
             self.setHorizontalHeaderItem(column, item)
         self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(_ROW)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setTabKeyNavigation(False)
@@ -79,9 +81,6 @@ class BedLogTable(QTableWidget):
             for column, text in enumerate(texts):
                 self._put(row, column, text)
         self.blockSignals(blocked)
-        # Signals of the cells were kept back, also those by which they are painted.
-        self.viewport().update()
-        self.horizontalHeader().resizeSections(QHeaderView.ResizeMode.ResizeToContents)
 
     def _put(self, row: int, column: int, text: str) -> None:
         item = self.item(row, column)
