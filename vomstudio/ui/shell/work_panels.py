@@ -28,6 +28,7 @@ def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
     from vomstudio.ui.sections.elevation_panel import ElevationPanel
     from vomstudio.ui.sections.fractures_panel import FracturesPanel
     from vomstudio.ui.sections.section_panel import SectionPanel
+    from vomstudio.ui.sections.three_points_panel import ThreePointsPanel
     from vomstudio.ui.surface.surface_panel import SurfacePanel
 
     return (
@@ -38,6 +39,7 @@ def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
         ("fractures", to_translate("Fractures"),
          lambda studio: FracturesPanel(studio, view.direction)),
         ("displacement", to_translate("Fault displacement"), DisplacementPanel),
+        ("three_points", to_translate("Three points"), ThreePointsPanel),
         ("bed_log", to_translate("Log"), BedLogPanel),
         ("elevation", to_translate("Elevation model"),
          lambda studio: ElevationPanel(studio, view.direction)),

@@ -21,6 +21,7 @@ HOMES: dict[str, Area] = {
     "sets": "right",
     "slopes": "right",
     "displacement": "right",
+    "three_points": "right",
     "fractures": "bottom",
     "bed_log": "bottom",
     "section": "bottom",
