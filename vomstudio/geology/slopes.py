@@ -218,7 +218,7 @@ def count_pairs(face: SlopeFace, normals: Array) -> PairCounts:
     """Of upward normals (k, n, 3) in the frame of the face; k times n (n - 1) / 2 intersections
     are looked at, in portions."""
     counts = np.zeros((6, len(normals)), np.int64)
-    for lines, sound, _ in _intersections(normals):
+    for lines, sound, _ in intersections(normals):
         wedge, topple = wedge_sliding(face, lines), direct_toppling(face, lines)
         flags = (sound, ~sound, *(zone & sound for zone in (*wedge, *topple)))
         for row, flag in enumerate(flags):
@@ -237,14 +237,14 @@ def pair_members(face: SlopeFace, normals: Array) -> PairMembers:
     """Of upward normals (n, 3) in the frame of the face, in the intersections of all pairs."""
     n = len(normals)
     counts = np.zeros((2, n), np.int64)
-    for lines, sound, pairs in _intersections(normals[None]):
+    for lines, sound, pairs in intersections(normals[None]):
         zones = (wedge_sliding(face, lines), direct_toppling(face, lines))
         for row, zone in enumerate(zones):
             counts[row] += np.bincount(pairs[:, (zone.critical & sound)[0]].ravel(), minlength=n)
     return PairMembers(*counts)
 
 
-def _intersections(
+def intersections(
     normals: Array,
 ) -> Iterator[tuple[Array, Flags, npt.NDArray[np.int64]]]:
     """Downward unit vectors (k, m, 3) of the pairs, in portions, which of them are lines, and the

@@ -11,6 +11,9 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.errors import InputError
 from vomstudio.ui.common.vertex_table import parse_number
 
+_OF_ANY_PLACE = 1.0 / math.sqrt(12.0)
+"""Standard deviation of what lies anywhere within a length of 1."""
+
 
 def error_field(name: str, empty: str, tip: str) -> QLineEdit:
     """empty : what it says while nothing was typed"""
@@ -34,9 +37,11 @@ def number_in(field: QLineEdit, otherwise: str) -> float | None:
 
 
 def scatter_of(measured: Iterable[Measurement]) -> float:
-    """The likely standard deviation of a point picked on these features: the largest scatter about
-    a plane of theirs, or resolution of their models; 0 where nothing is known."""
+    """The likely standard deviation of a point picked on these features, metres: the largest
+    scatter about a plane of theirs, or what the resolution of their models leaves, which is up to
+    half of it to either side; 0 where nothing is known."""
     known = [0.0]
     for each in measured:
-        known += [each.resolution_m or 0.0, (each.fit.rms or 0.0) if each.fit is not None else 0.0]
+        known.append((each.resolution_m or 0.0) * _OF_ANY_PLACE)
+        known.append((each.fit.rms or 0.0) if each.fit is not None else 0.0)
     return max(known)
