@@ -17,9 +17,11 @@ from vomstudio.io.text.orientation_reading import read_orientations
 
 @pytest.fixture
 def planes(tmp_path):
-    """Eighty planes of all directions, and one line."""
+    """Eighty planes of all directions, and three that strike alike."""
     azimuth, dip, _ = normals_to_planes(np.random.default_rng(8).normal(size=(80, 3)))
     path = tmp_path / "planes.csv"
+    # Of the same strike: their intersections are level.
+    azimuth, dip = np.append(azimuth, [100.0, 280.0, 100.0]), np.append(dip, [30.0, 40.0, 60.0])
     rows = [f"{a:.3f},{d:.3f}" for a, d in zip(azimuth, dip, strict=True)]
     path.write_text("\n".join(["dipdir,dip", *rows]) + "\n")
     return read_orientations(path), azimuth.round(3), dip.round(3)
@@ -38,7 +40,11 @@ def some_facets(n: int = 25) -> list[FacetFace]:
 @pytest.mark.parametrize(("lateral", "limits"), [(20.0, "curved"), (35.0, "straight")])
 def test_a_facet_is_the_single_slope_of_its_attitude(planes, lateral: float, limits: str) -> None:
     table, *_ = planes
-    facets = some_facets()
+    facets = [
+        *some_facets(),
+        FacetFace("v", Plane(100.0, 90.0)),
+        FacetFace("w", Plane(280.0, 90.0)),
+    ]
     found = facet_slopes(table, facets, 30.0, lateral, limits)
     assert [f.id for f in found.facets] == [f.id for f in facets]
     for facet, each in zip(facets, found.facets, strict=True):

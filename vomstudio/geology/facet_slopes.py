@@ -16,12 +16,11 @@ from vomstudio.geology.orientation import Plane, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.slopes import (
     SlopeFace,
-    direct_toppling,
+    critical_lines,
     flexural_toppling,
     in_face_frame,
     intersections,
     planar_sliding,
-    wedge_sliding,
 )
 from vomstudio.geology.table_slopes import Face
 from vomstudio.progress import Progress, Silent
@@ -183,13 +182,8 @@ def _counts(
     done = 0
     for lines, sound, pairs in intersections(normals[None]):
         known = lines[0][sound[0]]
-        for k, slope in enumerate(slopes):
-            turned = in_face_frame(slope, known)
-            of_pairs[k] += (
-                len(known),
-                wedge_sliding(slope, turned).critical.sum(),
-                direct_toppling(slope, turned).critical.sum(),
-            )
+        of_pairs[:, 0] += len(known)
+        of_pairs[:, 1:] += critical_lines(slopes, known)
         done += pairs.shape[1]
         progress.step(done)
     return of_planes, of_pairs

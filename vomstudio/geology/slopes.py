@@ -23,7 +23,7 @@ left of x, z up.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -43,6 +43,7 @@ _EPS = 1e-10
 _PARALLEL = math.radians(ANGLE_TOLERANCE_DEG)
 _AT_A_TIME = 100_000
 """Pairs of a step, whose arrays stay in the cache."""
+_FACES_AT_A_TIME = 32
 
 
 @dataclass(frozen=True)
@@ -224,6 +225,32 @@ def count_pairs(face: SlopeFace, normals: Array) -> PairCounts:
         for row, flag in enumerate(flags):
             counts[row] += flag.sum(axis=1)
     return PairCounts(*counts)
+
+
+def critical_lines(faces: Sequence[SlopeFace], lines: Array) -> npt.NDArray[np.int64]:
+    """(faces, 2): how many of downward unit vectors (m, 3), World, are critical at each face, by
+    `wedge_sliding` and by `direct_toppling`. The faces have the same friction and limits; all are
+    looked at together, as products of matrices, for there may be thousands of them."""
+    counts = np.zeros((len(faces), 2), np.int64)
+    sin_f, _ = _sin_cos(faces[0].friction_deg)
+    sin_l, cos_l = _sin_cos(faces[0].lateral_deg)
+    steepness = -lines[:, 2]
+    wedges = lines[(steepness >= sin_f - _EPS) & (steepness > _PARALLEL)]
+    for start in range(0, len(faces), _FACES_AT_A_TIME):
+        few = faces[start : start + _FACES_AT_A_TIME]
+        part = slice(start, start + len(few))
+        out, along, _ = np.moveaxis(np.stack([face.axes() for face in few]), 1, 0)
+        sin_d, cos_d = sin_cos_deg(np.array([face.plane.dip_deg for face in few]))
+        normals = np.column_stack([out[:, :2] * sin_d[:, None], cos_d])
+        counts[part, 0] = (wedges @ normals.T >= -_EPS).sum(axis=0)
+        tops = lines[steepness >= cos_d.min() - _EPS]
+        into = -(tops @ out.T)
+        level = -tops[:, 2] < _PARALLEL
+        into[level] = np.abs(into[level])
+        inside = -tops[:, 2:] - cos_d >= -_EPS
+        within = into * sin_l - np.abs(tops @ along.T) * cos_l >= -_EPS
+        counts[part, 1] = (inside & within).sum(axis=0)
+    return counts
 
 
 class PairMembers(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,10 +30,11 @@ _FIELDS = {mode: f"{mode}_percent" for mode in MODES}
 
 
 def faces_of(table: OrientationTable, data: Mesh | PointCloud | None = None) -> list[FacetFace]:
-    """The planes of a table that `facets` wrote. data : the model with their labels in World, which
-    tells what overhangs. Raises InputError where the labels are not those of the table."""
+    """The planes of a table that `facets` wrote. What overhangs is told by a column `overhangs`, or
+    by data, the model with the labels in World. Raises InputError where the labels are not those of
+    the table."""
     areas = _areas(table)
-    over = {} if data is None else overhanging(data, labels_of(data))
+    over = _told(table) if data is None else overhanging(data, labels_of(data))
     found = [
         FacetFace(
             table.ids[i],
@@ -42,7 +44,7 @@ def faces_of(table: OrientationTable, data: Mesh | PointCloud | None = None) -> 
         )
         for i in np.flatnonzero(table.is_plane).tolist()
     ]
-    if over and not {f.id for f in found} & over.keys():
+    if data is not None and over and not {f.id for f in found} & over.keys():
         raise InputError(
             tr(
                 "None of the labels on the model is the id of a facet in {table}.", table=table.path
@@ -62,23 +64,25 @@ def labels_of(data: Mesh | PointCloud) -> Labels:
     return np.asarray(data.fields[FACET]).astype(np.int64)
 
 
-def overhanging(data: Mesh | PointCloud, labels: Labels) -> dict[str, bool]:
+def overhanging(
+    data: Mesh | PointCloud, labels: Labels, up: Sequence[float] = (0.0, 0.0, 1.0)
+) -> dict[str, bool]:
     """By facet, whether its outside points down: by the winding of a mesh's faces, by the normals
-    of a cloud, which says nothing without them."""
+    of a cloud, which says nothing without them. up : (3,) in the frame of the data"""
     if isinstance(data, Mesh):
         corners = np.asarray(data.faces, np.int64)
         of = labels[corners]
         # A face counts for its facet where all its corners lie in it.
         own = (of == of[:, :1]).all(axis=1) & (of[:, 0] >= 0)
         a, b, c = (np.asarray(data.vertices, np.float64)[corners[own, k]] for k in range(3))
-        up, number = np.cross(b - a, c - a)[:, 2], of[own, 0]
+        height, number = np.cross(b - a, c - a) @ np.asarray(up), of[own, 0]
     elif data.normals is not None:
         own = labels >= 0
-        up, number = np.asarray(data.normals, np.float64)[own, 2], labels[own]
+        height, number = np.asarray(data.normals, np.float64)[own] @ np.asarray(up), labels[own]
     else:
         return {}
     named, which = np.unique(number, return_inverse=True)
-    sums = np.bincount(which, up, minlength=len(named))
+    sums = np.bincount(which, height, minlength=len(named))
     return {str(int(n)): bool(s < 0.0) for n, s in zip(named, sums, strict=True)}
 
 
@@ -118,6 +122,34 @@ def write_facet_slopes(path: str | Path, found: FacetSlopes, *, force: bool = Fa
             cells.append("" if share.share is None else f"{share.share:.6f}")
         out.writerow(cells)
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)
+
+
+def write_faces(path: str | Path, faces: Sequence[FacetFace]) -> None:
+    """The table that `faces_of` reads, in place of what is there. Raises TargetError."""
+    file = io.StringIO()
+    out = csv.writer(file, lineterminator="\n")
+    out.writerow(["id", "dip_direction_deg", "dip_deg", "area_m2", "overhangs"])
+    for face in faces:
+        plane = face.plane
+        area = "" if face.area_m2 is None else repr(face.area_m2)
+        over = "" if face.overhangs is None else str(face.overhangs)
+        words = [repr(plane.dip_direction_deg), repr(plane.dip_deg), area, over]
+        out.writerow([guarded(face.id), *words])
+    write_bytes(path, file.getvalue().encode("utf-8"), force=True)
+
+
+def _told(table: OrientationTable) -> dict[str, bool]:
+    """By facet, where a column says so."""
+    try:
+        cells = table.column("overhangs")
+    except UsageError:
+        return {}
+    known = {"true": True, "false": False}
+    return {
+        id_: known[cell.casefold()]
+        for id_, cell in zip(table.ids, cells, strict=True)
+        if cell.casefold() in known
+    }
 
 
 def _areas(table: OrientationTable) -> list[float | None]:
