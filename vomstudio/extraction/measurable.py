@@ -28,6 +28,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.geometry.plane_errors import confidence_axes_rad, joint_quantile
 from vomstudio.geometry.plane_sizes import NOISE_PIXELS, PIXELS_PER_RESOLUTION, PlaneSizes
+from vomstudio.geometry.resolution import COUNTS, effective_resolution, of_neighbours
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 
@@ -45,9 +46,14 @@ USUAL_RESOLUTIONS = 100.0
 """The length of a trace that is proposed."""
 _NORMALS_DEG = 20.0
 # Of the length: the strip on either side of the line, at least, and where the mesh must be cut.
-_STRIPS, _FEWEST_STRIPS, _STRIPS_OF_CUT = 50.0, 12.0, 40.0
+_STRIPS, _FEWEST_STRIPS, _STRIPS_OF_CUT = 40.0, 12.0, 40.0
+# Of the half strip, the side of the cells of which one piece stands for all.
+_CELL = 0.75
 _FEWEST_PIECES = 4
 _BLOCK = 20_000
+# Places evenly over the surface at which the model's resolution is looked at, and of these those
+# that tell whether its noise is larger than its spacing.
+_SAMPLES, _OF_ALL = 4000, 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,20 +142,25 @@ def measurable(
     """
     require_asked(asked)
     progress = progress or Silent()
-    surface, of, fine = _surface(data, asked.length, progress)
-    return _of_elements(surface, of, fine, asked, progress)
+    elements, of = _surface(data, asked.length, progress)
+    if asked.resolution is None:
+        points = data.vertices if isinstance(data, Mesh) else data.points
+        resolution = _resolutions(np.asarray(points, np.float64), elements)
+    else:
+        resolution = np.full(len(elements), asked.resolution)
+    return _of_elements(elements, of, resolution, asked, progress)
 
 
 # --- the surface ------------------------------------------------------------------------------
 def _surface(
     data: Mesh | PointCloud, length: float, progress: Progress
-) -> tuple[Elements, Ints, Array]:
-    """Its pieces, none of them large beside the length; of which face or point each is a piece;
-    and the model's spacing there, which cutting does not make finer."""
+) -> tuple[Elements, Ints]:
+    """Its pieces, none of them large beside the length, and of which face or point each is a
+    piece."""
     progress.stage(tr("Surface"), None)
     if not isinstance(data, Mesh) or not len(data.faces):
         elements = elements_of(data, _NORMALS_DEG, progress)
-        return elements, np.asarray(elements.rows), np.asarray(elements.spacing)
+        return elements, np.asarray(elements.rows)
     vertices = np.asarray(data.vertices, np.float64)
     faces = np.asarray(data.faces, np.int64)
     sound = np.isfinite(vertices).all(axis=1)[faces].all(axis=1)
@@ -162,7 +173,7 @@ def _surface(
     ).max(axis=1)
     if (sides <= 2.0 * _step(float(np.percentile(sides, 75.0)), length)).all():
         elements = elements_of(data, _NORMALS_DEG, progress)
-        return elements, np.asarray(elements.rows), np.asarray(elements.spacing)
+        return elements, np.asarray(elements.rows)
     from vomstudio.geometry.coincident_points import welded
 
     number = welded(vertices)
@@ -172,12 +183,34 @@ def _surface(
     places, fine, own = finer(places, number[faces[rows]], longest)
     cut = Mesh(places + origin, fine.astype(np.int32))
     elements = elements_of(cut, _NORMALS_DEG, progress)
-    edges = vertices[faces[rows]]
-    areas = 0.5 * np.linalg.norm(
-        np.cross(edges[:, 1] - edges[:, 0], edges[:, 2] - edges[:, 0]), axis=1
-    )
-    own = own[elements.rows]
-    return elements, rows[own], np.sqrt(2.0 * areas)[own]
+    return elements, rows[own[elements.rows]]
+
+
+
+def _resolutions(points: Array, elements: Elements) -> Array:
+    """(n,) effective resolution of the model around each piece, taken as that around a picked trace
+    is: spacing and noise of the vertices or points nearest to it, and not of the pieces, which are
+    cut finer than the model is."""
+    from scipy.spatial import cKDTree
+
+    sound = points[np.isfinite(points).all(axis=1)] - elements.origin
+    tree = cKDTree(sound, leafsize=32, compact_nodes=False, balanced_tree=False)
+    weight = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
+    # Evenly over the area.
+    total = np.cumsum(weight)
+    evenly = (np.arange(_SAMPLES) + 0.5) / _SAMPLES * total[-1]
+    rows = np.unique(np.minimum(np.searchsorted(total, evenly), len(weight) - 1))
+    nearest = sound[tree.query(elements.places[rows])[1]]
+    near = tree.query(nearest, k=min(COUNTS[0], len(sound)))[1].reshape(len(rows), -1)
+    area, _ = of_neighbours(sound[near])
+    spacing = np.sqrt(np.where(np.isfinite(area) & (area > 0.0), area, np.nan))
+    usual = float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else np.nan
+    whole = effective_resolution(sound, tree, nearest[:: max(1, len(nearest) // _OF_ALL)])
+    if whole is None or not usual > 0.0:
+        return np.asarray(elements.spacing)
+    # Where noise is larger than the spacing, it is everywhere.
+    spacing = np.maximum(np.nan_to_num(spacing, nan=usual), whole if whole > 1.5 * usual else 0.0)
+    return np.asarray(spacing[cKDTree(elements.places[rows]).query(elements.places)[1]])
 
 
 def _step(spacing: float, length: float) -> float:
@@ -190,14 +223,9 @@ def _step(spacing: float, length: float) -> float:
 
 # --- the map ----------------------------------------------------------------------------------
 def _of_elements(
-    elements: Elements, of: Ints, spacing: Array, asked: Asked, progress: Progress
+    elements: Elements, of: Ints, resolution: Array, asked: Asked, progress: Progress
 ) -> Measurable:
-    n = len(elements)
     weight = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
-    # The effective resolution: spacing or noise, whichever is larger.
-    resolution = np.maximum(spacing, np.nan_to_num(elements.noise))
-    if asked.resolution is not None:
-        resolution = np.full(n, asked.resolution)
     typical = _weighted_median(resolution, weight)
     if asked.length < 4.0 * typical:
         raise GeometryError(
@@ -221,9 +249,6 @@ def _of_elements(
     of_trace = _classes(trace_deg, extent, figures[:, 1])
     of_patch = _classes(patch_deg, patch_extent, resolution)
     return Measurable(
-        elements, trace_deg, patch_deg, extent, relief, np.maximum(of_trace, of_patch),
-        patches, weight, asked.length, typical, noise, elements.warnings,
-    ) if of is elements.rows else Measurable(
         replace(elements, rows=of), trace_deg, patch_deg, extent, relief,
         np.maximum(of_trace, of_patch), patches, weight, asked.length, typical, noise,
         elements.warnings,
@@ -367,9 +392,9 @@ def _thinned(
     rows = np.flatnonzero(cut)
     areas = elements.areas[rows]
     usual = float(np.median(areas))
-    if usual * len(rows) > 0 and usual > 0.2 * width**2:
+    if usual > 0.3 * width**2:
         return rows, np.arange(len(rows)), np.asarray(areas)
-    cell = np.floor(elements.places[rows] / width).astype(np.int64)
+    cell = np.floor(elements.places[rows] / (_CELL * width)).astype(np.int64)
     cell -= cell.min(axis=0)
     size = cell.max(axis=0) + 1
     key = (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2]

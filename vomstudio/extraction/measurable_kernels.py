@@ -10,7 +10,7 @@ from vomstudio.geometry.kernels.jit import kernel
     "f8, f8, f8[:,::1])"
 )
 def line_moments(  # type: ignore[no-untyped-def]
-    rows, own, slopes, steepness, areas, lengths, first, last, half, width, out
+    rows, own, slopes, steepness, areas, resolution, first, last, half, width, out
 ):  # fmt: skip
     """Moments of the line along which a plane through each of the places `rows` cuts the surface,
     within `half` of it.
@@ -20,7 +20,7 @@ def line_moments(  # type: ignore[no-untyped-def]
     in the plane, and the coordinate that orders; slopes : (n, 2) how far a piece moves in the plane
     where it is brought to an offset higher by one along the surface; steepness : sine of the angle
     between surface and plane. A strip of the surface of `width` either side of the line counts.
-    out : (len(rows), 9) area of the strip, sum of the lengths `lengths` by area, and mean and
+    out : (len(rows), 9) area of the strip, mean of `resolution` by area, and mean and
     covariance (uu, vv, uv) of the line; number of pieces; the longest of them as a share
     """
     for at in range(len(rows)):
@@ -42,7 +42,7 @@ def line_moments(  # type: ignore[no-untyped-def]
                     if x * x + y * y <= half * half:
                         a = areas[j]
                         w += a
-                        wl += a * lengths[j]
+                        wl += a * resolution[j]
                         wu += a * x
                         wv += a * y
                         uu += a * x * x
