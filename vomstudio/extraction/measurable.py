@@ -67,7 +67,7 @@ class Measurable:
     extent : (n,) longest axis of the line, m; relief : (n,) its shorter axis, m
     classes : (n,) int8 in CLASSES, of the better of the two
     patches : (n,) int32 number of the patch, -1 for none
-    rows, row_of : as of Elements; areas : (n,) m2; resolution, noise : typical ones, m
+    rows, row_of : as of Elements; areas : (n,) m2; resolutions : (n,) of the model there, m; resolution, noise : typical ones, m
     """
 
     elements: Elements
@@ -78,10 +78,16 @@ class Measurable:
     classes: npt.NDArray[np.int8]
     patches: npt.NDArray[np.int32]
     areas: Array
+    resolutions: Array
     length: float
     resolution: float
     noise: float
     warnings: tuple[str, ...]
+
+    @property
+    def trace_classes(self) -> npt.NDArray[np.int8]:
+        """(n,) in CLASSES, of traces alone."""
+        return _classes(self.trace_deg, self.extent, self.resolutions)
 
     @property
     def best_deg(self) -> Array:
@@ -106,6 +112,22 @@ class Asked:
     points: int | None = None
     registration_deg: float = 0.0
     angle_deg: float = ANGLE_DEG
+
+
+def usual_resolution(data: Mesh | PointCloud) -> float:
+    """Typical effective resolution of a model, as around a picked trace. Raises GeometryError where
+    its points stand at one place."""
+    from scipy.spatial import cKDTree
+
+    points = np.asarray(data.vertices if isinstance(data, Mesh) else data.points, np.float64)
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points) > 3:
+        points = points - points.mean(axis=0)
+        tree = cKDTree(points, leafsize=32, compact_nodes=False, balanced_tree=False)
+        found = effective_resolution(points, tree, points[:: max(1, len(points) // _OF_ALL)])
+        if found is not None and found > 0.0:
+            return found
+    raise GeometryError(tr("The model has too few points to tell its resolution."))
 
 
 def require_asked(asked: Asked) -> None:
@@ -246,12 +268,12 @@ def _of_elements(
     patches, patch_deg, patch_extent = _patches(elements, exposed, resolution, noise, asked, weight)
     figures = _lines(elements, normal, known & ~exposed, exposed, resolution, asked, progress)
     trace_deg, extent, relief = _errors(figures, noise, asked)
-    of_trace = _classes(trace_deg, extent, figures[:, 1])
+    of_trace = _classes(trace_deg, extent, resolution)
     of_patch = _classes(patch_deg, patch_extent, resolution)
     return Measurable(
         replace(elements, rows=of), trace_deg, patch_deg, extent, relief,
-        np.maximum(of_trace, of_patch), patches, weight, asked.length, typical, noise,
-        elements.warnings,
+        np.maximum(of_trace, of_patch), patches, weight, resolution, asked.length, typical,
+        noise, elements.warnings,
     )  # fmt: skip
 
 
