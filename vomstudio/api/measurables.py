@@ -69,7 +69,7 @@ def measurable(
     >>> a, b = (v.ravel() for v in np.meshgrid(np.arange(0, 3, 0.03), np.arange(0, 3, 0.03)))
     >>> south, west = np.column_stack([a, 0 * a, b]), np.column_stack([0 * a, a + 0.03, b])
     >>> found = vs.measurable(np.concatenate([south, west]), (0, 0), length_m=1.0)
-    >>> 0.2 < found.shares["good"] < 0.4, found.shares["none"] + found.shares["poor"] > 0.6
+    >>> 0.1 < found.shares["good"] < 0.2, found.shares["none"] + found.shares["poor"] > 0.6
     (True, True)
     """
     data, _, _ = placed(model, "model")

@@ -174,9 +174,7 @@ def measurable(
 
 
 # --- the surface ------------------------------------------------------------------------------
-def _surface(
-    data: Mesh | PointCloud, length: float, progress: Progress
-) -> tuple[Elements, Ints]:
+def _surface(data: Mesh | PointCloud, length: float, progress: Progress) -> tuple[Elements, Ints]:
     """Its pieces, none of them large beside the length, and of which face or point each is a
     piece."""
     progress.stage(tr("Surface"), None)
@@ -206,7 +204,6 @@ def _surface(
     cut = Mesh(places + origin, fine.astype(np.int32))
     elements = elements_of(cut, _NORMALS_DEG, progress)
     return elements, rows[own[elements.rows]]
-
 
 
 def _resolutions(points: Array, elements: Elements) -> Array:
@@ -464,7 +461,9 @@ def _moments(
     sorted_own = for_kernels(np.column_stack([own, along])[order], np.float64)
     last = for_kernels(ends[label[order]], np.int64)
     first = for_kernels(np.concatenate([[0], ends[:-1]])[label[order]], np.int64)
-    arrays = [for_kernels(values[order], np.float64) for values in (slopes, steep, weight, resolution)]
+    arrays = [
+        for_kernels(values[order], np.float64) for values in (slopes, steep, weight, resolution)
+    ]
     found = np.empty((len(rows), 9))
 
     def work(block: slice) -> None:

@@ -167,9 +167,7 @@ def _patches(found: Measurable) -> list[dict[str, float | None]]:
         # A place of it, not its middle, which may lie off a bent one.
         middle = places[np.argmin(np.linalg.norm(places - places.mean(axis=0), axis=1))]
         x, y, z = middle.tolist()
-        told.append(
-            {"x": x, "y": y, "z": z, "area_m2": float(areas[number]), "error95_deg": error}
-        )
+        told.append({"x": x, "y": y, "z": z, "area_m2": float(areas[number]), "error95_deg": error})
     return told
 
 
