@@ -116,6 +116,7 @@ def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
     assert bool(kind.color) == (not kind.typed) == (kind.group is not None)
     assert kind.evidence == {
         "reading": "read", "intersection": "derived", "dimension": "", "control_point": "",
+        "known_line": "",
     }.get(kind.name, "picked")  # fmt: skip
     assert bool(kind.orientations) == bool(kind.evidence) == (kind.net is not None)
     # Only what is clicked or painted is made with a tool.
@@ -153,10 +154,12 @@ def test_what_was_read_or_derived_stands_on_the_net_beside_the_picks():
 def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_out():
     layers: list[GisLayer] = [kind.layer for kind in KINDS if kind.layer is not None]
     assert [layer.name for layer in layers if layer.main] == ["traces"]
-    assert [layer.name for layer in layers if layer.sparse] == ["dimensions", "control_points"]
+    assert [layer.name for layer in layers if layer.sparse] == [
+        "dimensions", "control_points", "known_lines",
+    ]  # fmt: skip
     assert {layer.name: layer.geometry for layer in layers} == {
         "traces": "line", "lineations": "line", "patches": "ring", "dimensions": "line",
-        "control_points": "point",
+        "control_points": "point", "known_lines": "line",
     }  # fmt: skip
     for kind in KINDS:
         if kind.layer is not None:
@@ -167,7 +170,8 @@ def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_o
 
 
 def test_what_has_no_type_is_listed_and_hidden_together():
-    group, points = GROUPS
+    group, points, lines = GROUPS
+    assert group_of(ONE_OF_EACH["known_line"]) == lines.id
     assert group_of(ONE_OF_EACH["control_point"]) == points.id
     assert group == OwnGroup(id="dimensions", title="Measurements", icon="ruler")
     assert group_of(ONE_OF_EACH["dimension"]) == GROUPS[0].id

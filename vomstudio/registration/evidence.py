@@ -36,7 +36,7 @@ from vomstudio.registration.attitude_evidence import (
 )
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import said_of_azimuths
-from vomstudio.registration.compass_evidence import azimuth_lines, compass_directions
+from vomstudio.registration.compass_evidence import Segment, azimuth_lines, compass_directions
 from vomstudio.registration.coordinate_checks import (
     doubts_about_points,
     far_from_others,
@@ -63,7 +63,6 @@ from vomstudio.registration.wrong_marks import agreeing
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
-Segment = tuple[tuple[float, float, float], tuple[float, float, float], float]
 Marked = tuple[str, str, float, float]
 
 _TAPE = 0.005
@@ -232,12 +231,12 @@ def _lengths(evidence: Evidence, said: list[str]) -> list[Observed]:
         second.append(places[bar.second])
         length.append(bar.length_m)
         sigma.append(np.nan if bar.sigma_m is None else bar.sigma_m)
-    for number, (a, b, metres) in enumerate(evidence.lengths, 1):
-        labels.append(tr("length {number}", number=number))
-        first.append(np.asarray(a))
-        second.append(np.asarray(b))
-        length.append(metres)
-        sigma.append(_TAPE * metres)
+    for number, line in enumerate(evidence.lengths, 1):
+        labels.append(line.label or tr("length {number}", number=number))
+        first.append(np.asarray(line.first))
+        second.append(np.asarray(line.second))
+        length.append(line.value)
+        sigma.append(_TAPE * line.value if line.sigma is None else line.sigma)
     if not labels:
         return []
     ends = np.array(first, np.float64), np.array(second, np.float64)
