@@ -136,6 +136,12 @@ def test_residuals_are_in_the_unit_of_each_and_judges_take_no_part() -> None:
     assert off["k7"] == pytest.approx(-5.0, abs=1e-5)
 
 
+def test_what_all_azimuths_may_be_off_alike_is_in_the_error_of_north() -> None:
+    many = [replace(AZIMUTH, id=f"a{i}", name=f"A{i}", sigma=0.01) for i in range(9)]
+    placed = placed_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*LEVEL, *many], 4.0)
+    assert placed.rotation_error_deg.about_up == pytest.approx(4.0, rel=0.01)
+
+
 def test_a_line_without_its_value_places_nothing_yet() -> None:
     bare = replace(AZIMUTH, value=None)
     assert not line_misses([bare], placed_by_points(NO_PAIRS, None, BARE, None, EXTENT, LEVEL))

@@ -78,8 +78,9 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--north-sigma",
         metavar="DEG",
-        help=tr("how far a compass may be off for all photos alike, one sigma (default: 10)"),
-    )
+        help=tr("how far a compass may be off for all its readings alike, one sigma (default: 10 "
+                "for photos, 0.5 for other azimuths from magnetic north, else 0)"),
+    )  # fmt: skip
     _add_lines(parser)
     _add_reference(parser)
     parser.add_argument("--crs", metavar="EPSG", help=tr("the projected CRS that it is placed in"))

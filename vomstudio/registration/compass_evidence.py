@@ -30,10 +30,12 @@ class Segment(NamedTuple):
     label: str = ""
 
 
-def compass_directions(table: CompassTable, turn_deg: float) -> list[Directions]:
+def compass_directions(
+    table: CompassTable, turn_deg: float, north_doubt_deg: float = 0.0
+) -> list[Directions]:
     """Planes and lines that were read, each kind by itself, the planes first.
 
-    turn_deg : added to all azimuths
+    turn_deg : added to all azimuths; north_doubt_deg : one sigma of what these may be off alike
     """
     c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
     # Azimuths run clockwise.
@@ -44,13 +46,19 @@ def compass_directions(table: CompassTable, turn_deg: float) -> list[Directions]
         if len(rows):
             sigma = np.repeat(np.radians(table.sigma[rows])[:, None], 2, axis=1)
             labels = [table.read.ids[i] for i in rows]
-            kinds.append(Directions(labels, table.model[rows], world[rows], sigma))
+            doubt = float(np.radians(north_doubt_deg))
+            kinds.append(
+                Directions(labels, table.model[rows], world[rows], sigma, north_sigma=doubt)
+            )
     return kinds
 
 
-def azimuth_lines(given: Sequence[Segment]) -> Azimuths:
-    """Lines from one place on the model to another whose azimuth (degrees) is known. Raises
-    UsageError for places that are above each other."""
+def azimuth_lines(given: Sequence[Segment], north_doubt_deg: float = 0.0) -> Azimuths:
+    """Lines from one place on the model to another whose azimuth (degrees) is known.
+
+    north_doubt_deg : as of `compass_directions`. Raises UsageError for places that are above each
+    other.
+    """
     vectors = np.array([np.subtract(b, a) for a, b, *_ in given], np.float64)
     length = np.linalg.norm(vectors, axis=1)
     if not (np.hypot(vectors[:, 0], vectors[:, 1]) > 1e-6 * np.maximum(length, 1e-300)).all():
@@ -63,4 +71,5 @@ def azimuth_lines(given: Sequence[Segment]) -> Azimuths:
     ]
     angles = np.radians([line.value for line in given])
     sigma = [_READING_DEG if line.sigma is None else line.sigma for line in given]
-    return Azimuths(labels, vectors / length[:, None], angles, np.radians(sigma))
+    doubt = float(np.radians(north_doubt_deg))
+    return Azimuths(labels, vectors / length[:, None], angles, np.radians(sigma), doubt)

@@ -94,6 +94,8 @@ class Evidence:
     compass: CompassTable | None = None
     compass_turn_deg: float = 0.0
     """Added to all azimuths of `compass`."""
+    compass_doubt_deg: float = 0.0
+    """One sigma of what all azimuths, of `compass` and `azimuths`, may be off alike."""
     lengths: Sequence[Segment] = ()
     """Two ends on the model, and the metres between them."""
     azimuths: Sequence[Segment] = ()
@@ -151,12 +153,13 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     if evidence.level_lines:
         kinds.append(level_lines_of(evidence.level_lines))
     if evidence.compass is not None:
-        read = compass_directions(evidence.compass, evidence.compass_turn_deg)
+        doubt = evidence.compass_doubt_deg
+        read = compass_directions(evidence.compass, evidence.compass_turn_deg, doubt)
         if evidence.compass.read.is_plane.any():
             said += said_of_azimuths(read[0].labels, read[0].model, read[0].world)
         kinds += read
     if evidence.azimuths:
-        kinds.append(azimuth_lines(evidence.azimuths))
+        kinds.append(azimuth_lines(evidence.azimuths, evidence.compass_doubt_deg))
     if evidence.reference is not None:
         kinds.append(evidence.reference)
     try:
@@ -164,6 +167,14 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     except GeometryError as error:
         # What looks wrong with the values is the cause: where points lie follows from it.
         raise GeometryError(" ".join(said if doubted else [*said, str(error)])) from error
+    if evidence.compass is not None and len(kinds) == len(read) and not evidence.compass_doubt_deg:
+        said.append(
+            tr(
+                "North rests on the compass alone, which is taken to be off by nothing for all "
+                "readings alike: a declination applied twice, or iron nearby, would turn all of "
+                "them and stay unseen. State how far it may be off (--north-sigma)."
+            )
+        )
     said += said_of_feet(placed.scale, placed.scale_error_95)
     said += _said_of_cameras(evidence, kinds, placed)
     if evidence.positions is not None and len(kinds) == 1:

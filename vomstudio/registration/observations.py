@@ -21,13 +21,17 @@ from vomstudio.registration.similarity import Similarity, jacobians
 
 Array = npt.NDArray[np.float64]
 
+COMPASS = "compass"
+"""One instrument reads planes, lines and azimuths: what its north is off is off in all of them."""
+
 
 @dataclass(frozen=True, eq=False)
 class Rows:
     """misses : (m,) predicted less observed; moves : (m, 7) their derivatives
     sigma : (m,) stated, NaN where not; groups, parts : (m,) names
     shared : (m, k) their derivatives by k errors that all rows of a kind have in common, and
-    shared_sigma : (k,) how large these may be
+    shared_sigma : (k,) how large these may be; shared_names : (k,) errors of one name are one, also
+    of several kinds, "" for those of the kind alone
     """
 
     misses: Array
@@ -37,6 +41,7 @@ class Rows:
     parts: tuple[str, ...]
     shared: Array
     shared_sigma: Array
+    shared_names: tuple[str, ...] = ()
 
 
 class Observed(Protocol):
@@ -132,7 +137,7 @@ class Directions:
             moves[:, row, :3] = np.cross(placed, tangent)
             shared[:, row, 0] = np.cross(placed, tangent)[:, 2]
         rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("directions",))
-        return _sharing(rows, shared.reshape(-1, 1), self.north_sigma)
+        return _sharing(rows, shared.reshape(-1, 1), self.north_sigma, COMPASS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +218,7 @@ class Azimuths:
         moves[:, :3] = np.cross(placed, slope)
         rows = _rows(misses, moves, self.sigma, ("azimuths",))
         # A wrong north turns all about the vertical.
-        return _sharing(rows, moves[:, 2:3], self.north_sigma)
+        return _sharing(rows, moves[:, 2:3], self.north_sigma, COMPASS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,14 +280,17 @@ def _rows(
     )
 
 
-def _sharing(rows: Rows, shared: Array, sigma: float) -> Rows:
-    """With errors that all rows have in common, where there are some; shared : (m, k)"""
+def _sharing(rows: Rows, shared: Array, sigma: float, name: str = "") -> Rows:
+    """With errors that all rows have in common, where there are some; shared : (m, k); name : where
+    other kinds have them too"""
     if not sigma > 0:
         return rows
+    k = shared.shape[1]
     return replace(
         rows,
         shared=np.hstack([rows.shared, shared]),
-        shared_sigma=np.concatenate([rows.shared_sigma, np.full(shared.shape[1], sigma)]),
+        shared_sigma=np.concatenate([rows.shared_sigma, np.full(k, sigma)]),
+        shared_names=(*rows.shared_names, *(name,) * k),
     )
 
 

@@ -55,15 +55,21 @@ def evidence_of(pairs: Pairs, lines: Sequence[KnownLine]) -> Evidence:
 
 
 def placed_by_known(
-    pairs: Pairs, lines: Sequence[KnownLine], model: Model, extent: Array | None
+    pairs: Pairs,
+    lines: Sequence[KnownLine],
+    model: Model,
+    extent: Array | None,
+    north_doubt_deg: float = 0.0,
 ) -> Placed:
     """The placement of a model's file by points and lines on it. What these leave free stays as the
     model stands now.
 
-    extent : (n, 3) points all over the model, in its file's frame
+    extent : (n, 3) points all over the model, in its file's frame; north_doubt_deg : one sigma of
+        what all azimuths may be off alike
     Raises GeometryError, UsageError.
     """
     evidence = evidence_of(pairs, lines)
+    evidence.compass_doubt_deg = north_doubt_deg
     placed = register(evidence, extent)
     if placed.known.all:
         return placed

@@ -191,11 +191,14 @@ def _evidence(
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.coordinate_checks import said_of_area
-    from vomstudio.registration.north import on_grid
+    from vomstudio.registration.north import DECLINATION_DOUBT_DEG, on_grid
 
     evidence = Evidence()
     if asked.north_sigma is not None:
-        evidence.north_doubt_deg = _angle(asked.north_sigma, "--north-sigma")
+        doubt = _angle(asked.north_sigma, "--north-sigma", zero=True)
+        evidence.north_doubt_deg = evidence.compass_doubt_deg = doubt
+    elif asked.north == "magnetic":
+        evidence.compass_doubt_deg = DECLINATION_DOUBT_DEG
     if asked.marks is not None and asked.gcp is None:
         raise UsageError(tr("Marks need their points: give --gcp too."), field="--marks")
     seen = (asked.cameras, asked.attitudes, asked.horizon, asked.gcp)
@@ -317,12 +320,12 @@ def _turn_to_grid(asked: RegisterOrder, evidence: Evidence, north: North, said: 
     evidence.compass_turn_deg = turn
 
 
-def _angle(text: str, option: str, *, signed: bool = False) -> float:
+def _angle(text: str, option: str, *, signed: bool = False, zero: bool = False) -> float:
     try:
         value = float(text.strip().rstrip("°").replace(",", "."))
     except ValueError:
         value = math.nan
-    if not (abs(value) <= 180.0 and (signed or value > 0)):
+    if not (abs(value) <= 180.0 and (signed or value > 0 or (zero and value == 0))):
         raise UsageError(
             tr("'{text}' is no angle in degrees that is possible here.", text=text[:40]),
             field=option,

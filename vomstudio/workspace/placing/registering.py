@@ -129,18 +129,20 @@ def placed_by_points(
     crs: str | None,
     extent: npt.NDArray[np.float64] | None = None,
     lines: Sequence[KnownLine] = (),
+    north_doubt_deg: float = 0.0,
 ) -> Placed:
     """The placement by points and known lines on a model, with what coordinates look like.
 
     bounds : (2, 3) of the model in its file's frame, None where they are not known; crs : of the
-    points; extent : (n, 3) points all over the model, in its file's frame. Raises GeometryError,
-    also for points that are far off the model.
+    points; extent : (n, 3) points all over the model, in its file's frame
+    north_doubt_deg : one sigma of what all azimuths may be off alike. Raises GeometryError, also
+    for points that are far off the model.
     """
     require_on_model(pairs.model, bounds)
     if not usable(lines):
         placed = register(Evidence(pairs=pairs), extent)
     else:
-        placed = placed_by_known(pairs, lines, model, extent)
+        placed = placed_by_known(pairs, lines, model, extent, north_doubt_deg)
     if not len(pairs.labels):
         return placed
     said = said_of_area(pairs.world, crs)

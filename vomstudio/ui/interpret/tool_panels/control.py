@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
+    QLineEdit,
     QPushButton,
     QTableWidgetItem,
     QWidget,
@@ -44,7 +45,7 @@ from vomstudio.ui.forms.copied_command import (
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.interpret.tool_panels.control_map import ControlMap, MapPoint
 from vomstudio.ui.interpret.tool_panels.control_table import LABEL, TICK, ControlTable
-from vomstudio.ui.interpret.tool_panels.known_table import KnownTable, typed
+from vomstudio.ui.interpret.tool_panels.known_table import KnownTable, typed, typed_doubt
 from vomstudio.words import tr, tr_n
 
 _FEW = 20
@@ -91,6 +92,14 @@ class ControlPanel(QWidget):
         self.field = CrsField()
         self.field.setPlaceholderText(tr("none: local metres, x east, y north"))
         self.field.textChanged.connect(self._solve)
+        self.doubt = QLineEdit()
+        self.doubt.setObjectName("north_doubt")
+        self.doubt.setPlaceholderText(tr("0°: azimuths are not all off alike"))
+        self.doubt.setToolTip(
+            tr("What all azimuths may be off alike, one standard error, such as 0.5° for the "
+               "declination of a model of the field.")
+        )  # fmt: skip
+        self.doubt.textChanged.connect(self._solve)
         self.map = ControlMap()
         self.said = hint_label()
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -103,9 +112,11 @@ class ControlPanel(QWidget):
         row.addWidget(self.load)
         row.addWidget(self.register)
         row.addWidget(self.copy)
-        form = QFormLayout()
+        self._form = form = QFormLayout()
         form.addRow(tr("Click"), self.clicked)
         form.addRow(tr("CRS of x, y, z"), self.field)
+        form.addRow(tr("North ± (1σ)"), self.doubt)
+        form.setRowVisible(self.doubt, False)
         column = narrow_column(self)
         column.addLayout(row)
         column.addLayout(form)
@@ -143,6 +154,7 @@ class ControlPanel(QWidget):
             self.table.show_points(points)
         for points_alone in (self.table, self.map):
             points_alone.setVisible(bool(points) or not lines)
+        self._form.setRowVisible(self.doubt, any(line.kind == "azimuth" for line in lines))
         self.model, self._points, self._lines = model, points, lines
         self._solve()
         self._show_current()
@@ -188,12 +200,14 @@ class ControlPanel(QWidget):
                 if model is None:
                     return GeometryError(tr("Open an outcrop model first."))
                 extent = None if opened is None else some_points(opened.data)
-                return placed_by_points(pairs, bounds, model, self.crs, extent, lines)
+                return placed_by_points(pairs, bounds, model, self.crs, extent, lines, doubt)
             except VomError as error:
                 return error
 
+        doubt = 0.0
         try:
             self.crs = self._typed_crs()
+            doubt = typed_doubt(self.doubt.text())
         except VomError as error:
             self._solving.drop()
             self._solved(error)
@@ -314,6 +328,8 @@ class ControlPanel(QWidget):
         pairs = pairs_of(self._points)
         crs: list[tuple[str, Word]] = [] if self.crs is None else [("--crs", self.crs)]
         crs += _options(self._lines)
+        if doubt := typed_doubt(self.doubt.text()):
+            crs.append(("--north-sigma", doubt))
         if not len(pairs.labels):
             copy_command(studio, ["register", path, *crs])
             return

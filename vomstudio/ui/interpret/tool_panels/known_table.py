@@ -134,3 +134,18 @@ def typed(line: KnownLine, column: int, item: QTableWidgetItem) -> KnownLine:
 
 def _short(value: float) -> str:
     return f"{value:.10g}"
+
+
+def typed_doubt(text: str) -> float:
+    """Degrees by which all azimuths may be off alike. Raises UsageError."""
+    if not text.strip():
+        return 0.0
+    try:
+        number = float(text.strip().rstrip("°").replace(",", "."))
+    except ValueError:
+        number = float("nan")
+    if not 0.0 <= number <= 180.0:
+        raise UsageError(
+            tr("“{text}” is no angle that north may be off by. Type degrees, like 0.5.", text=text)
+        )
+    return number
