@@ -100,25 +100,27 @@ def displacement(
 
 
 def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
-    """The plane through three points, with the errors that follow from theirs.
+    """The plane through three points or more, with the errors that follow from theirs.
 
     Parameters
     ----------
-    points : (3, 3) World, metres, or a DataFrame or file with three rows of x, y, z
-    sigma_m : standard deviation of each coordinate
+    points : (n, 3) World, metres, or a DataFrame or file with rows of x, y, z; n at least 3
+    sigma_m : standard deviation of each coordinate; without it more than three points tell it by
+        their misfit
 
     Returns
     -------
     ThreePoints: ``dip_direction_deg``, ``dip_deg``, ``strike_rhr_deg``, ``dip_error_deg`` and
     ``dip_direction_error_deg`` (95 %, each by itself), ``max_error95_deg`` (half-angle of the
-    joint 95 % cone in the worst direction); None where nothing is known of errors.
+    joint 95 % cone in the worst direction), ``n``, ``rms_m`` of the points about the plane (None of
+    three), ``sigma_m`` behind the errors; None where nothing is known of errors.
 
     Raises
     ------
-    vs.errors.GeometryError for points on one line, more or fewer than three;
+    vs.errors.GeometryError for points on one line, or fewer than three;
     vs.errors.UsageError for a negative sigma; vs.errors.InputError for a table without places.
 
-    The cross product of two sides, with errors to first order.
+    The plane of least squares, which of three points goes through all, with errors to first order.
 
     Examples
     --------

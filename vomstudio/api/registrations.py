@@ -36,8 +36,9 @@ class Known(TypedDict, total=False):
         are found. ``model_cameras`` : the model's own cameras, None for those beside it
     pairs, gcp, marks, horizon, orientations, scale_bars : tables
     scale, azimuth : rows of seven numbers: two places on the model (model frame), and the metres
-        between them or the azimuth from the first to the second, degrees. level : rows of six: two
-        places at one height; a seventh states the error of the line, degrees, one sigma
+        between them or the azimuth from the first to the second, degrees; an eighth states the
+        error of that, one sigma. level : rows of six: two places at one height; a seventh states
+        the error of the line, degrees, one sigma
     reference, stable : the model that it is fitted to, and what of that has not moved
     north : "grid", "true" or "magnetic", where a table does not say; ``date`` (YYYY-MM-DD),
         ``declination_deg``, ``north_sigma_deg`` : of compass readings
@@ -174,7 +175,7 @@ def _by_file(model: Path, known: Known) -> Placed:
               for name in ("declination", "north_sigma")]  # fmt: skip
     lines = {
         name: _rows(given.pop(name, ()), name, lengths)
-        for name, lengths in (("scale", (7,)), ("azimuth", (7,)), ("level", (6, 7)))
+        for name, lengths in (("scale", (7, 8)), ("azimuth", (7, 8)), ("level", (6, 7)))
     }
     texts = {name: _beside(given.pop(name, None), name) for name in _BESIDE}
     texts |= {name: _file(given.pop(name, None), name) for name in _FILES}
