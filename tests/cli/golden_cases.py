@@ -232,7 +232,7 @@ CASES = (
     ),
     Case(
         "ortho-cloud",
-        "ortho {specimens}/boulder.ply --trend 40 --plunge 90 --up y --unit 0.3048 --gsd 0.05"
+        "ortho {specimens}/boulder.ply --trend 40 --plunge 90 --up y --unit ft --gsd 0.05"
         " -o {work}/cloud.tif",
     ),
     Case(

@@ -21,7 +21,22 @@ VOLCANICLASTIC = (
 ORGANIC = ("amber", "peat", "lignite", "subbituminous", "bituminous", "coal ball", "tar", "coal")
 EVAPORITE = ("gypsum", "anhydrite", "halite")
 COVERED = ("covered", "unexposed")
+WORDS = (
+    *SILICICLASTIC, *(word.replace("_", " ") for word in PRIMARY), "lime mudstone", *DUNHAM,
+    *VOLCANICLASTIC, *ORGANIC, *EVAPORITE, "covered",
+)  # fmt: skip
+"""What a rock may be called, each once."""
 FIELDS = ("primary_lithology", "siliciclastic_type", "dunham_classification", "other_type")
+
+
+def words() -> tuple[str, ...]:
+    """All that `in_strabospot` knows, to choose from: first the common rocks of the field."""
+    primary = tuple(name.replace("_", " ") for name in PRIMARY)
+    return (
+        *SILICICLASTIC, "limestone", "lime mudstone", *DUNHAM, "dolostone",
+        *(name for name in primary if name not in ("limestone", "dolostone")),
+        *EVAPORITE, *ORGANIC, *VOLCANICLASTIC, *COVERED,
+    )  # fmt: skip
 
 
 def in_strabospot(word: str) -> dict[str, str] | None:
