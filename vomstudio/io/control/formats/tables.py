@@ -21,7 +21,9 @@ from vomstudio.io.text.encodings import as_utf8
 from vomstudio.io.text.tables import TABLE_ENDINGS, TextTable, read_table
 from vomstudio.words import to_translate, tr
 
-_IN_COMMENT = re.compile(r"[#\s]*(?:CRS\s*[:=]?\s*)?(EPSG:\d+\b|[A-Z]+CRS\[.*\])", re.IGNORECASE)
+_IN_COMMENT = re.compile(
+    r"[#\s]*(?:CRS\s*(?:[:=]\s*)?)?(EPSG:\d+\b|[A-Z]+CRS\[.*\])", re.IGNORECASE
+)
 _CONTROL = {"", "control", "yes", "true", "1", "gcp"}
 _CHECK = {"check", "no", "false", "0"}
 
