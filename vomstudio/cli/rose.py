@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
+from vomstudio.cli.common.figure_look import add_look, colors_among, colors_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
@@ -35,6 +37,10 @@ def add_parser(subparsers: Subparsers) -> None:
         default="area",
         help=tr("what of a petal is its share (default area)"),
     )
+    parser.add_argument(
+        "--width", metavar="MM", type=float, help=tr("of the figure, in millimetres (default 170)")
+    )
+    add_look(parser, symbols=False)
     add_azimuth(parser)
 
 
@@ -43,12 +49,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.roses import HISTOGRAM_OF, Rose, bins_of
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format
+    from vomstudio.products.net.figure_style import SIZE_MM, FigureStyle
     from vomstudio.products.net.rose import mean_words
     from vomstudio.products.net.rose_contents import check_roses, roses_of_table
 
     format_ = picture_format(args.output, "--output")
     if args.of not in HISTOGRAM_OF:
         bins_of(args.bin)
+    style = FigureStyle(
+        args.width, None, args.font or "", args.font_size, None, args.line_width, args.grey
+    )
+    style.check("--width")
+    colors = colors_of(args)
     check_target(args.output, force=args.force, inputs=[args.table])
     table = read_orientations(args.table, args.azimuth)
     of = args.of or ("strike" if table.is_plane.any() else "trend")
@@ -61,11 +73,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
         by_area=args.scale == "area",
     )
     check_roses(found, args.table)
+    found = replace(found, colors=colors_among(colors, list(found.roses)))
 
     from vomstudio.products.net.rose import write_roses
 
     with atomic_write(args.output, args.force) as temporary:
-        write_roses(temporary, found, format=format_)
+        write_roses(
+            temporary,
+            found,
+            format=format_,
+            style=style.of_net(),
+            width_mm=args.width or SIZE_MM[0],
+        )
     warnings = list(table.warnings)
     for name, rose in found.roses.items():
         if rose.left_out:
