@@ -61,7 +61,7 @@ def direction_in_words(view: View) -> str:
     """Which way the viewer looks, and in which sense."""
     trend = format_azimuth(view.trend_deg, 1)
     return tr(
-        "View toward {trend}/{plunge:.1f} (trend/plunge, deg), {sense}",
+        "View toward {trend}/{plunge:.1f} (trend/plunge, °), {sense}",
         trend=trend,
         plunge=view.plunge_deg,
         sense=tr(view.sense),
