@@ -50,7 +50,7 @@ def colors_of(args: argparse.Namespace) -> dict[str, str]:
 def colors_among(colors: Mapping[str, str], names: Collection[str]) -> dict[str, str]:
     """By the names of the sets that there are; planes and lines of one name have the same colour.
     Raises UsageError for a set that is not there."""
-    found = {}
+    found: dict[str, str] = {}
     for name, color in colors.items():
         meant = [n for n in names if n in (name, f"{name} (planes)", f"{name} (lines)")]
         if not meant:

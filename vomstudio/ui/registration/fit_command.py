@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,13 +12,51 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.document.records import Model
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.forms.copied_command import Word, Words, copy_command, copy_with_file
+from vomstudio.ui.forms.copied_command import (
+    CopyCommandButton,
+    Word,
+    Words,
+    copy_command,
+    copy_with_file,
+)
 from vomstudio.ui.registration.other_model import OtherModel
+from vomstudio.ui.registration.picking_view import PickingView
 from vomstudio.ui.registration.point_pairs import PointPairs
 from vomstudio.ui.registration.stable_part import StablePartBox
 from vomstudio.words import tr
 
 _START_SIGMA_M = 10.0
+
+
+class FitCopyButton(CopyCommandButton):
+    """Copies the fit of the dialog that it stands in. there : shows what the model is fitted to"""
+
+    def __init__(
+        self,
+        studio: Studio,
+        stable: StablePartBox,
+        points: PointPairs,
+        model: Callable[[], Model | None],
+        there: PickingView,
+    ) -> None:
+        super().__init__(
+            self._copy,
+            tr(
+                "the command that fits the model to this one; of a file that states no unit it "
+                "finds the scale too"
+            ),
+        )
+        self._studio, self._stable, self._points = studio, stable, points
+        self._model, self._there = model, there
+
+    def refresh(self, wait: str | None) -> None:
+        """wait : why it cannot be copied now, apart from what is chosen"""
+        self.allow(wait or why_no_command(self._studio, self._there.model, self._stable))
+
+    def _copy(self) -> None:
+        model, reference = self._model(), self._there.model
+        if model is not None and reference is not None:
+            copy_fit(self, self._studio, model, reference, self._stable, self._points)
 
 
 def why_no_command(
@@ -50,7 +89,7 @@ def copy_fit(
     if path is None:
         return
     crs = reference.standing(studio.project.cache).crs
-    mask = stable.mask()
+    mask = stable.mask_file()
 
     def words(pairs: Path | None) -> Words:
         said: list[Word | tuple[str, Word]] = ["register", path, ("--reference", reference.path)]

@@ -29,8 +29,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.forms.copied_command import CopyCommandButton
-from vomstudio.ui.registration.fit_command import copy_fit, why_no_command
+from vomstudio.ui.registration.fit_command import FitCopyButton
 from vomstudio.ui.registration.other_model import OtherModel, OtherModelBox, of_project
 from vomstudio.ui.registration.pair_table import (
     PairTable,
@@ -98,13 +97,7 @@ class FitDialog(QDialog):
         self.fit = QPushButton(theme.icon("vector-combine"), tr("Fit the surfaces"))
         self.register = QPushButton(theme.icon("check"), tr("Register"))
         self.close_ = QPushButton(tr("Close"))
-        self.copy = CopyCommandButton(
-            self._copy_command,
-            tr(
-                "the command that fits the model to this one; of a file that states no unit it "
-                "finds the scale too"
-            ),
-        )
+        self.copy = FitCopyButton(self._studio, self.stable, self.points, self._model, self.there)
         buttons = (self.undo, self.redo, self.remove, self.fit, self.register, self.close_)
         for button in buttons:
             # Enter in a field is no wish to leave.
@@ -127,11 +120,9 @@ class FitDialog(QDialog):
         form.addWidget(self.stable, 1, 1)
         form.setColumnStretch(1, 1)
         last = QHBoxLayout()
-        last.addWidget(self.fit)
-        last.addWidget(self.copy)
-        last.addStretch()
-        last.addWidget(self.register)
-        last.addWidget(self.close_)
+        for button in (self.fit, self.copy, self.register, self.close_):
+            last.addWidget(button)
+        last.insertStretch(2)
         right = QVBoxLayout()
         right.addLayout(form)
         right.addWidget(self.said, 1)
@@ -332,7 +323,7 @@ class FitDialog(QDialog):
         _set(self.fit, None if busy else self._why_no_fit())
         none = None if self.fitted is not None else tr("Fit the surfaces first.")
         _set(self.register, wait or none)
-        self.copy.allow(wait or why_no_command(self._studio, self.reference, self.stable))
+        self.copy.refresh(wait)
         self.other.setEnabled(not busy)
         self.stable.setEnabled(not busy)
         self.step.setText(self._next_step())
@@ -367,11 +358,6 @@ class FitDialog(QDialog):
         if count >= 3 and self.placed is None:
             return self._problem or tr("The points are being solved.")
         return self.stable.why_not(self.points.pairs)
-
-    def _copy_command(self) -> None:
-        model, reference = self._model(), self.reference
-        if model is not None and reference is not None:
-            copy_fit(self, self._studio, model, reference, self.stable, self.points)
 
     # --- the fit -----------------------------------------------------------------------------
     def _fit_or_stop(self) -> None:

@@ -98,7 +98,7 @@ class StablePartBox(QWidget):
             return StablePart(model=mask.standing(self._studio.project.cache))
         return StablePart(polygons=self._polygons) if which == _POLYGONS else None
 
-    def mask(self) -> Path | None:
+    def mask_file(self) -> Path | None:
         """The file of what was chosen; None for all of the reference."""
         mask = self.stable_model.current()
         if self.which.currentIndex() == _MODEL and mask is not None:
