@@ -141,6 +141,7 @@ class Kind:
     group : of a kind without feature type; color : #rrggbb, "" for its type's
     prefix : the word with whose first letter an untyped feature is named
     places : (n, 3) World, by which its distance from another place is told
+    listed : it stands in the window's table although it has no orientation
     """
 
     name: str
@@ -171,6 +172,7 @@ class Kind:
     color: str = ""
     prefix: Callable[[Any], str] = lambda feature: ""
     places: Callable[[Subject], Floats] = _own_points
+    listed: bool = False
 
     @property
     def typed(self) -> bool:

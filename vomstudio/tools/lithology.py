@@ -134,5 +134,5 @@ TOOL = ToolEntry(
     icon="layers",
     key="K",
     tip=to_translate("Click around one rock; the area is measured on the surface of the model."),
-    order=34,
+    order=28,
 )
