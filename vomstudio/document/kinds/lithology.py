@@ -29,7 +29,7 @@ from vomstudio.document.measurement import (
     world_lines,
 )
 from vomstudio.document.records import Model, Picked, Point, Repeatable
-from vomstudio.geology.beds.lithologies import WORDS
+from vomstudio.geology.beds.lithologies import WORDS, color_of_rock
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import path_length, ring_area
 from vomstudio.geometry.units import area_text
@@ -162,9 +162,11 @@ KIND = Kind(
     layer=GisLayer(
         "lithologies", "ring", ring,
         (of.ID, of.NAME, LITHOLOGY, SURFACE_AREA, OUTLINE_AREA, of.MODEL, of.NOTES),
+        by="lithology",
     ),
     group=GROUP,
     color="#c2a36b",
+    tint=lambda lithology: color_of_rock(lithology.lithology),
     prefix=lambda lithology: "lithology",
     listed=True,
 )  # fmt: skip
