@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
@@ -32,6 +32,7 @@ class Known(TypedDict, total=False):
     north : "grid", "true" or "magnetic", where a table does not say; ``date`` (YYYY-MM-DD),
         ``declination_deg``, ``north_sigma_deg`` : of compass readings
     crs : the projected CRS, "EPSG:n", in which it is placed
+    without : labels of points, readings, photos or lines that are left out
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken that stops the work
     """
@@ -55,6 +56,7 @@ class Known(TypedDict, total=False):
     declination_deg: float | None
     north_sigma_deg: float | None
     crs: str | None
+    without: Sequence[str] | str
     progress: Reported
     cancel: CancelToken | None
 
@@ -168,11 +170,13 @@ def _by_file(model: str | Path, known: Known) -> Placed:
         name: _rows(given.pop(name, ()), name, lengths)
         for name, lengths in (("scale", (7, 8)), ("azimuth", (7, 8)), ("level", (6, 7)))
     }
+    without = given.pop("without", ())
+    labels = [without] if isinstance(without, str) else [str(label) for label in without or ()]
     texts = {name: _named(given.pop(name, None)) for name in _TEXTS}
     for name in given:
         raise InputError(tr("Nothing of this name is known."), field=name)
     declination, north_sigma = (None if angle is None else str(angle) for angle in angles)
-    values: dict[str, Any] = {**texts, **lines, "declination": declination}
+    values: dict[str, Any] = {**texts, **lines, "declination": declination, "without": labels}
     order = RegisterOrder(str(model), north=north, north_sigma=north_sigma, **values)
     placed = register_model(order, progress).placed
     warn(placed.warnings)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.registration.blunders import Blunder
+from vomstudio.registration.blunders import Blunder, Without
 from vomstudio.reprs import Shown
 
 Array = npt.NDArray[np.float64]
@@ -93,6 +93,8 @@ class Placed(Shown):
         leave)
     covariance : (7, 7) of turns about east, north and up (rad), a relative change of scale and a
         shift (m), about `centre` (World); one sigma of a normal distribution with the same 95 %
+    without : the placement without each of a few directions that do not agree, the most suspicious
+        first
     reach_m, normal : from the middle of the model to its edge, and of its mean plane (World), None
         where only the points are known
     """
@@ -114,6 +116,7 @@ class Placed(Shown):
     centre: tuple[float, float, float]
     reach_m: float | None = None
     normal: tuple[float, float, float] | None = None
+    without: tuple[Without, ...] = ()
 
     def __call__(self, points: npt.ArrayLike) -> Array:
         """(n, 3) World of model points (n, 3)."""
@@ -125,4 +128,6 @@ class Placed(Shown):
         told = asdict(self)
         for name in ("covariance", "centre", "reach_m", "normal"):
             del told[name]
+        if not self.without:
+            del told["without"]
         return told
