@@ -84,7 +84,7 @@ def register(
 
     Returns
     -------
-    Placed with the names of the command: ``matrix`` (4 x 4, model to World), ``scale``,
+    Placed with the names of the command: ``matrix`` ((4, 4) float64, model to World), ``scale``,
     ``control`` and ``check`` (``label``, ``dx``, ``dy``, ``dz``: fitted less given, ``error_m``),
     ``rms_control_m``, ``rms_check_m``, ``rotation_error_deg`` (one sigma ``about_up``,
     ``about_east``, ``about_north``), ``rotation_error_95_deg`` (the same three and the ``weakest``
@@ -112,6 +112,9 @@ def register(
     >>> found = vs.register(model, world, check=[False, False, False, False, True])
     >>> round(found.scale, 6), round(found.rms_check_m, 6)
     (0.01, 0.0)
+    >>> corner = found.matrix @ [900, 0, 0, 1]
+    >>> corner.round(2).tolist()
+    [500.0, 109.0, 20.0, 1.0]
 
     A model of a file by the positions of its cameras would be
     ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.

@@ -100,7 +100,7 @@ def place(
     matrix[:3, :3] = found.fit.scale * found.fit.rotation
     matrix[:3, 3] = found.fit.translation
     return Placed(
-        matrix=tuple(tuple(row) for row in matrix.tolist()),
+        matrix=matrix,
         scale=found.fit.scale,
         control=control,
         check=checked,

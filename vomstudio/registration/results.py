@@ -81,11 +81,11 @@ class Known:
         return self.north and self.vertical and self.scale and self.position
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Placed(Shown):
     """A similarity from the model to World, and what it leaves over.
 
-    matrix : 4 x 4, acts on column vectors of the model; scale : metres per unit of the model
+    matrix : (4, 4), acts on column vectors of the model; scale : metres per unit of the model
     control : points that entered the fit; check : points that did not
     rms_control_m, rms_check_m : of the residuals' lengths, None without such points
     rotation_error_deg, rotation_error_95_deg, scale_error_95 (a share of the scale) : from the
@@ -99,7 +99,7 @@ class Placed(Shown):
         where only the points are known
     """
 
-    matrix: tuple[tuple[float, ...], ...]
+    matrix: Array
     scale: float
     control: tuple[PointResidual, ...]
     check: tuple[PointResidual, ...]
@@ -120,12 +120,12 @@ class Placed(Shown):
 
     def __call__(self, points: npt.ArrayLike) -> Array:
         """(n, 3) World of model points (n, 3)."""
-        m = np.asarray(self.matrix)
+        m = self.matrix
         return np.asarray(np.asarray(points, np.float64) @ m[:3, :3].T + m[:3, 3])
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command."""
-        told = asdict(self)
+        told = asdict(self) | {"matrix": self.matrix.tolist()}
         for name in ("covariance", "centre", "reach_m", "normal"):
             del told[name]
         if not self.without:
