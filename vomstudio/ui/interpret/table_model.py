@@ -246,7 +246,7 @@ class OrientationModel(QAbstractTableModel):
             # Qt hands over a plain number.
             on = Qt.CheckState(value) == Qt.CheckState.Checked
             return self._studio.attempt(edits.set_attributes, [row.feature.id], overturned=on)
-        own = (attribute.field for attribute in kind_of(row.feature).attributes)
+        own = [attribute.field for attribute in kind_of(row.feature).attributes]
         if field not in own or value == getattr(row.feature, str(field)):
             return False
         return self._studio.attempt(
