@@ -182,6 +182,7 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "compare": Case(vs.compare, {"model": GROUND + [0, 0, 0.05], "benchmark": GROUND}),
         "agreement": Case(vs.agreement, {"first": table, "second": table}),
         "facets": Case(vs.facets, {"model": GROUND}),
+        "measurable": Case(vs.measurable, {"model": GROUND, "plane": (90, 45), "length_m": 1.0}),
         "follow": Case(vs.follow, {
             "model": mesh, "through": [[0.1, 0.1, 0.02], [2, 2, 0.4]], "cost": "curvature"}),
         "reconstruct": Case(vs.reconstruct, photos),
@@ -210,7 +211,8 @@ NAMES = (
     "fold", "slip", "sets", "slope", "displacement", "threepoint", "log", "fractures", "stereonet",
     "rose", "orthophoto", "orthophoto plane", "orthophoto fold", "dem", "section",
     "section profile", "extend", "extend of", "surface", "register", "register -", "compare",
-    "agreement", "facets", "follow", "reconstruct", "sample", "Mesh.save", "PointCloud.save",
+    "agreement", "facets", "measurable", "follow", "reconstruct", "sample", "Mesh.save",
+    "PointCloud.save",
     "Orthophoto.save", "ElevationModel.save", "Section.save", "Project.open", "Project.create",
     "Project.add_model", "Project.add_trace", "Project.fit", "Project.judge_by", "Project.export",
     "Project.save_as",

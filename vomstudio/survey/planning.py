@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import UsageError
-from vomstudio.geometry.plane_sizes import PlaneSizes
+from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.reprs import Shown
 from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane
 from vomstudio.survey.plan_camera import PlanCamera
@@ -131,9 +131,29 @@ class SurveyPlan(Shown):
         return PlaneSizes.of_pixels(self.gsd_m)
 
     @property
+    def plane_error(self) -> tuple[PlaneError, ...]:
+        """Expected 95 % error of planes against their size, without an error of registration."""
+        return tuple(self.planes.curve())
+
+    @property
     def photos(self) -> int:
         """How many."""
         return len(self.stations)
+
+    @property
+    def perpendicular(self) -> int:
+        """How many of them look straight at the outcrop."""
+        return len(self.of_kind("perpendicular"))
+
+    @property
+    def oblique(self) -> int:
+        """How many of them look at it from the side."""
+        return len(self.of_kind("oblique"))
+
+    @property
+    def positions(self) -> tuple[Station, ...]:
+        """From which they are taken: `stations`, by the command's name."""
+        return self.stations
 
     @property
     def target_size_m(self) -> float:
@@ -151,12 +171,12 @@ class SurveyPlan(Shown):
             "spacing_m": list(self.spacing_m),
             "photos": self.photos,
             "smallest_plane_m": self.smallest_plane_m,
-            "plane_error": [plane.as_dict() for plane in self.planes.curve()],
+            "plane_error": [plane.as_dict() for plane in self.plane_error],
             "depth_of_field_m": list(self.depth_of_field_m),
             "distance_m": self.distance_m,
             "overlap": self.overlap,
-            "perpendicular": len(self.of_kind("perpendicular")),
-            "oblique": len(self.of_kind("oblique")),
+            "perpendicular": self.perpendicular,
+            "oblique": self.oblique,
             "views_least": self.views_least,
             "views_median": self.views_median,
             "f_number": self.f_number,
