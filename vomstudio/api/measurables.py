@@ -69,14 +69,13 @@ def measurable(
     (True, True)
     """
     data, _, _ = placed(model, "model")
-    count = whole_number(points, "points")
     found = measurable_map(
         data,
         attitude_of(plane, "plane"),
         length_m=single_number(length_m, "length_m"),
         resolution_m=single_number(resolution_m, "resolution_m"),
         noise_m=single_number(noise_m, "noise_m"),
-        points=count,
+        points=whole_number(points, "points"),
         angle_deg=single_number(angle_deg, "angle_deg"),
         registration_deg=required_number(registration_error_deg, "registration_error_deg"),
         progress=told(progress, cancel),

@@ -44,7 +44,8 @@ ALIASES: dict[str, set[str]] = {
 }
 _WIND = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
 _BEARING = re.compile(
-    r"[NSEW]{1,3}(\s*\d+([.,]\d+)?\s*°?\s*[EW]?)?|\d+([.,]\d+)?\s*°?\s*[NSEW]{1,3}", re.IGNORECASE
+    r"[NSEW]{1,3}(\s*\d+([.,]\d+)?\s*(°\s*)?[EW]?)?|\d+([.,]\d+)?\s*(°\s*)?[NSEW]{1,3}",
+    re.IGNORECASE,
 )
 
 _WRITTEN = re.compile(r"[°º˚]|^\s*[NSEW]{1,3}\s*(\d|$)", re.IGNORECASE)
