@@ -179,6 +179,7 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "register": Case(vs.register, {"model_points": MODEL, "world_points": WORLD}),
         "register -": Case(vs.register, {
             "model_points": "-", "level": [[0, 0, 0, 5, 0, 0.1], [0, 0, 0, 0, 5, 0.2]]}, KNOWN),
+        "register()": Case(vs.register(MODEL, WORLD), {"points": MODEL}),
         "compare": Case(vs.compare, {"model": GROUND + [0, 0, 0.05], "benchmark": GROUND}),
         "agreement": Case(vs.agreement, {"first": table, "second": table}),
         "facets": Case(vs.facets, {"model": GROUND}),
@@ -210,7 +211,8 @@ NAMES = (
     "fit_parallel", "fit_curved", "plane_band", "plane_of_crossing", "read_orientations", "stats",
     "fold", "slip", "sets", "slope", "displacement", "threepoint", "log", "fractures", "stereonet",
     "rose", "orthophoto", "orthophoto plane", "orthophoto fold", "dem", "section",
-    "section profile", "extend", "extend of", "surface", "register", "register -", "compare",
+    "section profile", "extend", "extend of", "surface", "register", "register -",
+    "register()", "compare",
     "agreement", "facets", "measurable", "follow", "reconstruct", "sample", "Mesh.save",
     "PointCloud.save",
     "Orthophoto.save", "ElevationModel.save", "Section.save", "Project.open", "Project.create",
