@@ -38,7 +38,8 @@ PAIRS = {
     "plan": Pair(
         f"plan --camera {CAMERA} --distance 20 --width 30 --height 10",
         lambda *_: vs.plan(CAMERA, distance_m=20, width_m=30, height_m=10),
-        ("sheet", "positions"),  # These are rounded where they are printed.
+        # Positions are `stations`, not rounded; `of_kind` tells those of each kind.
+        ("sheet", "positions", "perpendicular", "oblique"),
     ),
     "check": Pair(
         f"check {vs.sample('photos')} --distance 20",

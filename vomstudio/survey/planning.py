@@ -141,21 +141,6 @@ class SurveyPlan(Shown):
         return len(self.stations)
 
     @property
-    def perpendicular(self) -> int:
-        """How many of them look straight at the outcrop."""
-        return len(self.of_kind("perpendicular"))
-
-    @property
-    def oblique(self) -> int:
-        """How many of them look at it from the side."""
-        return len(self.of_kind("oblique"))
-
-    @property
-    def positions(self) -> tuple[Station, ...]:
-        """From which they are taken: `stations`, by the command's name."""
-        return self.stations
-
-    @property
     def target_size_m(self) -> float:
         """Of a control point's mark: twenty pixels across."""
         return _TARGET_PIXELS * self.gsd_m
@@ -175,8 +160,8 @@ class SurveyPlan(Shown):
             "depth_of_field_m": list(self.depth_of_field_m),
             "distance_m": self.distance_m,
             "overlap": self.overlap,
-            "perpendicular": self.perpendicular,
-            "oblique": self.oblique,
+            "perpendicular": len(self.of_kind("perpendicular")),
+            "oblique": len(self.of_kind("oblique")),
             "views_least": self.views_least,
             "views_median": self.views_median,
             "f_number": self.f_number,
