@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -165,14 +165,7 @@ class SurveyPlan(Shown):
             "views_least": self.views_least,
             "views_median": self.views_median,
             "f_number": self.f_number,
-            "camera": {
-                "name": self.camera.name,
-                "sensor_width_mm": self.camera.sensor_width_mm,
-                "sensor_height_mm": self.camera.sensor_height_mm,
-                "focal_mm": self.camera.focal_mm,
-                "width_px": self.camera.width_px,
-                "height_px": self.camera.height_px,
-            },
+            "camera": {k: v for k, v in asdict(self.camera).items() if k != "f_number"},
             "positions": [station.as_dict() for station in self.stations],
             "control_points": [point.as_dict() for point in self.control_points],
             "target_size_m": self.target_size_m,

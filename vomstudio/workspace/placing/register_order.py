@@ -58,6 +58,7 @@ class RegisterOrder:
     declination: str | None = None
     north_sigma: str | None = None
     crs: str | None = None
+    without: Sequence[str] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +104,9 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
         said += fitted.warnings
     try:
         found = _solved(evidence, loaded)
-    except GeometryError as error:
-        if error.file is None and error.field is None:
-            error.file = _pairs_file(asked)
+    except GeometryError as failure:
+        if failure.file is None and failure.field is None:
+            failure.file = _pairs_file(asked)
         raise
     warnings = [*said, *_said_of_move(found, loaded, crs), *found.warnings]
     for name, error in _bars_as_checks(evidence, found):
@@ -204,7 +205,7 @@ def _evidence(
     from vomstudio.registration.coordinate_checks import said_of_area
     from vomstudio.registration.north import DECLINATION_DOUBT_DEG, on_grid
 
-    evidence = Evidence()
+    evidence = Evidence(without=tuple(asked.without))
     if asked.north_sigma is not None:
         doubt = _angle(asked.north_sigma, "--north-sigma", zero=True)
         evidence.north_doubt_deg = evidence.compass_doubt_deg = doubt
