@@ -19,8 +19,8 @@ from vomstudio.document.edit import change
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import (
-    Feature,
     SURROUNDINGS_RULE,
+    Feature,
     FeatureType,
     Model,
     Point,
