@@ -15,7 +15,7 @@ import numpy.typing as npt
 from vomstudio.document import edits
 from vomstudio.document.kinds.contact import Contact
 from vomstudio.document.kinds.lithology import Lithology
-from vomstudio.document.kinds.station import WHATS, Station
+from vomstudio.document.kinds.station import WHATS, Station, What
 from vomstudio.document.records import Feature, FeatureType, Model, Point, Record
 from vomstudio.errors import InputError
 from vomstudio.files.spreadsheet_cells import unguarded
@@ -126,7 +126,7 @@ def _feature(
     name, notes = row.word("name"), row.word("notes", "note", "description")
     if row.layer == "stations":
         said = row.word("kind", "what", "type").casefold()
-        what = next((known for known, _ in WHATS if known == said), "station")
+        what: What = next((known for known, _ in WHATS if known == said), "station")
         return Station(
             edits.new_id("station"), name, model.id, model.content_hash, places[:1], what,
             row.word("number"), row.word("photo"), notes,
