@@ -160,7 +160,7 @@ def _depth(triangles: Array, place: Array) -> Array:
         t = (b[:, 0] * p[:, 1] - b[:, 1] * p[:, 0]) / whole
     depth = a[:, 2] + s * b[:, 2] + t * c[:, 2]
     outside = ~(np.isfinite(depth) & (s > -1e-6) & (t > -1e-6) & (s + t < 1.0 + 1e-6))
-    return np.where(outside, np.inf, depth)
+    return np.asarray(np.where(outside, np.inf, depth), np.float64)
 
 
 def _hanging_together(faces: Array, seeds: Ints) -> Flags | None:
