@@ -69,24 +69,28 @@ def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> An
     >>> beds.attrs["convention"]
     "planes as strike (right-hand rule)/dip ('strike', 'dip')"
     """
-    table = orientation_reading.read_orientations(path_of(path, "path"), azimuth)
+    table = orientation_reading.read_orientations(path_of(path, "path"), azimuth, repeats=True)
     said = _noticed(table)
     warn(said)
     return frame_of_table(table, said)
 
 
-def rows_of(table: Any, azimuth: Azimuth | None = None, depth: int = 4) -> OrientationTable:
+def rows_of(
+    table: Any, azimuth: Azimuth | None = None, depth: int = 4, *, repeats: bool = False
+) -> OrientationTable:
     """Planes and lines of a DataFrame, a file, or two arrays (dip direction, dip).
 
     Warnings of the table are Python warnings, too; depth : of this call from the user's line.
+    repeats : also rows that repeat the pick of another.
     Raises InputError, UsageError.
     """
     if isinstance(table, str | os.PathLike):
-        found = orientation_reading.read_orientations(Path(table), azimuth)
+        found = orientation_reading.read_orientations(Path(table), azimuth, repeats=repeats)
     elif hasattr(table, "columns") and hasattr(table, "itertuples"):
         names, cells = _cells_of(_without_claims(table))
         told = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
-        found = orientations_of(table_of_cells(names, cells, _IN_MEMORY, told), azimuth)
+        made = table_of_cells(names, cells, _IN_MEMORY, told)
+        found = orientations_of(made, azimuth, repeats=repeats)
     else:
         found = orientations_of(_arrays(table), None)
     warn(_noticed(found), depth)
