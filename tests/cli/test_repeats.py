@@ -34,7 +34,8 @@ def test_angles_of_each_pair_and_what_is_missing(run, write) -> None:
 
 
 def test_errors_of_the_registration_are_in_both_picks(run, write) -> None:
-    head = "id,dip_direction,dip,max_confidence95_deg,registration_error_deg,total95_deg,repeat_of\n"
+    errors = "max_confidence95_deg,registration_error_deg,total95_deg"
+    head = f"id,dip_direction,dip,{errors},repeat_of\n"
     rows = "a,90,40,3,4,5,\nb,90,41,3,4,5,a\n"
     assert run("repeats", write(head + rows), "--json").json["stated95_deg"] == pytest.approx(3.0)
 

@@ -32,8 +32,8 @@ def random_axes(rng: np.random.Generator, n: int) -> np.ndarray:
 def picked(
     rng: np.random.Generator, truth: np.ndarray, sigma_deg: tuple[float, float], toward: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Picks about normals (n, 3), by a geodesic step of scipy's normal numbers, and the tangent axes
-    one standard deviation long. toward : (n, 3) the direction of the first sigma, roughly"""
+    """Picks about normals (n, 3), by a geodesic step of normal numbers, and the tangent axes one
+    standard deviation long. toward : (n, 3) the direction of the first sigma, roughly"""
     first = toward - np.einsum("ni,ni->n", toward, truth)[:, None] * truth
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     frame = np.stack([first, np.cross(truth, first)], axis=1)
@@ -120,7 +120,8 @@ def test_a_known_sigma_is_found_and_its_interval_holds_it() -> None:
         vectors, axes, groups = made_pairs(rng, 30, (4.0, 2.0))
         found = structures(vectors, axes, groups)
         spread, held = spread_of(found), held_errors(found)
-        assert spread is not None and held is not None
+        assert spread is not None
+        assert held is not None
         sigmas.append(spread.sigma_deg**2)
         ps.append(held.p)
         shares.append(held.within95_share)
