@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -52,9 +53,10 @@ class CellGrid:
 
     def at(self, points: Array) -> Ints:
         """(n,) the cell of each point (n, 3) as it is seen; -1 outside."""
-        return self._numbers(np.floor(self.local(points)[:, :2]))
+        return self.numbers(np.floor(self.local(points)[:, :2]))
 
-    def _numbers(self, places: Array) -> Ints:
+    def numbers(self, places: Array) -> Ints:
+        """(n,) of column and row (n, 2), whole numbers; -1 outside."""
         inside = ((places >= 0) & (places < [self.columns, self.rows])).all(axis=1)
         found = np.full(len(places), -1, np.int64)
         column, row = places[inside].astype(np.int64).T
@@ -120,12 +122,14 @@ def grid_around(
     return CellGrid(origin, right, up, float(cell), columns, rows)
 
 
-def exposed_faces(grid: CellGrid, corners: Array, *, pieces: bool = False) -> Exposed:
-    """Of triangles (m, 3, 3). What faces away from the viewer is not exposed; which way faces look
-    is taken from most of their area, since files differ."""
+def exposed_faces(
+    grid: CellGrid, points: Array, faces: npt.NDArray[np.integer[Any]], *, pieces: bool = False
+) -> Exposed:
+    """Of triangles, (m, 3) rows of points (n, 3). What faces away from the viewer is not
+    exposed; which way faces look is taken from most of their area, since files differ."""
     front, back = _Sums(grid, pieces), _Sums(grid, pieces)
-    for start in range(0, len(corners), _BLOCK):
-        local = grid.local(corners[start : start + _BLOCK])
+    for start in range(0, len(faces), _BLOCK):
+        local = grid.local(points[faces[start : start + _BLOCK]])
         local = local[np.isfinite(local).all(axis=(1, 2))]
         a, b = local[:, 1] - local[:, 0], local[:, 2] - local[:, 0]
         toward = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
@@ -141,9 +145,7 @@ def exposed_points(grid: CellGrid, points: Array, spacing: float) -> Exposed:
     counts = np.bincount(cells[cells >= 0], minlength=grid.count).astype(np.float64)
     area = counts * spacing**2
     none = np.zeros((0, 3, 3))
-    return Exposed(
-        area, np.minimum(area, grid.cell**2), none, np.zeros(0, np.int64), none[:, :2]
-    )
+    return Exposed(area, np.minimum(area, grid.cell**2), none, np.zeros(0, np.int64), none[:, :2])
 
 
 class _Sums:
@@ -158,9 +160,14 @@ class _Sums:
         """Triangles (m, 3, 3) in the grid's local axes."""
         cut = local
         for axis, count in ((0, self.grid.columns), (1, self.grid.rows)):
-            parts = list(_cut(cut, axis, count, self._lines if self._keep else None))
-            cut = np.concatenate([np.zeros((0, 3, 3)), *parts])
-        cells = self.grid._numbers(np.floor(cut.mean(axis=1)[:, :2]))
+            lines: list[Array] = []
+            cut = np.concatenate([np.zeros((0, 3, 3)), *_cut(cut, axis, count, lines)])
+            if self._keep:
+                # Cut along the first axis as yet, these may reach past the ends of the second.
+                self._lines += (
+                    lines if axis else [_within(found, self.grid.rows) for found in lines]
+                )
+        cells = self.grid.numbers(np.floor(cut.mean(axis=1)[:, :2]))
         cut, cells = cut[cells >= 0], cells[cells >= 0]
         across = np.cross(cut[:, 1] - cut[:, 0], cut[:, 2] - cut[:, 0])
         for sums, areas in (
@@ -185,10 +192,9 @@ class _Sums:
         )
 
 
-def _cut(
-    triangles: Array, axis: int, count: int, lines: list[Array] | None
-) -> Iterator[Array]:
-    """Pieces that lie between two neighbouring lines of the grid, 0 to `count`, along an axis."""
+def _cut(triangles: Array, axis: int, count: int, lines: list[Array]) -> Iterator[Array]:
+    """Pieces that lie between two neighbouring lines of the grid, 0 to `count`, along an axis;
+    `lines` gets the cuts."""
     left = triangles
     while len(left):
         order = np.argsort(left[:, :, axis], axis=1, kind="stable")
@@ -204,9 +210,8 @@ def _cut(
         if not len(left):
             return
         below, above, cuts = _halves(left, line, axis)
-        if lines is not None:
-            lines.append(cuts)
-        yield below
+        lines.append(cuts)
+        yield below[below[..., axis].max(axis=1) > 0.0]
         left = above
 
 
@@ -223,6 +228,19 @@ def _halves(sorted_: Array, line: Array, axis: int) -> tuple[Array, Array, Array
     above = [_stack(q[one], b[one], c[one]), _stack(q[one], c[one], p[one]),
              _stack(q[two], c[two], p[two])]  # fmt: skip
     return np.concatenate(below), np.concatenate(above), np.stack([q, p], axis=1)
+
+
+def _within(cuts: Array, rows: int) -> Array:
+    """What of lines (m, 2, 3) lies between the first and the last row."""
+    first, last = cuts[:, 0, 1], cuts[:, 1, 1]
+    cuts = cuts[(np.maximum(first, last) > 0.0) & (np.minimum(first, last) < rows)]
+    up = cuts[:, 1] - cuts[:, 0]
+    rise = np.where(up[:, 1] != 0.0, up[:, 1], 1.0)
+    bounds = np.stack([-cuts[:, 0, 1] / rise, (rows - cuts[:, 0, 1]) / rise], axis=1)
+    # A level line lies inside as a whole.
+    bounds[up[:, 1] == 0.0] = 0.0, 1.0
+    share = np.clip(np.sort(bounds, axis=1), 0.0, 1.0)
+    return np.asarray(cuts[:, :1] + share[..., None] * up[:, None])
 
 
 def _between(a: Array, b: Array, line: Array, axis: int) -> Array:

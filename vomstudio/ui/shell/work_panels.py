@@ -26,6 +26,7 @@ def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
     from vomstudio.ui.sections.displacement_panel import DisplacementPanel
     from vomstudio.ui.sections.elevation_panel import ElevationPanel
     from vomstudio.ui.sections.fractures_panel import FracturesPanel
+    from vomstudio.ui.sections.looked_at_panel import LookedAtPanel
     from vomstudio.ui.sections.section_panel import SectionPanel
     from vomstudio.ui.surface.surface_panel import SurfacePanel
 
@@ -36,6 +37,8 @@ def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
         ("section", to_translate("Section"), lambda studio: SectionPanel(studio, view.direction)),
         ("fractures", to_translate("Fractures"),
          lambda studio: FracturesPanel(studio, view.direction)),
+        ("looked_at", to_translate("Looked at"),
+         lambda studio: LookedAtPanel(studio, view.direction)),
         ("displacement", to_translate("Displacement"), DisplacementPanel),
         ("elevation", to_translate("Elevation model"),
          lambda studio: ElevationPanel(studio, view.direction)),

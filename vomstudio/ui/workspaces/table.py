@@ -20,6 +20,7 @@ HOMES: dict[str, Area] = {
     "statistics": "right",
     "sets": "right",
     "slopes": "right",
+    "looked_at": "right",
     "displacement": "right",
     "fractures": "bottom",
     "section": "bottom",
@@ -141,7 +142,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         "features",
         right=(
             ("stereonet",),
-            ("statistics", "sets", "slopes", "displacement", "properties"),
+            ("statistics", "sets", "slopes", "displacement", "looked_at", "properties"),
         ),
         bottom=(("table", "fractures"),),
         shares=(0.205, 0.36, 0.26),
