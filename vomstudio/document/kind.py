@@ -30,13 +30,14 @@ Lookup = Callable[[str], Measurement | None]
 class Attribute:
     """A field of a record that the user may change.
 
-    field: its name. title: beside it. form: how it is put in; a plane is the id of a feature.
-    choices: value and words. text: beside a flag. applies: whether a feature has it at present.
+    field: its name. title: beside it. form: how it is put in; a plane is the id of a feature, a
+    word one of the choices, or another that came from a file. choices: value and words. text:
+    beside a flag. applies: whether a feature has it at present.
     """
 
     field: str
     title: str
-    form: Literal["text", "type", "flag", "choice", "plane"] = "text"
+    form: Literal["text", "type", "flag", "choice", "word", "plane"] = "text"
     choices: tuple[tuple[str, str], ...] = ()
     text: str = ""
     applies: Callable[[Any], bool] = lambda feature: True

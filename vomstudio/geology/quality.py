@@ -299,7 +299,9 @@ def _of_direction(
         if poor
         else tr("({deg} wanted)", deg=_deg(t.good_confidence95_deg))
     )
-    own = total_error_deg(fit, resolution_m, kind) or 0.0
+    own = angle
+    if registration_deg is not None:
+        own = total_error_deg(fit, resolution_m, kind) or 0.0
     if registration_deg is not None and registration_deg > own:
         return poor, [
             tr(

@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from itertools import islice
+from operator import itemgetter
 from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Any
@@ -162,9 +163,17 @@ def write_orientation_csv(
     lines.append(",".join(names))
     rest = iter(rows)
     while portion := list(islice(rest, _PORTION)):
-        columns = [_csv_column([row.get(name) for row in portion]) for name in names]
+        columns = map(_csv_column, _columns_of(portion, names))
         lines += map(",".join, zip(*columns, strict=True))
     write_bytes(path, ("\n".join(lines) + "\n").encode("utf-8", "replace"), force=force)
+
+
+def _columns_of(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Iterable[Sequence[Any]]:
+    try:
+        return zip(*map(itemgetter(*names), rows), strict=True)
+    except KeyError:
+        # A row that holds only what it knows.
+        return ([row.get(name) for row in rows] for name in names)
 
 
 def _with_metadata(row: Row, metadata: Mapping[str, Any]) -> Row:
@@ -194,7 +203,7 @@ def _plain_column(values: list[Any]) -> list[Any]:
     return [plain(value) for value in values]
 
 
-def _csv_column(values: list[Any]) -> list[str]:
+def _csv_column(values: Sequence[Any]) -> list[str]:
     """`_csv_cell` of each. The cells of a column are mostly of one class, and words come again."""
     classes = set(map(type, values))
     if classes == {float} and all(map(math.isfinite, values)):

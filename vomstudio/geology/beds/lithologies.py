@@ -21,6 +21,11 @@ VOLCANICLASTIC = (
 ORGANIC = ("amber", "peat", "lignite", "subbituminous", "bituminous", "coal ball", "tar", "coal")
 EVAPORITE = ("gypsum", "anhydrite", "halite")
 COVERED = ("covered", "unexposed")
+WORDS = (
+    *SILICICLASTIC, *(word.replace("_", " ") for word in PRIMARY), "lime mudstone", *DUNHAM,
+    *VOLCANICLASTIC, *ORGANIC, *EVAPORITE, "covered",
+)  # fmt: skip
+"""What a rock may be called, each once."""
 FIELDS = ("primary_lithology", "siliciclastic_type", "dunham_classification", "other_type")
 
 

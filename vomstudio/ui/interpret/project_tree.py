@@ -163,7 +163,11 @@ class ProjectTree(QWidget):
 
     def _fill(self) -> Iterator[None]:
         """Put the features in, in their order, a portion after the other."""
-        features = sorted(self._studio.session.features(), key=lambda f: natural(f.name))
+        features = list(self._studio.session.features())
+        if len(features) > _PORTION:
+            # Every panel has work of its own when a project opens: not in the same moment.
+            yield
+        features.sort(key=lambda f: natural(f.name))
         for start in range(0, len(features), _PORTION):
             some = features[start : start + _PORTION]
             with QSignalBlocker(self.tree):

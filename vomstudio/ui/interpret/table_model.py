@@ -120,12 +120,16 @@ class OrientationModel(QAbstractTableModel):
         self._rows, self._places = [], {}
         self.endResetModel()
 
-    def reset(self) -> None:
-        """Read all rows anew."""
-        self.beginResetModel()
+    def read(self) -> list[Row]:
+        """The rows of all features, which are not shown by this."""
         features = [f for f in self._studio.session.features() if _listed(f)]
         measured = self._studio.measured(feature.id for feature in features)
-        self._rows = [row_of(self._studio, feature, measured[feature.id]) for feature in features]
+        return [row_of(self._studio, feature, measured[feature.id]) for feature in features]
+
+    def reset(self, rows: list[Row] | None = None) -> None:
+        """Show the rows that have been read; all, read anew, unless they are given."""
+        self.beginResetModel()
+        self._rows = self.read() if rows is None else rows
         self._places = {row.feature.id: i for i, row in enumerate(self._rows)}
         self.endResetModel()
 

@@ -128,11 +128,14 @@ class TablePanel(QWidget):
         self._portions.begin(self._fill())
 
     def _fill(self) -> Iterator[None]:
-        many = len(self._studio.session.features()) > _AT_ONCE
+        many, rows = len(self._studio.session.features()) > _AT_ONCE, None
         if many:
             self.model.clear()
             yield
-        self.model.reset()
+            # An edit meanwhile has what is left of this done before its own rows are brought up.
+            rows = self.model.read()
+            yield
+        self.model.reset(rows)
         self._counted()
         self._show_selection(self._studio.selection.ids)
         if many:

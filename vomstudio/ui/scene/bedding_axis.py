@@ -42,6 +42,11 @@ class BeddingAxis:
             self._kept = self._find()
         return self._kept
 
+    @property
+    def known(self) -> bool:
+        """Whether the axis, or why there is none, has been found."""
+        return self._kept is not None
+
     def why_not(self) -> str | None:
         """Why there is none, without looking for it where two planes will do."""
         if self._kept is None:
@@ -54,6 +59,11 @@ class BeddingAxis:
     def forget(self, *_: object) -> None:
         """Every refresh of the commands asks for the axis: it is kept until something changes."""
         self._kept = None
+
+    def renew(self) -> None:
+        """Another project: its bedding is known at once, the axis when it is asked for."""
+        self.forget()
+        self.beds = tuple(self.planes())
 
     def edited(self, touched: Iterable[str]) -> None:
         # Thousands of planes are asked for it: most edits are of other features.

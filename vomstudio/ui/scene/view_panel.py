@@ -3,11 +3,12 @@ plane."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import islice
 
 import numpy as np
 import numpy.typing as npt
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -64,6 +65,9 @@ class ViewPanel(QWidget):
         self._look = view.look
         self._direction = Line(0.0, 0.0)
         self._stale = False
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.timeout.connect(self._show)
         self._bedding = BeddingAxis(studio, lambda: self.only_selected.isChecked())
         self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
         self.now = QLabel("–")
@@ -124,8 +128,7 @@ class ViewPanel(QWidget):
         layout.addWidget(self.only_selected)
         layout.addWidget(self._verdict)
         layout.addStretch()
-        studio.project_opened.connect(self._bedding.forget)
-        studio.project_opened.connect(self.refresh)
+        studio.project_opened.connect(self._opened)
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(self._selected)
         studio.model_loaded.connect(self.refresh)
@@ -140,7 +143,7 @@ class ViewPanel(QWidget):
             else tr("{line} (perspective)", line=line)
         )
         # A drag tells many directions: the cost is shown for the last of them.
-        once_told(self._show_cost)
+        self._bring_up_to_date(self._show_cost)
 
     # --- directions --------------------------------------------------------------------------
     def _typed(self) -> None:
@@ -328,13 +331,25 @@ class ViewPanel(QWidget):
             self._bedding.forget()
         self.refresh()
 
+    def _opened(self) -> None:
+        self._bedding.renew()
+        self.refresh()
+
     def refresh(self, *_: object) -> None:
         """Show the fold axis with its verdict, and which directions there are now."""
-        if len(self._bedding.beds) > _MANY_BEDS and self.visibleRegion().isEmpty():
-            # The verdict on so many takes a while: not at every edit for a panel that nobody sees.
+        self._bring_up_to_date(self._show)
+
+    def _bring_up_to_date(self, show: Callable[[], None]) -> None:
+        """The verdict on thousands of beds takes a while: not at every edit for a panel that nobody
+        sees, and at the next event for one that is seen."""
+        if len(self._bedding.beds) <= _MANY_BEDS:
+            once_told(show)
+        elif self.visibleRegion().isEmpty():
             self._stale = True
+        elif self._bedding.known:
+            once_told(show)
         else:
-            once_told(self._show)
+            self._soon.start(0)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)
