@@ -70,15 +70,22 @@ def _weak_of(n: int, sigma: tuple[float, float, float], shape: tuple[float, floa
     return rotation_covariance(_SCALE * model @ _TURN.T, np.array(sigma))
 
 
-def _compass(n: int, deg: float) -> Callable[[np.random.Generator, Array], list[Observed]]:
+def _compass(
+    n: int, deg: float, north_deg: float = 0.0
+) -> Callable[[np.random.Generator, Array], list[Observed]]:
+    """north_deg : one sigma of what all are off alike, which is stated"""
+
     def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
         model = Rotation.random(n, random_state=n).as_matrix()[:, :, 0]
         world = model @ turn.T
         wrong = rng.normal(size=world.shape) * np.radians(deg)
         world = world + wrong - (wrong * world).sum(axis=1)[:, None] * world
         world /= np.linalg.norm(world, axis=1, keepdims=True)
+        north = Rotation.from_euler("z", rng.normal() * north_deg, degrees=True).as_matrix()
+        world = world @ north.T
         sigma = np.full((n, 2), np.radians(deg))
-        return [Directions([str(i) for i in range(n)], model, world, sigma)]
+        doubt = float(np.radians(north_deg))
+        return [Directions([str(i) for i in range(n)], model, world, sigma, north_sigma=doubt)]
 
     return draw
 
@@ -151,6 +158,8 @@ CASES = (
     Case("40 phones, vertical 0.7, compass 5 deg and 10 for all alike", _phones(40, 10.0)),
     Case("6 compass planes of 2 deg", _compass(6, 2.0)),
     Case("15 compass planes of 3 deg", _compass(15, 3.0)),
+    Case("8 compass planes of 2 deg, all off by 5 deg (1 sigma)", _compass(8, 2.0, 5.0)),
+    Case("15 compass planes of 3 deg, all off by 2 deg (1 sigma)", _compass(15, 3.0, 2.0)),
 )
 
 

@@ -197,6 +197,19 @@ def las_bounds(path: Path) -> list:
         return [file.header.mins, file.header.maxs]
 
 
+def test_a_height_model_that_is_cut_short_is_said_to_be(run, tmp_path: Path) -> None:
+    from vomstudio.io.gis.raster import Raster, open_geotiff, write_tile
+
+    whole, cut = tmp_path / "whole.tif", tmp_path / "cut.tif"
+    grid = Raster(300, 200, "float", (2.0, 0.0, 576000.0, 0.0, -2.0, 5188000.0), "EPSG:32615")
+    with open_geotiff(whole, grid) as dataset:
+        write_tile(dataset, 0, 0, np.random.default_rng(1).random((200, 300)).astype(np.float32))
+    cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
+    of_whole, of_cut = run("info", whole, cut, "--json").json["files"]
+    assert of_whole["warnings"] == []
+    assert any("cut short" in told for told in of_cut["warnings"])
+
+
 @pytest.mark.parametrize(
     ("crs", "turned", "known"),
     [

@@ -121,7 +121,7 @@ def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
     assert bool(kind.color) == (not kind.typed) == (kind.group is not None)
     assert kind.evidence == {
         "reading": "read", "intersection": "derived", "dimension": "", "control_point": "",
-        "contact": "", "lithology": "", "station": "",
+        "contact": "", "lithology": "", "station": "", "known_line": "",
     }.get(kind.name, "picked")  # fmt: skip
     assert bool(kind.orientations) == bool(kind.evidence) == (kind.net is not None)
     # Only what is clicked or painted is made with a tool.
@@ -160,10 +160,13 @@ def test_what_was_read_or_derived_stands_on_the_net_beside_the_picks():
 def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_out():
     layers: list[GisLayer] = [kind.layer for kind in KINDS if kind.layer is not None]
     assert [layer.name for layer in layers if layer.main] == ["traces"]
-    assert [layer.name for layer in layers if layer.sparse] == ["dimensions", "control_points"]
+    assert [layer.name for layer in layers if layer.sparse] == [
+        "dimensions", "control_points", "known_lines",
+    ]  # fmt: skip
     assert {layer.name: layer.geometry for layer in layers} == {
         "traces": "line", "contacts": "line", "lineations": "line", "patches": "ring",
         "lithologies": "ring", "dimensions": "line", "stations": "point", "control_points": "point",
+        "known_lines": "line",
     }  # fmt: skip
     for kind in KINDS:
         if kind.layer is not None:
@@ -175,7 +178,7 @@ def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_o
 
 def test_what_has_no_type_is_listed_and_hidden_together():
     assert GROUPS[1] == OwnGroup(id="dimensions", title="Measurements", icon="ruler")
-    names = ["lithology", "dimension", "station", "control_point"]
+    names = ["lithology", "dimension", "station", "control_point", "known_line"]
     assert [group_of(ONE_OF_EACH[name]) for name in names] == [group.id for group in GROUPS]
     assert group_of(ONE_OF_EACH["contact"]) == "fault"
 

@@ -27,6 +27,7 @@ from vomstudio.document.kinds.contact import Contact
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.lithology import Lithology
 from vomstudio.document.kinds.patch import Patch
@@ -59,6 +60,7 @@ ONE_OF_EACH: dict[str, Feature] = {
         "c1", "C01", "m1", HASH, ((1.0, 2.0, 3.0),), (398_000.0, 4_980_000.0, 320.0),
         sigma_m=(0.01, 0.01, 0.02), check=True,
     ),
+    "known_line": KnownLine("w1", "K01", "azimuth", "m1", HASH, ZIGZAG[:2], 113.5, 2.0),
 }  # fmt: skip
 RECORDS_OF_ALL = {"m1": MODEL, **{f.id: f for f in ONE_OF_EACH.values()}}
 
@@ -75,6 +77,7 @@ def test_the_kinds_and_their_names_on_disk_are_those_of_every_journal_there_is()
         "reading": "Reading",
         "station": "Station",
         "control_point": "ControlPoint",
+        "known_line": "KnownLine",
     }
     names = [kind.name for kind in KINDS]
     assert [name for name in names if name in ONE_OF_EACH] == list(ONE_OF_EACH)
@@ -153,7 +156,7 @@ def test_only_what_a_kind_lets_be_changed_is_changed(session):
 @pytest.mark.parametrize(
     ("changed", "looks_different"),
     [
-        ("m1", {"t1", "k1", "l1", "p1", "a1", "d1", "i1", "s1", "c1"}),
+        ("m1", {"t1", "k1", "l1", "p1", "a1", "d1", "i1", "s1", "c1", "w1"}),
         ("t1", {"l1", "d1", "i1"}),
         ("lineation", {"l1", "i1"}),
         ("p1", {"i1"}),

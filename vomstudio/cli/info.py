@@ -167,6 +167,10 @@ def _table(path: Path) -> dict[str, Any]:
     }
 
 
+_GREY = ("1", "L", "P")
+"""Pillow's names of single bands of a picture: black and white, grey, a palette."""
+
+
 def _picture(path: Path) -> dict[str, Any]:
     """Size and bands of an image file, and its place where it is one of a map."""
     from vomstudio.io.text.rows import require_file
@@ -213,8 +217,13 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
 
     try:
         found = dict(describe(path, progress))
-    except InputError:
-        return _picture(path)
+    except InputError as error:
+        picture = _picture(path)
+        on_a_map = picture["warnings"] or picture["bounds"]
+        if on_a_map and len(picture["fields"]) == 1 and picture["fields"][0] not in _GREY:
+            # Heights, not a photograph: what is wrong with them is not kept back.
+            picture["warnings"].append(error.message)
+        return picture
     from vomstudio.io.gis.raster import size_and_bands
 
     # Not by Pillow, which knows no 64-bit numbers.

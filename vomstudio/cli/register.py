@@ -78,8 +78,9 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--north-sigma",
         metavar="DEG",
-        help=tr("how far a compass may be off for all photos alike, one sigma (default: 10)"),
-    )
+        help=tr("how far a compass may be off for all its readings alike, one sigma (default: 10 "
+                "for photos, 0.5 for other azimuths from magnetic north, else 0)"),
+    )  # fmt: skip
     _add_lines(parser)
     _add_reference(parser)
     parser.add_argument("--crs", metavar="EPSG", help=tr("the projected CRS that it is placed in"))
@@ -89,18 +90,20 @@ def add_parser(subparsers: Subparsers) -> None:
 def _add_lines(parser: Parser) -> None:
     parser.add_argument(
         "--scale",
-        metavar="X1,Y1,Z1,X2,Y2,Z2,METRES",
+        metavar="X1,Y1,Z1,X2,Y2,Z2,METRES[,SIGMA]",
         action="append",
         default=[],
-        help=tr("two places on the model, and the metres between them"),
-    )
+        help=tr("two places on the model, the metres between them, and where wanted the error of "
+                "these, one sigma (default: 0.5 %%)"),
+    )  # fmt: skip
     parser.add_argument(
         "--azimuth",
-        metavar="X1,Y1,Z1,X2,Y2,Z2,DEG",
+        metavar="X1,Y1,Z1,X2,Y2,Z2,DEG[,SIGMA]",
         action="append",
         default=[],
-        help=tr("two places on the model, and the azimuth from the first to the second"),
-    )
+        help=tr("two places on the model, the azimuth from the first to the second, and where "
+                "wanted its error, degrees, one sigma (default: 3)"),
+    )  # fmt: skip
     parser.add_argument(
         "--level",
         metavar="X1,Y1,Z1,X2,Y2,Z2[,SIGMA]",

@@ -62,6 +62,8 @@ class Adjusted:
     assumed : names of groups whose error could not be judged and was taken as usual
     overdrawn : how many times larger the misses are than what was stated; 1 where they agree
     ambiguous : a quite different rotation fits as well
+    common, common_covariance : (k,) and (k, k) of the errors that rows share, in the order of
+        `rows.shared_names`
     """
 
     fit: Similarity
@@ -79,6 +81,8 @@ class Adjusted:
     size: float
     redundancy: float
     information: Array
+    common: Array
+    common_covariance: Array
 
     @property
     def rotation(self) -> Array:
@@ -224,13 +228,17 @@ def _all_rows(kinds: Sequence[Observed], fit: Similarity, at: Array) -> tuple[Ro
     begins = [0]
     for rows in each:
         begins.append(begins[-1] + len(rows.misses))
-    count = sum(rows.shared.shape[1] for rows in each)
-    shared = np.zeros((begins[-1], count))
-    column = 0
-    for first, rows in zip(begins, each, strict=False):
-        width = rows.shared.shape[1]
-        shared[first : first + len(rows.misses), column : column + width] = rows.shared
-        column += width
+    columns: dict[tuple[int, int] | str, int] = {}
+    places = []
+    for number, rows in enumerate(each):
+        own = [
+            name or (number, k) for k, name in enumerate(rows.shared_names)
+        ]  # fmt: skip
+        places.append([columns.setdefault(key, len(columns)) for key in own])
+    shared, sizes = np.zeros((begins[-1], len(columns))), np.zeros(len(columns))
+    for first, rows, at_columns in zip(begins, each, places, strict=False):
+        shared[first : first + len(rows.misses), at_columns] = rows.shared
+        sizes[at_columns] = rows.shared_sigma
     whole = Rows(
         np.concatenate([rows.misses for rows in each]),
         np.concatenate([rows.moves for rows in each]),
@@ -238,7 +246,8 @@ def _all_rows(kinds: Sequence[Observed], fit: Similarity, at: Array) -> tuple[Ro
         tuple(name for rows in each for name in rows.groups),
         tuple(name for rows in each for name in rows.parts),
         shared,
-        np.concatenate([rows.shared_sigma for rows in each]),
+        sizes,
+        tuple(key if isinstance(key, str) else "" for key in columns),
     )
     return whole, begins
 
@@ -353,6 +362,7 @@ def _judged(kinds: Sequence[Observed], fit: Similarity, centre: Array, size: flo
     moves, misses, units = _system(rows, sigma, length)
     information = moves.T @ moves
     inverse, null = _inverse(information)
+    common = -(inverse @ (moves.T @ misses) * units)[7:]
     misses = _left_over(moves, misses, inverse, len(rows.misses))
     rows = replace(rows, misses=misses[: len(rows.misses)] * sigma)
     redundancy = float(len(rows.misses) - (7 - null.shape[1]))
@@ -367,7 +377,8 @@ def _judged(kinds: Sequence[Observed], fit: Similarity, centre: Array, size: flo
     assumed = tuple(name for name in unstated if free_of.get(name, 0.0) < 0.5)
     return Adjusted(
         fit, at, covariance[:7, :7], plain[:7, :7], null[:7], rows, sigma, sigma * share,
-        tuple(begins), assumed, overdrawn, False, length, redundancy, information,
+        tuple(begins), assumed, overdrawn, False, length, redundancy, information, common,
+        covariance[7:, 7:],
     )  # fmt: skip
 
 

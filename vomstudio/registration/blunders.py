@@ -17,7 +17,14 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.registration.adjustment import Adjusted, adjust, weighed_rows
 from vomstudio.registration.combined import Combined
-from vomstudio.registration.observations import Observed, Points
+from vomstudio.registration.observations import (
+    Azimuths,
+    Directions,
+    LevelLines,
+    Observed,
+    Points,
+    Verticals,
+)
 from vomstudio.registration.similarity import fit_robustly
 
 Array = npt.NDArray[np.float64]
@@ -28,6 +35,13 @@ _ROUNDING = 1e-9
 _BY_CHANCE = 0.001
 # Points: of fewer nobody can say which agree.
 _FEWEST_TO_HIDE = 7
+# Directions that are left out one by one: of fewer none can be wrong, of more the misses tell.
+_FEWEST_DIRECTIONS, _FEW_DIRECTIONS = 4, 12
+# What a reading is usually off, and how many misses that counts as beside those that are there: by
+# four planes alone nobody could say that one of them is wrong.
+_USUAL_RAD, _USUAL_COUNTS = np.radians(3.0), 4.0
+# Misses that are so many times the usual are looked into.
+_LARGE = 1.5
 
 
 @dataclass(frozen=True)
@@ -56,6 +70,21 @@ class _Judged:
     strength: float
     of: int
     blunder: Blunder
+
+
+@dataclass(frozen=True)
+class Without:
+    """The placement without one of a few directions. error_deg : how far that is from where the
+    others put it; turned_deg : by how much the model turns without it; others_deg : how well the
+    others then agree (RMS); weakest_95_deg : the worst error of the rotation then, None where that
+    is not known; suspect : it is too far off to be chance"""
+
+    label: str
+    error_deg: float
+    turned_deg: float
+    others_deg: float
+    weakest_95_deg: float | None
+    suspect: bool
 
 
 def find_blunders(
@@ -218,3 +247,75 @@ def _described(kind: Observed, label: str, error: Array) -> Blunder:
     if isinstance(kind, Points) or hasattr(kind, "length"):
         return Blunder(label, None, size)
     return Blunder(label, None, None, float(np.degrees(size)))
+
+
+# --- few directions ---------------------------------------------------------------------------
+def leave_one_out(
+    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float
+) -> list[Without]:
+    """A placement by a few directions alone, without each of them, the most suspicious first; empty
+    where they agree, or where they are more, and misses tell.
+
+    One wrong one of a few pulls the placement to itself and hides in what is left over; where no
+    accuracies are stated, it also makes these seem as bad. So each is left out, and held against
+    the others' own agreement, to which the usual error of a compass adds a few misses' worth.
+    """
+    total = sum(len(kind.labels) for kind in kinds if isinstance(kind, Directions))
+    alone = all(isinstance(k, Directions | Azimuths | LevelLines | Verticals) for k in kinds)
+    if not alone or not _FEWEST_DIRECTIONS <= total <= _FEW_DIRECTIONS:
+        return []
+    usual = np.where(np.isfinite(found.rows.sigma), found.rows.sigma, _USUAL_RAD)
+    whole = float(((found.rows.misses / usual) ** 2).sum())
+    if found.redundancy < 3.0 or whole <= _LARGE**2 * found.redundancy:
+        return []
+    return _one_by_one(kinds, found, centre, size, whole)
+
+
+def _one_by_one(
+    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float, whole: float
+) -> list[Without]:
+    from scipy.spatial.transform import Rotation
+    from scipy.stats import chi2, f
+
+    stated = bool(np.isfinite(found.rows.sigma).all())
+    tried: list[tuple[float, float, Without]] = []
+    singles = [
+        (at, row)
+        for at, kind in enumerate(kinds)
+        if isinstance(kind, Directions)
+        for row in range(len(kind.labels))
+    ]
+    for single in singles:
+        kind = kinds[single[0]]
+        assert isinstance(kind, Directions)
+        try:
+            again = _adjusted(kinds, [single], centre, size)
+        except GeometryError:
+            continue
+        usual = np.where(np.isfinite(again.rows.sigma), again.rows.sigma, _USUAL_RAD)
+        rest = float(((again.rows.misses / usual) ** 2).sum())
+        free = again.redundancy
+        gain = max(whole - rest, 0.0)
+        if stated:
+            chance = float(chi2.sf(gain, 2))
+        else:
+            pooled = (rest + _USUAL_COUNTS) / (free + _USUAL_COUNTS)
+            chance = float(f.sf(gain / 2.0 / pooled, 2, free + _USUAL_COUNTS))
+        placed = again.fit.rotation @ kind.model[single[1]]
+        cosine = float(placed @ kind.world[single[1]])
+        turned = Rotation.from_matrix(again.fit.rotation @ found.fit.rotation.T).magnitude()
+        worst = float(np.linalg.eigvalsh(again.rotation)[-1])
+        tried.append((rest, chance, Without(
+            kind.labels[single[1]],
+            float(np.degrees(np.arccos(np.clip(abs(cosine) if kind.axial else cosine, -1.0, 1.0)))),
+            float(np.degrees(turned)),
+            float(np.degrees(np.sqrt((again.rows.misses**2).mean()))),
+            None if again.free[:3].size and np.abs(again.free[:3]).max() > 1e-6
+            else 1.959963984540054 * float(np.degrees(np.sqrt(max(worst, 0.0)))),
+            suspect=False,
+        )))  # fmt: skip
+    tried.sort(key=lambda each: each[0])
+    if tried and tried[0][1] < _BY_CHANCE / len(tried):
+        rest, chance, first = tried[0]
+        tried[0] = rest, chance, replace(first, suspect=True)
+    return [each for _, _, each in tried]

@@ -36,7 +36,7 @@ from vomstudio.registration.attitude_evidence import (
 )
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import said_of_azimuths
-from vomstudio.registration.compass_evidence import azimuth_lines, compass_directions
+from vomstudio.registration.compass_evidence import Segment, azimuth_lines, compass_directions
 from vomstudio.registration.coordinate_checks import (
     doubts_about_points,
     far_from_others,
@@ -63,7 +63,6 @@ from vomstudio.registration.wrong_marks import agreeing
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
-Segment = tuple[tuple[float, float, float], tuple[float, float, float], float]
 Marked = tuple[str, str, float, float]
 
 _TAPE = 0.005
@@ -95,6 +94,8 @@ class Evidence:
     compass: CompassTable | None = None
     compass_turn_deg: float = 0.0
     """Added to all azimuths of `compass`."""
+    compass_doubt_deg: float = 0.0
+    """One sigma of what all azimuths, of `compass` and `azimuths`, may be off alike."""
     lengths: Sequence[Segment] = ()
     """Two ends on the model, and the metres between them."""
     azimuths: Sequence[Segment] = ()
@@ -152,12 +153,13 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     if evidence.level_lines:
         kinds.append(level_lines_of(evidence.level_lines))
     if evidence.compass is not None:
-        read = compass_directions(evidence.compass, evidence.compass_turn_deg)
+        doubt = evidence.compass_doubt_deg
+        read = compass_directions(evidence.compass, evidence.compass_turn_deg, doubt)
         if evidence.compass.read.is_plane.any():
             said += said_of_azimuths(read[0].labels, read[0].model, read[0].world)
         kinds += read
     if evidence.azimuths:
-        kinds.append(azimuth_lines(evidence.azimuths))
+        kinds.append(azimuth_lines(evidence.azimuths, evidence.compass_doubt_deg))
     if evidence.reference is not None:
         kinds.append(evidence.reference)
     try:
@@ -165,6 +167,14 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     except GeometryError as error:
         # What looks wrong with the values is the cause: where points lie follows from it.
         raise GeometryError(" ".join(said if doubted else [*said, str(error)])) from error
+    if evidence.compass is not None and len(kinds) == len(read) and not evidence.compass_doubt_deg:
+        said.append(
+            tr(
+                "North rests on the compass alone, which is taken to be off by nothing for all "
+                "readings alike: a declination applied twice, or iron nearby, would turn all of "
+                "them and stay unseen. State how far it may be off (--north-sigma)."
+            )
+        )
     said += said_of_feet(placed.scale, placed.scale_error_95)
     said += _said_of_cameras(evidence, kinds, placed)
     if evidence.positions is not None and len(kinds) == 1:
@@ -232,12 +242,12 @@ def _lengths(evidence: Evidence, said: list[str]) -> list[Observed]:
         second.append(places[bar.second])
         length.append(bar.length_m)
         sigma.append(np.nan if bar.sigma_m is None else bar.sigma_m)
-    for number, (a, b, metres) in enumerate(evidence.lengths, 1):
-        labels.append(tr("length {number}", number=number))
-        first.append(np.asarray(a))
-        second.append(np.asarray(b))
-        length.append(metres)
-        sigma.append(_TAPE * metres)
+    for number, line in enumerate(evidence.lengths, 1):
+        labels.append(line.label or tr("length {number}", number=number))
+        first.append(np.asarray(line.first))
+        second.append(np.asarray(line.second))
+        length.append(line.value)
+        sigma.append(_TAPE * line.value if line.sigma is None else line.sigma)
     if not labels:
         return []
     ends = np.array(first, np.float64), np.array(second, np.float64)

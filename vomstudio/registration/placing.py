@@ -12,7 +12,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.adjustment import Adjusted, adjust
-from vomstudio.registration.agreement import said_of_disagreement
+from vomstudio.registration.agreement import compass_turn, said_of_disagreement
 from vomstudio.registration.blunders import find_blunders
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import Observed, Points
@@ -71,7 +71,12 @@ def place(
     centre, size = _extent(kinds, extent)
     found = adjust(kinds, centre, size)
     known = _known(found)
-    blunders = find_blunders(kinds, found, centre, size)
+    turned = compass_turn(kinds, centre, size)
+    judged, by = (kinds, found) if turned is None else (turned.freed, found)
+    if turned is not None:
+        # Readings that are all off alike are none of them wrong beside the others.
+        by = adjust(judged, centre, size)
+    blunders = find_blunders(judged, by, centre, size)
     control = _residuals(points, found.fit)
     checked = _residuals(check, found.fit)
     rotation, rotation95 = _rotation_errors(found, known)
@@ -79,9 +84,10 @@ def place(
     warnings = [
         *said_of_fit(found, kinds),
         *said_of_disagreement(kinds, centre, size),
+        *([] if turned is None else [turned.in_words()]),
         *said_of_points(control, checked, points),
         *said_of_errors(rotation, scale95, known, points),
-        *said_of_blunders(kinds, blunders, found, centre, size),
+        *said_of_blunders(judged, blunders, by, centre, size),
         *said_of_mirrors(points, found.fit),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]

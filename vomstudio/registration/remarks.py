@@ -137,6 +137,19 @@ def said_of_worst(placed: Placed) -> list[str]:
     return said
 
 
+def said_of_vertical(placed: Placed) -> list[str]:
+    """How well the vertical is known where north may be free."""
+    if not placed.known.vertical:
+        return []
+    tilt = float(np.linalg.eigvalsh(np.array(placed.covariance)[:2, :2])[-1])
+    return [
+        tr(
+            "The vertical is known to ± {error:.2g}° (95 %): dips may be wrong by as much.",
+            error=_Z95 * float(np.degrees(np.sqrt(max(tilt, 0.0)))),
+        )
+    ]
+
+
 def said_of_fitted(places: int, overlap: float, rms_m: float, blocks: int, block_m: float) -> str:
     """What a fit to a reference rests on; the figures of `FittedToReference`."""
     return tr(

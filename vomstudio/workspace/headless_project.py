@@ -170,13 +170,14 @@ class HeadlessProject:
         folder = model_cache.folder_of(path, self.project.cache)
         loaded = model_cache.load(path, folder, self._progress)
         models = self.session.of(Model)
+        # Looked at first: what cannot be is refused of a file that is there already, too.
+        placement = declared_frame(
+            path, loaded.crs, loaded.turned_about is not None, declared or DeclaredFrame()
+        )
         same = [m for m in models if m.content_hash == loaded.content_hash]
         if same:
             warning = tr("The project already contains this file, as {model}.", model=same[0].name)
             return AddedModel(same[0], False, (warning,))
-        placement = declared_frame(
-            path, loaded.crs, loaded.turned_about is not None, declared or DeclaredFrame()
-        )
         model = new_model(
             name_of(path),
             self.project.model_path(path),

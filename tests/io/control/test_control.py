@@ -39,6 +39,32 @@ def test_error_and_use_may_be_missing_and_semicolons_are_understood(tmp_path: Pa
     assert read_control(path)[0] == ControlPoint("A", (1.5, 2.0, 3.0))
 
 
+@pytest.mark.parametrize(
+    "header",
+    [
+        "#Label,X/Easting,Y/Northing,Z/Altitude,Accuracy_X,Accuracy_Y,Accuracy_Z\n",
+        "#Label\tX/Easting\tY/Northing\tZ/Altitude\tAccuracy_X\tAccuracy_Y\tAccuracy_Z\n",
+        "# exported\n# marker  east  north  height  sx  sy  sz\n",
+        "Point ID;Easting (m);Northing (m);Elevation (m);sigma_e;sigma_n;sigma_h\n",
+    ],
+)
+def test_names_that_other_programs_give_are_understood(tmp_path: Path, header: str) -> None:
+    between = "\t" if "\t" in header else ";" if ";" in header else " " if "  " in header else ","
+    rows = [("T1", 1, 2, 3, 0.03, 0.03, 0.03), ("T2", 4, 5, 6, 0.03, 0.04, 0.05)]
+    text = header + "".join(between.join(map(str, row)) + "\n" for row in rows)
+    first, second = read_control(written(tmp_path, text))
+    assert first == ControlPoint("T1", (1.0, 2.0, 3.0), 0.03)
+    assert second.position == (4.0, 5.0, 6.0)
+    assert second.sigma_m == pytest.approx((0.005 / 3) ** 0.5)
+
+
+def test_points_without_a_header_stand_in_our_order(tmp_path: Path) -> None:
+    assert read_control(written(tmp_path, "T1 1.5 2 3\nT2 4 5 6\n")) == [
+        ControlPoint("T1", (1.5, 2.0, 3.0)),
+        ControlPoint("T2", (4.0, 5.0, 6.0)),
+    ]
+
+
 def test_marks_are_read(tmp_path: Path) -> None:
     path = written(tmp_path, "label,photo,x,y\nA,images\\one.jpg,10.5,20\nA,two.jpg,1,2\n")
     assert read_marks(path) == [
@@ -51,13 +77,13 @@ def test_marks_are_read(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("label,x,y\nA,1,2\n", "no column 'z'"),
-        ("1,2,3,4\n5,6,7,8\n", "has no header"),
+        ("1,2,3\n5,6,7\n", "has no header"),
         ("label,x,y,z\nA,1,2,\n", "line 2, z: The value is missing"),
         ("label,x,y,z\nA,1,2,high\n", "'high' is not a number."),
         ("label,x,y,z\nA,1,2,3\nA,1,2,4\n", "line 3, label: The label 'A' is also in line 2"),
         ("label,x,y,z,sigma\nA,1,2,3,0\n", "must be positive"),
         ("label,x,y,z,use\nA,1,2,3,maybe\n", "neither control nor check"),
-        ("label,x,y,z\n,1,2,3\n", "needs one"),
+        ("label,x,y,z\n,1,2,3\n", "line 2, label: The cell is empty"),
     ],
 )
 def test_what_is_wrong_in_a_table_is_named_with_its_place(

@@ -309,3 +309,13 @@ def test_a_system_without_a_code_has_its_name_on_labels() -> None:
     wkt = crs_of_keys(directory([(PROJECTED, 0, 1, 26917), (LINEAR, 0, 1, 9002)]))
     assert Frame("crs", wkt, FT).name() == "NAD83 / UTM zone 17N, grid north"
     assert Frame("crs", "EPSG:32633").name() == "EPSG:32633, grid north"
+
+
+def test_a_shift_to_another_datum_does_not_hide_the_code() -> None:
+    from pyproj import CRS
+    from pyproj.crs import BoundCRS
+    from pyproj.crs.coordinate_operation import ToWGS84Transformation
+
+    plain = CRS.from_epsg(2903)
+    bound = BoundCRS(plain, CRS.from_epsg(4326), ToWGS84Transformation(plain.geodetic_crs))
+    assert stated_axes(bound.to_wkt()) == stated_axes("EPSG:2903")

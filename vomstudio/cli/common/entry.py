@@ -19,12 +19,14 @@ from vomstudio.cli.common.stop_signals import stop_signals_heard
 from vomstudio.errors import Cancelled, InputError, VomError
 from vomstudio.failures import log  # noqa: F401 - without a log nothing of it reaches stderr
 from vomstudio.failures.missing_libraries import missing_library
+from vomstudio.files import memory_limit
 from vomstudio.words import tr
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns its exit code and never raises, whatever happens in it."""
     words = sys.argv[1:] if argv is None else list(argv)
+    memory_limit.take_charge()
     with stdout_kept() as channel, stop_signals_heard():
         try:
             return _run(words, channel)

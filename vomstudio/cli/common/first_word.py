@@ -12,8 +12,8 @@ from vomstudio.words import tr
 COMMANDS = (
     "demo", "info", "convert", "fit", "stats", "fold", "sets", "repeats", "stereonet", "rose",
     "slope", "slip", "fractures", "displacement", "threepoint", "log", "ortho", "dem", "section",
-    "extend", "surface", "facets", "trace", "plan", "check", "frames", "reconstruct", "register",
-    "compare", "project", "export",
+    "extend", "surface", "measurable", "facets", "trace", "plan", "check", "frames",
+    "reconstruct", "register", "compare", "project", "export",
 )  # fmt: skip
 """The words after `vomstudio` that are commands, each the name of its module here."""
 

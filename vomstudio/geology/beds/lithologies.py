@@ -29,6 +29,16 @@ WORDS = (
 FIELDS = ("primary_lithology", "siliciclastic_type", "dunham_classification", "other_type")
 
 
+def words() -> tuple[str, ...]:
+    """All that `in_strabospot` knows, to choose from: first the common rocks of the field."""
+    primary = tuple(name.replace("_", " ") for name in PRIMARY)
+    return (
+        *SILICICLASTIC, "limestone", "lime mudstone", *DUNHAM, "dolostone",
+        *(name for name in primary if name not in ("limestone", "dolostone")),
+        *EVAPORITE, *ORGANIC, *VOLCANICLASTIC, *COVERED,
+    )  # fmt: skip
+
+
 def in_strabospot(word: str) -> dict[str, str] | None:
     """The fields of StraboSpot for a rock, case and separators forgiven: `primary_lithology` and
     what it is called more closely; all empty for nothing and what is covered; None for a word that

@@ -19,13 +19,12 @@ from vomstudio.errors import InputError, UsageError
 from vomstudio.io.control.control_files import read_control
 from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.control.registry import choose_format
-from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable
+from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
-_LABEL = ("label", "name", "point", "point id", "id", "marker", "#label", "# label")
 _EPSG = re.compile(r"EPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
 _MODEL = (
     ("model x", "local x", "xm", "mx"),
@@ -118,7 +117,7 @@ def read_pairs(path: str | Path) -> Pairs:
     """`label, model_x, model_y, model_z, x, y, z[, use][, sigma_x, sigma_y, sigma_z]`. Raises
     InputError with file, line and column."""
     table = NamedTable(path, _PAIRS)
-    labels = table.words(_LABEL, "label")
+    labels = table.words(LABEL, "label")
     table.require_once(labels)
     model = table.columns(_MODEL, ("model_x", "model_y", "model_z"))
     world = table.columns(WORLD, ("x", "y", "z"))

@@ -102,7 +102,9 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
             high, height_m = "unknown", None
     # The name of a compound system says another unit of z than the model is then kept in.
     mixed = unit_m is not None and height_m is not None and not _same(unit_m, height_m)
-    kept = None if kind == "local" or kind == "none" else _name_of(flat if mixed else crs)
+    # A shift to another datum beside a system of the register is the register's business.
+    bare = mixed or (crs.is_bound and flat.to_epsg() is not None)
+    kept = None if kind == "local" or kind == "none" else _name_of(flat if bare else crs)
     return StatedAxes(kept, kind, (name, name, high), unit_m, height_m)
 
 

@@ -21,13 +21,36 @@ from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
+LABEL = ("label", "name", "point", "point id", "id", "marker")
 PHOTO = (
     "photo", "image", "image name", "photo id", "source file", "picture", "photo name", "file",
     "filename", "file name", "name", "label", "camera",
 )  # fmt: skip
 WORLD = (
-    ("x", "east", "easting", "e", "world x", "lon", "longitude", "x east", "x longitude"),
-    ("y", "north", "northing", "n", "world y", "lat", "latitude", "y north", "y latitude"),
+    (
+        "x",
+        "east",
+        "easting",
+        "e",
+        "world x",
+        "lon",
+        "longitude",
+        "x east",
+        "x easting",
+        "x longitude",
+    ),
+    (
+        "y",
+        "north",
+        "northing",
+        "n",
+        "world y",
+        "lat",
+        "latitude",
+        "y north",
+        "y northing",
+        "y latitude",
+    ),
     ("z", "up", "height", "elevation", "altitude", "alt", "h", "world z", "z altitude"),
 )
 """Names of columns that hold photos, and World coordinates."""

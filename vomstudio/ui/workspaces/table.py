@@ -22,7 +22,9 @@ HOMES: dict[str, Area] = {
     "slopes": "right",
     "looked_at": "right",
     "displacement": "right",
+    "three_points": "right",
     "fractures": "bottom",
+    "bed_log": "bottom",
     "section": "bottom",
     "elevation": "bottom",
     "view": "right",
@@ -144,7 +146,7 @@ WORKSPACES: tuple[Workspace, ...] = (
             ("stereonet",),
             ("statistics", "sets", "slopes", "displacement", "looked_at", "properties"),
         ),
-        bottom=(("table", "fractures"),),
+        bottom=(("table", "fractures", "bed_log"),),
         shares=(0.205, 0.36, 0.26),
         first_share=0.6,
     ),
@@ -175,7 +177,7 @@ def workspace_of(name: str) -> Workspace:
 
 
 _SMALL_WIDTH, _SMALL_HEIGHT = 1180, 620
-_WIDE = ("photos", "in_photos", "section", "elevation")
+_WIDE = ("photos", "in_photos", "section", "elevation", "bed_log")
 """Docks that are of use only where they are wide."""
 _BARS_HEIGHT = 110
 _SIDES: tuple[Area, Area] = ("left", "right")

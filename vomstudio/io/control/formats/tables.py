@@ -3,7 +3,8 @@
 Control points are a table `label, x, y, z` with, where wanted, `sigma` (metres) and `use` (control
 or check); marks are a table `label, photo, x, y`, in pixels of the photo as stored, from the outer
 corner of its top left pixel, x to the right and y down. A comment that begins with it states the
-CRS: `# EPSG:32633`, or WKT in one line. Coordinates are in metres.
+CRS: `# EPSG:32633`, or WKT in one line. Coordinates are in metres. Columns may have the names that
+other programs give them, in a header that begins with `#`, as Metashape's do, or none at all.
 """
 
 from __future__ import annotations
@@ -12,94 +13,72 @@ import re
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import InputError
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
 from vomstudio.io.text.encodings import as_utf8
-from vomstudio.io.text.tables import TABLE_ENDINGS, TextTable, read_table
+from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
+from vomstudio.io.text.tables import TABLE_ENDINGS, read_table
 from vomstudio.words import to_translate, tr
 
 _IN_COMMENT = re.compile(r"[#\s]*(?:CRS\s*[:=]?\s*)?(EPSG:\d+\b|[A-Z]+CRS\[.*\])", re.IGNORECASE)
-_CONTROL = {"", "control", "yes", "true", "1", "gcp"}
-_CHECK = {"check", "no", "false", "0"}
+_POINTS, _MARKS = ("label", "x", "y", "z"), ("label", "photo", "x", "y")
+"""The order of the columns where there is no header."""
+_IN_PHOTO = tuple(name for name in PHOTO if name not in LABEL)
+_ACROSS = ("x", "x px", "pixel x", "px", "u", "column", "col")
+_DOWN = ("y", "y px", "pixel y", "py", "v", "row", "line")
 
 
 def points_of(path: Path) -> list[ControlPoint]:
     """Raises InputError with file, line and column."""
-    table = read_table(path)
-    label, x, y, z = _columns(table, "label", "x", "y", "z")
-    positions = table.numbers([x, y, z])
-    _require_finite(table, positions, (x, y, z))
-    sigmas = [np.nan] * len(table)
-    if table.has("sigma"):
-        column = table.find("sigma")
-        sigmas = list(table.numbers([column])[:, 0])
-        for row, sigma in enumerate(sigmas):
-            if sigma <= 0:
-                raise _at(table, row, column, tr("The accuracy of a point must be positive."))
-    uses = [""] * len(table)
-    if table.has("use"):
-        column = table.find("use")
-        uses = [cell.casefold() for cell in table.cells(column)]
-        for row, use in enumerate(uses):
-            if use not in _CONTROL | _CHECK:
-                raise _at(table, row, column, tr("'{use}' is neither control nor check.", use=use))
-    points = []
-    seen: dict[str, int] = {}
-    for row, name in enumerate(table.labels(label)):
-        if not name:
-            raise _at(table, row, label, tr("The label is empty. Every point needs one."))
-        if name in seen:
-            first = int(table.line_numbers[seen[name]])
-            raise _at(
-                table,
-                row,
-                label,
-                tr(
-                    "The label '{name}' is also in line {line}. Give each point its own label.",
-                    name=name,
-                    line=first,
-                ),
-            )
-        seen[name] = row
-        place = (float(positions[row, 0]), float(positions[row, 1]), float(positions[row, 2]))
-        known = None if np.isnan(sigmas[row]) else float(sigmas[row])
-        points.append(ControlPoint(name, place, known, uses[row] in _CHECK))
-    if not points:
+    if not len(read_table(path)):
         raise InputError(tr("The file has no points. Add some, or choose another file."), file=path)
+    table = NamedTable(path, _POINTS)
+    labels = table.words(LABEL, "label")
+    table.require_once(labels)
+    places, uses = table.columns(WORLD, _POINTS[1:]), table.uses()
+    points = []
+    for label, place, sigma, check in zip(labels, places, table.sigma(), uses, strict=True):
+        x, y, z = place.tolist()
+        points.append(ControlPoint(label, (x, y, z), _one_for_all(sigma), bool(check)))
     return points
+
+
+def _one_for_all(sigma: npt.NDArray[np.float64]) -> float | None:
+    """Of the coordinates (3,), NaN where not stated: the root mean square, as the formats of other
+    programs are read."""
+    known = sigma[np.isfinite(sigma)].tolist()
+    if len(set(known)) <= 1:
+        return known[0] if known else None
+    return float(np.sqrt(np.mean(np.square(known))))
 
 
 def marks_of(path: Path) -> list[Mark]:
     """Raises InputError with file, line and column."""
-    table = read_table(path)
-    label, photo, x, y = _columns(table, "label", "photo", "x", "y")
-    pixels = table.numbers([x, y])
-    _require_finite(table, pixels, (x, y))
-    names = [name.replace("\\", "/") for name in table.cells(photo)]
-    marks = [
-        Mark(text, name, float(place[0]), float(place[1]))
-        for text, name, place in zip(table.labels(label), names, pixels, strict=True)
-    ]
-    if not marks:
+    if not len(read_table(path)):
         raise InputError(tr("The file has no marks. Add some, or choose another file."), file=path)
+    table = NamedTable(path, _MARKS)
+    labels = table.words(LABEL, "label")
+    names = [name.replace("\\", "/") for name in table.words(_IN_PHOTO, "photo")]
+    pixels = table.columns((_ACROSS, _DOWN), ("x", "y"))
+    marks = []
     seen: dict[tuple[str, str], int] = {}
-    for row, mark in enumerate(marks):
-        first = seen.setdefault((mark.label, mark.photo), row)
+    for row, (label, name, (x, y)) in enumerate(zip(labels, names, pixels.tolist(), strict=True)):
+        first = seen.setdefault((label, name), row)
         if first != row:
-            line = int(table.line_numbers[first])
-            raise _at(
-                table,
+            raise table.at(
                 row,
-                label,
                 tr(
                     "The point is already marked in {photo} in line {line}.",
-                    photo=mark.photo,
-                    line=line,
+                    photo=name,
+                    line=int(table.table.line_numbers[first]),
                 ),
+                "label",
             )
+        marks.append(Mark(label, name, x, y))
     return marks
 
 
@@ -118,39 +97,6 @@ def _line_of(path: Path, comment: str) -> int | None:
     return next(
         (n for n, t in enumerate(bare, 1) if t[:1] == "#" and t[1:].strip() == comment), None
     )
-
-
-def _columns(table: TextTable, *names: str) -> list[int]:
-    if table.names is None:
-        raise InputError(
-            tr(
-                "The table has no header. Name the columns {names} in its first line.",
-                names=", ".join(names),
-            ),
-            file=table.path,
-        )
-    try:
-        return [table.find(name) for name in names]
-    except UsageError as error:
-        raise InputError(
-            error.message, file=table.path, line=table.header_line, field=error.field
-        ) from error
-
-
-def _require_finite(table: TextTable, values: np.ndarray, columns: tuple[int, ...]) -> None:
-    bad = np.argwhere(~np.isfinite(values))
-    if len(bad):
-        raise _at(
-            table,
-            int(bad[0, 0]),
-            columns[int(bad[0, 1])],
-            tr("The value is missing or not a number."),
-        )
-
-
-def _at(table: TextTable, row: int, column: int, message: str) -> InputError:
-    line = int(table.line_numbers[row])
-    return InputError(message, file=table.path, line=line, field=table.label(column))
 
 
 CONTROL_FORMAT = ControlFormat(
