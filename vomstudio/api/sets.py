@@ -9,9 +9,11 @@ from vomstudio.api.checking import (
     attitude_of,
     column_of,
     flag,
+    is_path,
     items_of,
     naming,
     one_of,
+    path_of,
     required_number,
     single_number,
     warn,
@@ -24,6 +26,8 @@ from vomstudio.geology.populations.error_weights import WEIGHTINGS
 from vomstudio.geology.populations.table_statistics import TableStatistics, table_statistics
 from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
+from vomstudio.io.project.folder import is_project
+from vomstudio.io.project.repeated_picks import read_picks_again
 from vomstudio.io.text.slip_reading import slips_of
 
 
@@ -213,7 +217,8 @@ def repeats(
 
     Parameters
     ----------
-    table, azimuth : as in `stats`; planes are compared with planes, lines with lines
+    table, azimuth : as in `stats`, or the folder of a project; planes are compared with planes,
+        lines with lines
     by : column whose word is the same for picks of the same structure; None for the column
         ``repeat_of``, which holds the id of the pick that a row repeats
     interpreter : column of who picked; None for ``interpreter``, where there is one
@@ -246,7 +251,10 @@ def repeats(
     >>> found.repeats, round(found.spread.sigma_deg, 2), found.stated_errors_hold
     (2, 1.27, 'undetermined')
     """
-    rows = rows_of(table, azimuth, repeats=True)
+    if is_path(table) and is_project(path_of(table, "table")):
+        rows = read_picks_again(path_of(table, "table"))
+    else:
+        rows = rows_of(table, azimuth, repeats=True)
     return table_repeats(rows, column_of(by), words_of(interpreter, "interpreter"))
 
 

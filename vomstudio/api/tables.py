@@ -199,7 +199,9 @@ def frame(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = COLUMNS) -
     import pandas
 
     kept = list(rows)
-    made = {name: _column([row.get(name) for row in kept], FORMS[name]) for name in columns}
+    made = {
+        name: _column([row.get(name) for row in kept], FORMS.get(name, "text")) for name in columns
+    }
     return pandas.DataFrame(made, columns=list(columns))
 
 

@@ -26,6 +26,7 @@ from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
+from vomstudio.workspace.surfaces.blind_repeats import BlindRepeats
 from vomstudio.workspace.surfaces.face_grids import FaceGrids
 from vomstudio.workspace.surfaces.facet_proposals import FacetProposals
 from vomstudio.workspace.surfaces.model_cutting import ModelCutting
@@ -104,6 +105,9 @@ class Workspace:
             hand_over,
         )
         self.grids = FaceGrids(self.projects, self.models, hand_over)
+        self.repeats = BlindRepeats(
+            self.projects, self.editing, self.tools, self.visibility, hand_over
+        )
         self.history = History(self.projects, self.editing, self.tools, self.notices)
         self.photos = PhotoLinks(self.projects, self.models, hand_over)
         self.layers = GisLayers(self.projects, self.jobs, self.notices, later)
@@ -151,6 +155,7 @@ class Workspace:
             self.tools.restore(session.draft.state)
 
     def _leave(self) -> None:
+        self.repeats.forget()
         self.facets.drop()
         self.display.flush()
         self.loader.forget_all()
@@ -201,6 +206,7 @@ class Workspace:
         self.fields.edited(edit)
         self.facets.edited(edit)
         self.grids.edited(edit)
+        self.repeats.edited(edit)
         self.tools.document_changed()
         self.layers.write_soon()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common import text_tables
@@ -37,9 +38,9 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.looked_at.table_repeats import table_repeats
-    from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.io.project.repeated_picks import read_picks_again
 
-    table = read_orientations(args.table, args.azimuth, repeats=True)
+    table = read_picks_again(Path(args.table), args.azimuth)
     found = table_repeats(table, args.by, args.interpreter)
     out.result(found.as_dict())
     out.note(tr("read as {convention}", convention=found.convention))

@@ -21,6 +21,7 @@ HOMES: dict[str, Area] = {
     "sets": "right",
     "slopes": "right",
     "looked_at": "right",
+    "repeats": "right",
     "displacement": "right",
     "three_points": "right",
     "fractures": "bottom",
@@ -144,7 +145,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         "features",
         right=(
             ("stereonet",),
-            ("statistics", "sets", "slopes", "displacement", "looked_at", "properties"),
+            ("statistics", "sets", "slopes", "displacement", "looked_at", "repeats", "properties"),
         ),
         bottom=(("table", "fractures", "bed_log"),),
         shares=(0.205, 0.36, 0.26),

@@ -16,6 +16,7 @@ from vomstudio.document.grid_edits import marks_of
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement import Measurement, rows_of
 from vomstudio.document.records import FaceGrid, Model, OnAModel, Record, Typed, get
+from vomstudio.document.repeats import is_repeat
 from vomstudio.failures import exception_hooks
 from vomstudio.geology.looked_at.cells import CellGrid, Exposed, exposed_faces, exposed_points
 from vomstudio.geology.looked_at.shares import LookedAt, looked_at
@@ -65,7 +66,7 @@ def lines_on(records: Records, measured: Mapping[str, Measurement], model_id: st
         feature = records.get(id_)
         if not (isinstance(feature, Typed) and isinstance(feature, OnAModel)):
             continue
-        if feature.model_id != model_id or not len(one.points):
+        if feature.model_id != model_id or not len(one.points) or is_repeat(feature, records):
             continue
         layer = kind_of(feature).layer
         shape = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QToolButton, QWidget
 
@@ -37,6 +38,7 @@ class CellsPanel(QWidget):
         for mark, (name, *_) in MARKS.items():
             button = QToolButton()
             button.setDefaultAction(actions[f"mark_{name}"])
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             self.buttons[mark] = button
             column.addWidget(button)
         column.addWidget(self.count)
