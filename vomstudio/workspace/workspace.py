@@ -12,6 +12,7 @@ from vomstudio.document.selection import Selection
 from vomstudio.io.settings import Settings
 from vomstudio.signals import Signal
 from vomstudio.words import tr, tr_n
+from vomstudio.workspace.blind_repeats import BlindRepeats
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
@@ -26,7 +27,6 @@ from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
-from vomstudio.workspace.surfaces.blind_repeats import BlindRepeats
 from vomstudio.workspace.surfaces.face_grids import FaceGrids
 from vomstudio.workspace.surfaces.facet_proposals import FacetProposals
 from vomstudio.workspace.surfaces.model_cutting import ModelCutting
@@ -106,7 +106,7 @@ class Workspace:
         )
         self.grids = FaceGrids(self.projects, self.models, hand_over)
         self.repeats = BlindRepeats(
-            self.projects, self.editing, self.tools, self.visibility, hand_over
+            self.projects, self.tools, self.visibility, self.selection, hand_over
         )
         self.history = History(self.projects, self.editing, self.tools, self.notices)
         self.photos = PhotoLinks(self.projects, self.models, hand_over)

@@ -49,8 +49,9 @@ MENUS = (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
         "intersection_of_sets", "extend_plane", "patch_surface", "|", "propose_sets",
         "count_fractures", "looked_at", "repeats", "fault_displacement", "three_points",
-        "bed_log", "|", "orthophoto", "elevation_model", "section", "|", "verdict_profile", "fit_figure",
-        "copy_fit", "|", "type_on_net", "copy_net", "figure_style", "show_stereonet")),
+        "bed_log", "|", "orthophoto", "elevation_model", "section", "|", "verdict_profile",
+        "fit_figure", "copy_fit", "|", "type_on_net", "copy_net", "figure_style",
+        "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip

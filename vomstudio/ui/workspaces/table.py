@@ -145,7 +145,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         "features",
         right=(
             ("stereonet",),
-            ("statistics", "sets", "slopes", "displacement", "looked_at", "repeats", "properties"),
+            ("statistics", "sets", "slopes", "displacement", "properties"),
         ),
         bottom=(("table", "fractures", "bed_log"),),
         shares=(0.205, 0.36, 0.26),

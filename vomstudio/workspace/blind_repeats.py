@@ -8,9 +8,9 @@ from vomstudio.document import repeats
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import Repeatable, Typed, get
+from vomstudio.document.selection import Selection
 from vomstudio.geology.looked_at.chosen import SHARE, chosen_for_repeating
 from vomstudio.signals import Signal
-from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.tool_host import NAVIGATE, ToolHost
 from vomstudio.workspace.visibility import Visibility
@@ -26,14 +26,15 @@ class BlindRepeats:
     def __init__(
         self,
         projects: Projects,
-        editing: Editing,
         tools: ToolHost,
         visibility: Visibility,
+        selection: Selection,
         hand_over: Callable[[Callable[[], object]], object],
     ) -> None:
         self.changed: Signal[()] = Signal()
-        self._projects, self._editing, self._tools = projects, editing, tools
-        self._visibility, self._hand_over = visibility, hand_over
+        self._projects, self._tools = projects, tools
+        self._visibility, self._selection = visibility, selection
+        self._hand_over = hand_over
         self.chosen: tuple[str, ...] = ()
         self.interpreter = ""
         self._skipped: set[str] = set()
@@ -108,6 +109,8 @@ class BlindRepeats:
         self.changed.emit()
 
     def _hide(self) -> None:
+        # What is selected is drawn all the same.
+        self._selection.set(())
         features = {feature.id for feature in self._projects.session.features()}
         self._visibility.set_visible(features, False)
 
