@@ -85,7 +85,7 @@ def test_cells_are_marked_by_clicks_and_keys_and_counted(window, laid) -> None:
     driver.click(viewport, driver.pixel(window, places[one]))
     assert marks_of(grid_of(window))[one] == "d"
     driver.move(viewport, driver.pixel(window, places[two]))
-    driver.key(window, Qt.Key.Key_E)
+    driver.key(window, Qt.Key.Key_W)
     driver.move(viewport, driver.pixel(window, places[three]))
     driver.key(window, Qt.Key.Key_X)
     driver.click(viewport, driver.pixel(window, places[four]))

@@ -39,8 +39,8 @@ class Layer:
 def project_layers(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> list[Layer]:
-    """The layers of the kinds, without repeats, each after the points of its orientations.
-    Those that would be empty are left out, but for `planes` and `traces`. A compass reading without a
+    """The layers of the kinds, without repeats, each after the points of its orientations. Those
+    that would be empty are left out, but for `planes` and `traces`. A compass reading without a
     place is in the table only."""
     features = firsts((r for r in records.values() if isinstance(r, Feature)), records)
     measured = measurements.of(records, [f.id for f in features])

@@ -47,8 +47,8 @@ class CellsTool:
         if not self._context.session.of(FaceGrid):
             return tr("Cells: lay a grid over the face first (Analyse > Looked at).")
         return tr(
-            "Cells: click marks a cell as {mark}, a second click takes the mark away. D, E, X and "
-            "Q mark the cell under the cursor.",
+            "Cells: click marks a cell as {mark}, a second click takes the mark away. Q, W, X and "
+            "Z mark the cell under the cursor.",
             mark=tr(TITLES[self.mark]),
         )
 

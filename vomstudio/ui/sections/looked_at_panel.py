@@ -182,7 +182,7 @@ class LookedAtPanel(SeenPanel):
         marking = self._studio.has_project and self._studio.tool_name == CellsTool.name
         _allow(self.lay, self._why_not_lay(), tr("Whole cells over the face, on the outcrop."))
         no_grid = None if self.grid() is not None else tr("Lay a grid first.")
-        tip = tr("Click cells on the outcrop; D, E, X and Q mark the one under the cursor.")
+        tip = tr("Click cells on the outcrop; Q, W, X and Z mark the one under the cursor.")
         _allow(self.mark, no_grid, tip)
         _allow(self.remove, no_grid, tr("Its marks go with it; undo brings them back."))
         with QSignalBlocker(self.mark):

@@ -16,11 +16,11 @@ from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import to_translate, tr
 
 MARKS = {
-    DONE: ("done", "check", "D", to_translate("Features were picked here, or could have been.")),
-    EMPTY: ("empty", "circle-outline", "E", to_translate("There is nothing to pick here.")),
+    DONE: ("done", "check", "Q", to_translate("Features were picked here, or could have been.")),
+    EMPTY: ("empty", "circle-outline", "W", to_translate("There is nothing to pick here.")),
     UNMEASURABLE: ("unmeasurable", "cancel", "X", to_translate(
         "Vegetation, debris, shadow or a hole: nothing can be measured here.")),
-    OPEN: ("open", "help", "Q", to_translate("Nobody has looked here yet.")),
+    OPEN: ("open", "help", "Z", to_translate("Nobody has looked here yet.")),
 }  # fmt: skip
 """Name, icon and key of the command that marks the cell under the cursor."""
 
