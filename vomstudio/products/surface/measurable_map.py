@@ -180,8 +180,8 @@ def _on_points(data: Mesh | PointCloud, found: Measurable) -> dict[str, npt.NDAr
         count = len(data.vertices)
         corners = np.asarray(data.faces, np.int64)[rows].ravel()
         weights = np.repeat(found.areas, 3)
-        for name, value in zip(FIELDS, each, strict=False):
-            own = np.repeat(value, 3)
+        for name, error in zip(FIELDS, each, strict=False):
+            own = np.repeat(error, 3)
             known = np.isfinite(own)
             total = np.bincount(corners[known], weights[known], count)
             sums = np.bincount(corners[known], (weights * np.nan_to_num(own))[known], count)
@@ -201,9 +201,9 @@ def _on_points(data: Mesh | PointCloud, found: Measurable) -> dict[str, npt.NDAr
     row_of = found.elements.row_of
     known = row_of >= 0
     for name, value in zip(FIELDS, (*each, found.classes), strict=True):
-        own = np.full(len(points), np.nan, np.float32)
-        own[known] = np.asarray(value, np.float32)[row_of[known]]
-        values[name] = own
+        at_points = np.full(len(points), np.nan, np.float32)
+        at_points[known] = np.asarray(value, np.float32)[row_of[known]]
+        values[name] = at_points
     return values
 
 
@@ -242,7 +242,7 @@ def write_raster(
     rows, columns = np.nonzero(np.isfinite(heights))
     cells = np.stack([columns + 0.5, rows + 0.5, heights[rows, columns], np.ones(len(rows))])
     seen = (plan.cell_to_world @ cells)[:3].T - elements.origin
-    values = np.full(heights.shape, np.nan, np.float32)
+    values = np.full((plan.grid.height, plan.grid.width), np.nan, np.float32)
     values[rows, columns] = found.found.best_deg[cKDTree(elements.places).query(seen)[1]]
     raster = Raster(
         plan.grid.width, plan.grid.height, "float", plan.transform,

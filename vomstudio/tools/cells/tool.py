@@ -45,7 +45,7 @@ class CellsTool:
 
     def hint(self) -> str:
         if not self._context.session.of(FaceGrid):
-            return tr("Cells: lay a grid over the face first (Analyse > Looked at).")
+            return tr("Cells: lay a grid over the face first (Analyse > What was looked at).")
         return tr(
             "Cells: click marks a cell as {mark}, a second click takes the mark away. Q, W, X and "
             "Z mark the cell under the cursor.",
@@ -172,4 +172,5 @@ TOOL = ToolEntry(
     key="J",
     tip=to_translate("Mark the cells of a grid as done, empty or unmeasurable."),
     order=70,
+    in_bar=False,
 )

@@ -27,7 +27,8 @@ from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import narrow_form
-from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.words import tr
 
@@ -70,7 +71,8 @@ class RepeatsPanel(SeenPanel):
         form = narrow_form()
         form.addRow(tr("Interpreter"), self.interpreter)
         form.addRow(tr("Share (%)"), self.share)
-        column = narrow_column(self)
+        body = FormBeside(self)
+        column = body.column
         column.addLayout(form)
         for row_of in ((self.begin, self.name), (self.look, self.skip, self.stop)):
             row = QHBoxLayout()
@@ -80,7 +82,7 @@ class RepeatsPanel(SeenPanel):
             column.addLayout(row)
         column.addWidget(self.offered)
         column.addWidget(self.said)
-        column.addWidget(self.figures, 1)
+        body.put_beside(self.figures)
 
     def _connect(self) -> None:
         studio = self._studio

@@ -22,9 +22,10 @@ from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.model_box import ModelBox
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
-from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.looked_at_answer import (
     NewGrid,
     ShareQuestion,
@@ -80,7 +81,8 @@ class LookedAtPanel(SeenPanel):
         form.addRow(tr("Over"), self.over)
         form.addRow(tr("Face"), self.plane)
         form.addRow(tr("Cell (m)"), self.cell)
-        column = narrow_column(self)
+        body = FormBeside(self)
+        column = body.column
         column.addLayout(form)
         column.addWidget(self.lay)
         chosen = narrow_form()
@@ -92,7 +94,7 @@ class LookedAtPanel(SeenPanel):
         buttons.addStretch()
         column.addLayout(buttons)
         column.addWidget(self.said)
-        column.addWidget(self.figures, 1)
+        body.put_beside(self.figures)
 
     def _connect(self) -> None:
         studio = self._studio

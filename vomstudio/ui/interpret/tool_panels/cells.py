@@ -55,7 +55,7 @@ class CellsPanel(QWidget):
             tr("{count} of {all} cells are marked.", count=len(marks) - marks.count(OPEN),
                all=len(marks))
             if grids
-            else tr("There is no grid yet. Lay one in Analyse > Looked at.")
+            else tr("There is no grid yet. Lay one in Analyse > What was looked at.")
         )  # fmt: skip
 
 
@@ -66,7 +66,7 @@ def commands(studio: Studio) -> list[Command]:
         if studio.tool_name != CellsTool.name:
             return tr("Choose the tool Cells first.")
         if not studio.session.of(FaceGrid):
-            return tr("There is no grid yet. Lay one in Analyse > Looked at.")
+            return tr("There is no grid yet. Lay one in Analyse > What was looked at.")
         return None
 
     return [
