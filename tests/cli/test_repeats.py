@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import json
+from contextlib import closing
+
+import numpy as np
 import pandas
 import pytest
 
 import vomstudio as vs
+from vomstudio.document import edits, repeats
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
+from vomstudio.io.project.folder import Project
 
 HEAD = "id,dip_direction_deg,dip_deg,max_confidence95_deg,repeat_of,interpreter\n"
 TABLE = (
@@ -112,3 +120,81 @@ def test_slips_and_frames_leave_repeats_out(run, write) -> None:
 def test_a_table_of_repeats_alone_is_refused(run, write) -> None:
     ran = run("stats", write(HEAD + "d,90,43,3,a,AB\n"), "--json")
     assert (ran.code, ran.json["error"]["field"]) == (2, "repeat_of")
+
+
+def test_a_repeated_trace_is_no_further_fracture(run, write) -> None:
+    def layer(*repeat_of: str | None) -> str:
+        features = [
+            {"type": "Feature", "properties": {"name": f"t{i}", "repeat_of": of},
+             "geometry": {"type": "LineString", "coordinates": [[0, i], [4, i]]}}
+            for i, of in enumerate(repeat_of)
+        ]  # fmt: skip
+        crs = {"type": "name", "properties": {"name": "EPSG:32633"}}
+        return json.dumps({"type": "FeatureCollection", "crs": crs, "features": features})
+
+    area = write(
+        json.dumps({"type": "FeatureCollection",
+                    "crs": {"type": "name", "properties": {"name": "EPSG:32633"}},
+                    "features": [{"type": "Feature", "properties": {}, "geometry": {
+                        "type": "Polygon", "coordinates": [
+                            [[0, -1], [4, -1], [4, 4], [0, 4], [0, -1]]]}}]}),
+        "area.geojson",
+    )  # fmt: skip
+    traces = write(layer(None, "", "t0"), "traces.geojson")
+    found = run("fractures", traces, "--area", area, "--json").json
+    assert (found["traces"], found["P21_1_per_m"]) == (2, pytest.approx(8 / 20))
+    assert any("1 repeated pick was left out" in w for w in found["warnings"])
+    ran = run("fractures", write(layer("a", "b"), "again.geojson"), "--json")
+    assert (ran.code, ran.json["error"]["field"]) == (2, "repeat_of")
+
+
+@pytest.fixture
+def project(tmp_path):
+    """A bed picked by AB and again by CD, and one picked once."""
+    folder = tmp_path / "beds.vom"
+    model = Model("m", "face", "face.obj", "mesh", "0" * 64, Frame("local"))
+    points = np.array([[0, 0, 0], [1, 0.9, 0.1], [2, -0.4, 0.6], [3, 0.7, 0.9], [4, -0.2, 1.5]])
+    with closing(Project.create(folder)) as made:
+        session = made.session
+        session.apply(edits.add_model(session.records, model))
+        for i, id_ in enumerate(("b1", "b2", "b3")):
+            own = points + [0, 0, 0.02 * i] * np.arange(5)[:, None]
+            vertices = tuple(map(tuple, own.tolist()))
+            one = Trace(id_, id_.upper(), "bedding", "m", "0" * 64, vertices, interpreter="AB")
+            session.apply(edits.add_trace(session.records, one))
+        session.apply(repeats.link_repeat(session.records, "b3", "b1", "CD"))
+        session.save()
+    return folder
+
+
+def test_a_project_says_what_its_table_says(run, project, tmp_path) -> None:
+    found = run("repeats", project, "--json").json
+    assert (found["n"], found["structures"]) == (2, 1)
+    assert (found["pairs"][0]["first"], found["pairs"][0]["by"]) == ("b1", ["AB", "CD"])
+    table = tmp_path / "t.csv"
+    assert run("export", project, "--to", "csv", "-o", table).code == 0
+    from_table = run("repeats", table, "--json").json
+    (one,), (other,) = from_table["pairs"], found["pairs"]
+    assert one["angle_deg"] == pytest.approx(other["angle_deg"], rel=1e-9)
+    assert one["stated95_deg"] == pytest.approx(other["stated95_deg"], rel=1e-9)
+    assert {**one, **other} == other
+    assert vs.repeats(project).as_dict()["pairs"][0]["angle_deg"] == pytest.approx(
+        found["pairs"][0]["angle_deg"]
+    )
+    assert run("stats", table, "--json").json["n"] == 2
+    with vs.Project.open(project) as opened:
+        planes = opened.planes()
+    assert planes["repeat_of"].tolist() == [None, None, "b1"]
+    with pytest.warns(UserWarning, match="1 repeated pick"):
+        assert vs.stats(planes).n == 2
+
+
+@pytest.mark.parametrize("format_", ["geojson", "stereonet", "orient", "gempy", "dxf"])
+def test_other_programs_get_every_structure_once(run, project, tmp_path, format_: str) -> None:
+    out = tmp_path / f"out.{format_}"
+    ran = run("export", project, "--to", format_, "-o", out, "--json")
+    assert ran.code == 0, ran.err
+    texts = "".join(p.read_text("utf-8", "replace") for p in tmp_path.glob("out*") if p.is_file())
+    assert format_ == "gempy" or "B1" in texts
+    assert "again" not in texts
+    assert "it repeats B1" in json.dumps(ran.json)

@@ -62,7 +62,7 @@ def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = ""
     for field in ("type_id", "set_name"):
         if hasattr(first, field):
             values[field] = getattr(first, field)
-    made: Any = replace(again, name=name, **values)  # type: ignore[type-var]
+    made: Any = replace(again, name=name, **values)
     return change(records, f"Repeat {first.name}", {id_: made})
 
 

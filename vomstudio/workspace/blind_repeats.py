@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from vomstudio.document import repeats
 from vomstudio.document.edit import Edit
@@ -126,7 +127,7 @@ class BlindRepeats:
                 assert isinstance(record, Repeatable)
                 if record.repeat_of is None:
                     # Who hears of an edit makes no other one before all have heard of it.
-                    self._hand_over(lambda id_=id_, of=first.id: self._link(id_, of))
+                    self._hand_over(partial(self._link, id_, first.id))
                     return
         if self.current != self._offered:
             # A repeat was taken back, or the first one deleted.

@@ -233,7 +233,7 @@ def _stated(found: Sequence[Structure]) -> float | None:
     if not found or not all(s.stated for s in found):
         return None
     traces = np.concatenate([np.trace(s.covariances, axis1=1, axis2=2) for s in found])
-    return float(np.degrees(np.sqrt(CHI2_TWO * traces.mean() / 2.0)))
+    return min(float(np.degrees(np.sqrt(CHI2_TWO * traces.mean() / 2.0))), 90.0)
 
 
 def _pair(
@@ -245,7 +245,7 @@ def _pair(
     stated = within = None
     if one.stated:
         largest = np.linalg.eigvalsh(one.covariances)[[0, k], -1]
-        stated = float(np.degrees(np.sqrt(CHI2_TWO * largest.sum())))
+        stated = min(float(np.degrees(np.sqrt(CHI2_TWO * largest.sum()))), 90.0)
         within = apart(one, 0, k) <= CHI2_TWO
     return RepeatedPick(
         table.ids[first],

@@ -10,7 +10,8 @@ from vomstudio.io.project.export import refuse_empty, thresholds_of
 from vomstudio.io.project.feature_table import feature_table
 from vomstudio.io.project.folder import is_project
 from vomstudio.io.project.journal import read_replay
-from vomstudio.io.text.orientation_reading import Azimuth, OrientationTable, read_orientations
+from vomstudio.io.text.orientation_columns import Azimuth
+from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
 
 
 def read_picks_again(path: Path, azimuth: Azimuth | None = None) -> OrientationTable:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Record, Typed
 from vomstudio.document.repeats import firsts
+from vomstudio.io.text.repeated_rows import repeats_left_out
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
@@ -64,6 +65,12 @@ class GroupBox(ComboBox):
         """Those of the choice that stand on a net, without repeats: these are no further
         structures."""
         return firsts(self._chosen(), self._studio.records)
+
+    def left_out(self) -> list[str]:
+        """What is said of repeats in the choice."""
+        chosen = self._chosen()
+        count = len(chosen) - len(firsts(chosen, self._studio.records))
+        return [repeats_left_out(count)] if count else []
 
     def _chosen(self) -> list[Typed]:
         of, type_id, name = self.choice()

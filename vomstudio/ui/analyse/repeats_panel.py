@@ -251,7 +251,7 @@ def figures_html(found: TableRepeats, names: dict[str, str]) -> str:
                          count=found.test.n)))  # fmt: skip
     lines += [
         (own.name or tr("not named"),
-         tr("{error}, {count} repeats", error=_degrees(own.spread.error95_deg),
+         tr("{error}, repeats: {count}", error=_degrees(own.spread.error95_deg),
             count=own.spread.n))
         for own in found.interpreters
     ]  # fmt: skip

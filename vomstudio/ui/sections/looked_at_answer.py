@@ -17,7 +17,7 @@ from vomstudio.geology.looked_at.shares import LookedAt
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry import transform
 from vomstudio.geometry.view_frame import ViewFrame
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 from vomstudio.workspace.surfaces.face_grids import share_of
 
 Array = npt.NDArray[np.float64]
@@ -101,7 +101,8 @@ def figures_html(found: LookedAt, unit: str) -> str:
     rows = [
         (tr("Looked at"), _percent(found.looked_at_share)),
         *(
-            (name, tr("{cells} cells, {area} {unit}², {share}", cells=part.cells,
+            (name, tr_n("{count} cell, {area} {unit}², {share}",
+                        "{count} cells, {area} {unit}², {share}", part.cells,
                       area=f"{part.covered_m2:.4g}", unit=unit, share=_percent(part.share)))
             for name, part in (
                 (tr("Done"), found.done), (tr("Empty"), found.empty),

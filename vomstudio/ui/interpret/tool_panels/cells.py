@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QToolButton, QWidget
@@ -69,11 +71,14 @@ def commands(studio: Studio) -> list[Command]:
             return tr("There is no grid yet. Lay one in Analyse > What was looked at.")
         return None
 
+    def marks_so(mark: str) -> bool:
+        return tool.mark == mark
+
     return [
         Command(
             f"mark_{name}", tr("Cell {mark}", mark=tr(TITLES[mark])),
-            lambda mark=mark: tool.mark_here(mark), icon, key, tr(tip), not_marking,
-            in_viewport=True, checked=lambda mark=mark: tool.mark == mark,
+            partial(tool.mark_here, mark), icon, key, tr(tip), not_marking,
+            in_viewport=True, checked=partial(marks_so, mark),
         )
         for mark, (name, icon, key, tip) in MARKS.items()
     ]  # fmt: skip
