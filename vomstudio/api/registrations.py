@@ -173,8 +173,10 @@ def _by_file(model: str | Path, known: Known) -> Placed:
         name: _rows(given.pop(name, ()), name, lengths)
         for name, lengths in (("scale", (7, 8)), ("azimuth", (7, 8)), ("level", (6, 7)))
     }
-    without = given.pop("without", ())
-    labels = [without] if isinstance(without, str) else [str(label) for label in without or ()]
+    without = given.pop("without", None) or ()
+    labels = [without] if isinstance(without, str) else without
+    if not isinstance(labels, Sequence) or not all(isinstance(each, str) for each in labels):
+        raise InputError(tr("Labels are needed, as a list of texts."), field="without")
     texts = {name: _named(given.pop(name, None)) for name in _TEXTS}
     for name in given:
         raise InputError(tr("Nothing of this name is known."), field=name)

@@ -211,9 +211,10 @@ def said_of_shifted_labels(labels: Sequence[str], model: Array, world: Array) ->
     orders = [np.roll(rows, -k) for k in range(1, n)]
     orders += [np.roll(rows[::-1], k) for k in range(n)]
     misses = [_rms(model, world[order]) for order in orders]
-    best = min(range(len(orders)), key=lambda k: np.inf if misses[k] is None else misses[k])
-    miss = misses[best]
-    if miss is None or miss > _MUCH_BETTER * given:
+    known = [np.inf if miss is None else miss for miss in misses]
+    best = int(np.argmin(known))
+    miss = known[best]
+    if miss > _MUCH_BETTER * given:
         return []
     return [
         tr(
