@@ -51,9 +51,23 @@ def test_bennisons_seam_has_the_published_attitude(run, write) -> None:
     assert ran.json["max_confidence95_deg"] > ran.json["dip_error_deg"]
     assert "196.4/07.4, dip ± " in run("threepoint", write(BENNISON), "--sigma", "5").out
     assert "nothing is known" in run("threepoint", write(BENNISON)).out
-    for wrong in ("0 0 0\n1 1 1\n2 2 2\n", "0 0 0\n1 1 1\n", BENNISON + "1 2 3\n"):
+    for wrong in ("0 0 0\n1 1 1\n2 2 2\n", "0 0 0\n1 1 1\n", "0 0 0\n1 1 1\n2 2 2\n3 3 3\n"):
         assert run("threepoint", write(wrong)).code == 2
     assert run("threepoint", write(BENNISON), "--sigma", "-1").code == 2
+
+
+def test_more_than_three_points_tell_their_own_error(run, write) -> None:
+    """A fourth borehole two metres above the seam of the others."""
+    fourth = "1000 1500 %s\n"
+    exact = run("threepoint", write(BENNISON), "--json").json
+    assert (exact["n"], exact["rms_m"], exact["max_confidence95_deg"]) == (3, None, None)
+    found = run("threepoint", write(BENNISON + fourth % 480.0), "--json").json
+    assert found["n"] == 4
+    assert found["rms_m"] > 0
+    assert found["sigma_m"] == pytest.approx(2.0 * found["rms_m"])
+    stated = run("threepoint", write(BENNISON + fourth % 480.0), "--sigma", "5", "--json").json
+    assert stated["sigma_m"] == 5.0
+    assert stated["dip_deg"] == found["dip_deg"]
 
 
 def test_scripts_find_the_same(write) -> None:

@@ -153,3 +153,30 @@ def test_the_errors_of_three_points_are_those_of_simulation() -> None:
     assert stated.dip_error_deg == pytest.approx(1.96 * np.std(dips), rel=0.06)
     assert stated.dip_direction_error_deg == pytest.approx(1.96 * np.std(turns), rel=0.06)
     assert stated.max_error95_deg > stated.dip_error_deg
+
+
+def test_the_errors_of_many_points_cover_the_truth() -> None:
+    """Of eight points with an unknown error 95 % of the intervals hold the true plane's dip, and
+    95 % of the cones its normal."""
+    chance = np.random.default_rng(5)
+    places = chance.uniform(-10, 10, (8, 2))
+    truth = Plane(220.0, 35.0)
+    normal = truth.normal()
+    flat = np.column_stack([places, -(places @ normal[:2]) / normal[2]])
+    dips = cones = 0
+    for _ in range(600):
+        found = plane_of_three_points(AT + flat + chance.normal(0, 0.2, (8, 3)))
+        dips += abs(found.plane.dip_deg - 35.0) <= found.dip_error_deg
+        off = math.degrees(math.acos(min(1.0, found.plane.normal() @ normal)))
+        cones += off <= found.max_error95_deg
+    assert 0.92 <= dips / 600 <= 0.975
+    assert 0.93 <= cones / 600 <= 0.99
+
+
+def test_stated_errors_of_many_points_are_those_of_simulation() -> None:
+    chance = np.random.default_rng(6)
+    points = np.array([[0, 0, 0], [10, 2, -4], [3, 9, -5.0], [9, 9, -8], [5, 5, -5]]) + AT
+    stated = plane_of_three_points(points, 0.1)
+    tried = [plane_of_three_points(points + chance.normal(0, 0.1, (5, 3))) for _ in range(2000)]
+    dips = [t.plane.dip_deg for t in tried]
+    assert stated.dip_error_deg == pytest.approx(1.96 * np.std(dips), rel=0.06)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vomstudio.errors import GeometryError
-from vomstudio.geometry.lines import fit_line, path_length, ring_area
+from vomstudio.geometry.lines import fit_line, nearest_approach, path_length, ring_area
 
 
 def turns(count: int, seed: int = 3) -> list[np.ndarray]:
@@ -150,3 +150,35 @@ def test_two_points_are_apart_from_eight_roundings_of_the_largest_coordinate_on(
 
 def test_coordinates_below_1e150_are_a_line():
     assert fit_line([[0, 0, 0], [0, 0.9e150, 0]]).length == pytest.approx(0.9e150)
+
+
+def test_the_nearest_approach_is_that_of_a_search_along_both_lines() -> None:
+    """Against scipy's bounded search over every two segments; lines that cross or touch have no
+    distance."""
+    from scipy.optimize import minimize
+
+    generator = np.random.default_rng(4)
+    base = np.array([372_410.0, 4_709_820.0, 613.0])
+    for _ in range(20):
+        line, other = generator.normal(0, 3, (2, 4, 3)) + base
+        found = nearest_approach(line, other)
+        least = np.inf
+        for i in range(3):
+            for j in range(3):
+                ends = (line[i], line[i + 1], other[j], other[j + 1])
+
+                def gap(st, ends=ends):
+                    a, b, c, d = ends
+                    return float(np.sum((a + st[0] * (b - a) - c - st[1] * (d - c)) ** 2))
+
+                made = minimize(gap, [0.5, 0.5], bounds=[(0, 1), (0, 1)], tol=1e-14)
+                least = min(least, np.sqrt(made.fun))
+        assert found.distance == pytest.approx(least, abs=1e-4)
+        assert 0 <= found.along <= path_length(line) + 1e-9
+    crossing = nearest_approach([[0, 0, 0], [4, 0, 0]], [[3, -1, 0], [3, 1, 0]])
+    assert (crossing.distance, crossing.along) == pytest.approx((0.0, 3.0))
+    assert crossing.place == pytest.approx([3, 0, 0])
+    alike = nearest_approach([[0, 0, 0], [4, 0, 0]], [[1, 0, 2], [9, 0, 2]])
+    assert alike.distance == pytest.approx(2.0)
+    point = nearest_approach([[0, 0, 0], [0, 0, 0], [4, 0, 0]], [[2, 1, 0], [2, 1, 0]])
+    assert (point.distance, point.along) == pytest.approx((1.0, 2.0))

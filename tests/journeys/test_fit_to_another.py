@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import json
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog
 from scipy.spatial.transform import Rotation
 
 from tests import driver
+from vomstudio.cli.common.entry import main
 from vomstudio.document import edits
 from vomstudio.document.records import Model, Registration
 from vomstudio.geometry import transform
@@ -77,7 +82,9 @@ def seen(view: PickingView, places: np.ndarray) -> np.ndarray:
     )
 
 
-def test_points_in_both_then_the_surfaces(window, outcrop, moved, picks) -> None:
+def test_points_in_both_then_the_surfaces(
+    window, outcrop, moved, picks, tmp_path, monkeypatch, capfd
+) -> None:
     driver.open_outcrop(window, outcrop)
     studio = window.studio
     dialog = dialog_of(window, moved)
@@ -120,6 +127,25 @@ def test_points_in_both_then_the_surfaces(window, outcrop, moved, picks) -> None
     assert dialog.fit.text() == "Stop"
     driver.wait(lambda: dialog.fitted is not None, "the fit", 60.0)
     driver.keep_picture(dialog, "fit-done")
+    pairs = tmp_path / "pairs.csv"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(pairs), ""))
+    driver.click(dialog.copy, dialog.copy.rect().center())
+    program, *arguments = shlex.split(QGuiApplication.clipboard().text())
+    assert program == "vomstudio"
+    capfd.readouterr()
+    assert main([*arguments, "--json"]) == 0
+    told = np.array(json.loads(capfd.readouterr().out)["matrix"])
+    shown = np.array(dialog.fitted.placed.matrix)
+    far = np.abs(transform.apply(told, places) - transform.apply(shown, places)).max()
+    # The file states no unit, which was declared in the window: the command finds the scale too.
+    assert far < 0.03
+    dialog.stable.which.setCurrentIndex(1)
+    dialog.stable.changed.emit()
+    assert "polygons" in dialog.copy.toolTip()
+    dialog.stable.which.setCurrentIndex(0)
+    dialog.stable.changed.emit()
+    driver.click(dialog.fit, dialog.fit.rect().center())
+    driver.wait(lambda: dialog.fitted is not None, "the fit again", 60.0)
     said = dialog.said.text()
     assert "Fitted to the reference" in said
     assert "95 %" in said

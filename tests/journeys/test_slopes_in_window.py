@@ -21,7 +21,9 @@ from vomstudio.cli.common.entry import main
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Model
 from vomstudio.ui.analyse.slopes_panel import SlopesPanel
+from vomstudio.workspace.surfaces.facet_proposals import FacetLimits
 
 FACE = (120.0, 70.0)
 
@@ -233,3 +235,67 @@ def test_the_command_says_what_the_panel_says_and_the_figure_is_written(
         ours = getattr(found, mode)
         assert (told[mode]["critical"], told[mode]["of"]) == (ours.critical, ours.of)
         assert told[mode]["probability"] == pytest.approx(ours.probability, abs=1e-3)
+
+
+def test_each_facet_of_the_model_is_a_slope_and_is_painted(
+    window, panel, tmp_path, monkeypatch, capfd
+) -> None:
+    """Found, listed, painted in percent with a colour bar, and as a command; a rejected facet is
+    one less."""
+    studio = window.studio
+    choose(panel, "Joint")
+    panel.at.setCurrentIndex(1)
+    panel.at.activated.emit(1)
+    settle(panel)
+    assert "Propose facets" in panel.said.text()
+    assert not panel.copy.isEnabled()
+    model_id = studio.session.of(Model)[0].id
+    studio.facets.find(model_id, FacetLimits(), None)
+    wait(lambda: studio.facets.found is not None, "the facets", 120.0)
+    settle(panel)
+    found = panel.by_facet
+    assert found is not None, panel.said.text()
+    assert len(found.found.facets) == len(studio.facets.open)
+    assert panel.facets.table.numbers.rowCount() == len(found.found.facets)
+    name = "planar sliding [%]"
+    assert studio.display.styles[model_id].name == name
+    assert studio.display.mode == "field"
+    values = studio.models[model_id].data.fields[name]
+    shares = {100.0 * f.planar.share for f in found.found.facets}
+    shown = set(np.unique(values[np.isfinite(values)]).tolist())
+    assert all(min(abs(v - s) for s in shares) < 1e-3 for v in shown)
+    panel.facets.mode.setCurrentIndex(1)
+    panel.facets.mode.activated.emit(1)
+    assert studio.display.styles[model_id].name == "wedge sliding [%]"
+    driver.pause(500)
+    driver.keep_picture(window, "slope-facets")
+    previews = []
+    studio.preview.connect(previews.append)
+    panel.facets.table.selectRow(0)
+    assert previews[-1] is not None
+    assert previews[-1].area is not None
+    planes = tmp_path / "planes.csv"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(planes), ""))
+    QTest.mouseClick(panel.copy, LEFT, NONE, panel.copy.rect().center())
+    program, *arguments = shlex.split(QGuiApplication.clipboard().text())
+    assert program == "vomstudio"
+    capfd.readouterr()
+    assert main([*arguments, "--json"]) == 0
+    told = json.loads(capfd.readouterr().out)
+    assert [f["id"] for f in told["facets"]] == [f.id for f in found.found.facets]
+    for theirs, ours in zip(told["facets"], found.found.facets, strict=True):
+        assert theirs["wedge"] == {
+            "critical": ours.wedge.critical, "of": ours.wedge.of, "share": ours.wedge.share
+        }  # fmt: skip
+        assert theirs["overhangs"] == ours.overhangs
+    studio.facets.reject([int(found.found.facets[0].id)])
+    settle(panel)
+    assert len(panel.by_facet.found.facets) == len(found.found.facets) - 1
+    QTest.mouseClick(panel.facets.off, LEFT, NONE, panel.facets.off.rect().center())
+    assert studio.display.mode != "field"
+    panel.at.setCurrentIndex(0)
+    panel.at.activated.emit(0)
+    settle(panel)
+    type_face(panel, "120/70")
+    assert panel.answered is not None
+    assert panel.results.isVisible()

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Sized
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
-from vomstudio.api.checking import numbers, one_of, points, refuse_rows, single_number, warn
+from vomstudio.api.checking import (
+    is_path,
+    items_of,
+    numbers,
+    one_of,
+    path_of,
+    points,
+    refuse_rows,
+    single_number,
+    warn,
+    words_of,
+)
 from vomstudio.api.reporting import Reported, told
 from vomstudio.errors import InputError
 from vomstudio.progress import CancelToken
@@ -119,12 +130,12 @@ def register(
     A model of a file by the positions of its cameras would be
     ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.
     """
-    if isinstance(model_points, str | Path) and world_points is None:
+    if is_path(model_points) and (world_points is None or known):
         _refuse(
-            {"sigma_m": sigma_m, "check": check},
+            {"world_points": world_points, "sigma_m": sigma_m, "check": check},
             tr("Arrays of points belong to an array of model points. Give a table: pairs."),
         )
-        return _by_file(model_points, known)
+        return _by_file(path_of(model_points, "model_points"), known)
     _refuse(known, tr("This belongs to the path of a model. Give that in place of points."))
     if world_points is None:
         raise InputError(tr("Give the same points in World."), field="world_points")
@@ -145,9 +156,8 @@ def register(
     return found
 
 
-_TEXTS = (
-    "cameras",
-    "attitudes",
+_BESIDE = ("cameras", "attitudes")
+_FILES = (
     "pairs",
     "gcp",
     "marks",
@@ -157,12 +167,11 @@ _TEXTS = (
     "scale_bars",
     "reference",
     "stable",
-    "date",
-    "crs",
 )
+_TEXTS = ("date", "crs")
 
 
-def _by_file(model: str | Path, known: Known) -> Placed:
+def _by_file(model: Path, known: Known) -> Placed:
     given: dict[str, Any] = dict(known)
     progress = told(given.pop("progress", None), given.pop("cancel", None))
     north = given.pop("north", "grid")
@@ -173,11 +182,10 @@ def _by_file(model: str | Path, known: Known) -> Placed:
         name: _rows(given.pop(name, ()), name, lengths)
         for name, lengths in (("scale", (7, 8)), ("azimuth", (7, 8)), ("level", (6, 7)))
     }
-    without = given.pop("without", None) or ()
-    labels = [without] if isinstance(without, str) else without
-    if not isinstance(labels, Sequence) or not all(isinstance(each, str) for each in labels):
-        raise InputError(tr("Labels are needed, as a list of texts."), field="without")
-    texts = {name: _named(given.pop(name, None)) for name in _TEXTS}
+    labels = [words_of(each, "without") for each in items_of(given.pop("without", ()), "without")]
+    texts = {name: _beside(given.pop(name, None), name) for name in _BESIDE}
+    texts |= {name: _file(given.pop(name, None), name) for name in _FILES}
+    texts |= {name: words_of(given.pop(name, None), name) for name in _TEXTS}
     for name in given:
         raise InputError(tr("Nothing of this name is known."), field=name)
     declination, north_sigma = (None if angle is None else str(angle) for angle in angles)
@@ -194,22 +202,23 @@ def _refuse(given: Mapping[str, Any], message: str) -> None:
             raise InputError(message, field=name)
 
 
-def _named(value: str | Path | bool | None) -> str | None:
-    if value is None or value is False:
-        return None
-    return BESIDE if value is True else str(value)
+def _beside(value: Any, name: str) -> str | None:
+    """A file or folder, or True for what lies beside. Raises InputError."""
+    if isinstance(value, bool | np.bool_):
+        return BESIDE if value else None
+    return _file(value, name)
+
+
+def _file(value: Any, name: str) -> str | None:
+    return None if value is None else str(path_of(value, name))
 
 
 def _rows(given: Any, name: str, lengths: tuple[int, ...]) -> list[str]:
     """Rows of numbers as the options of the command take them."""
-    array = np.asarray(given, object)
-    if array.size == 0:
+    if given is None or (isinstance(given, Sized) and len(given) == 0):
         return []
-    rows = (
-        [given]
-        if array.ndim == 1 and not isinstance(array[0], list | tuple | np.ndarray)
-        else (list(given))
-    )
+    array = numbers(given, name) if _is_flat(given) else None
+    rows = items_of(given, name) if array is None else [array]
     found = []
     for row in rows:
         values = numbers(row, name).ravel()
@@ -224,6 +233,14 @@ def _rows(given: Any, name: str, lengths: tuple[int, ...]) -> list[str]:
             )
         found.append(",".join(repr(float(v)) for v in values))
     return found
+
+
+def _is_flat(given: Any) -> bool:
+    """One row, not several: of rows of different lengths NumPy makes no array."""
+    try:
+        return np.ndim(given) < 2
+    except ValueError:
+        return False
 
 
 def _sigma(given: Any, n: int) -> Any:
@@ -244,7 +261,10 @@ def _sigma(given: Any, n: int) -> Any:
 
 
 def _flags(given: Any, n: int) -> Any:
-    array = np.asarray(given)
+    try:
+        array = np.asarray(given)
+    except ValueError:  # Rows of different lengths.
+        array = np.empty(0)
     if array.shape != (n,) or array.dtype != bool:
         raise InputError(
             tr("True or False for each of the {n} points is needed, an array ({n},) of bool.", n=n),

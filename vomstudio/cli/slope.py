@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_azimuth,
+    add_command,
+    add_output,
+    progress_of,
+)
 from vomstudio.cli.common.output import Output
+from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
+    from vomstudio.geology.facet_slopes import FacetSlopes
     from vomstudio.geology.table_slopes import Mode, TableSlope
+
+_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -19,9 +30,21 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "slope", run, help_=tr("Kinematic analysis of a rock slope: sliding, toppling")
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
+    parser.add_argument("--face", metavar="DD/D", help=tr("dip direction and dip of the slope"))
     parser.add_argument(
-        "--face", metavar="DD/D", required=True, help=tr("dip direction and dip of the slope")
+        "--facets",
+        metavar="FACETS",
+        help=tr("in place of one face each facet of this table, as facets -o writes it"),
     )
+    parser.add_argument(
+        "--labels",
+        metavar="MODEL",
+        help=tr("the model with these facets' labels, as facets --labels writes it"),
+    )
+    parser.add_argument(
+        "--paint", metavar="OUT.ply", help=tr("write that model with the shares of each facet")
+    )
+    add_output(parser, tr("what is found at each facet as a table"))
     parser.add_argument(
         "--friction", type=float, metavar="DEG", required=True, help=tr("the friction angle")
     )
@@ -40,13 +63,40 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--plot", metavar="FILE", help=tr("also the nets as a picture, .svg, .pdf or .png")
     )
-    parser.add_argument(
-        "--force", action="store_true", help=tr("replace FILE if it is there already")
-    )
     add_azimuth(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    """Raises UsageError, InputError, GeometryError or TargetError."""
+    _check_words(args)
+    if args.facets is not None:
+        _run_facets(args, out)
+    else:
+        _run_face(args, out)
+
+
+def _check_words(args: argparse.Namespace) -> None:
+    """Raises UsageError for words that do not go together."""
+    if (args.face is None) == (args.facets is None):
+        raise UsageError(
+            tr("Give the slope as --face DD/D, or the facets of a model as --facets FACETS."),
+            field="--face",
+        )
+    given = {
+        "--facets": {"--labels": args.labels, "--paint": args.paint, "--output": args.output},
+        "--face": {"--plot": args.plot},
+    }
+    missing = "--facets" if args.facets is None else "--face"
+    for option, value in given[missing].items():
+        if value is not None:
+            raise UsageError(
+                tr("{option} goes with {other}.", option=option, other=missing), field=option
+            )
+    if args.paint is not None and args.labels is None:
+        raise UsageError(tr("What is to be painted is named by --labels MODEL."), field="--paint")
+
+
+def _run_face(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import atomic_write, check_target
     from vomstudio.geology.table_slopes import slope_face, table_slope
     from vomstudio.io.text.orientation_reading import read_orientations
@@ -67,6 +117,75 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
     out.text(_in_words(found))
+
+
+def _run_facets(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.cli.common.labelled_models import write_labelled
+    from vomstudio.files.atomic import check_target
+    from vomstudio.geology.facet_slopes import facet_slopes
+    from vomstudio.geology.slopes import LATERAL_DEG
+    from vomstudio.io.models.writing import choose_writer
+    from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.products.surface.slope_facets import (
+        faces_of,
+        labels_of,
+        painted,
+        write_facet_slopes,
+    )
+    from vomstudio.workspace.world_models import read_in_world
+
+    inputs = [path for path in (args.table, args.facets, args.labels) if path is not None]
+    if args.paint is not None:
+        choose_writer(Path(args.paint))
+    for target in (args.output, args.paint):
+        if target is not None:
+            check_target(target, force=args.force, inputs=inputs)
+    progress = progress_of(args)
+    table = read_orientations(args.table, args.azimuth)
+    facets = read_orientations(args.facets, args.azimuth)
+    model = None if args.labels is None else read_in_world(args.labels, progress)
+    faces = faces_of(facets, None if model is None else model.data)
+    lateral = LATERAL_DEG if args.lateral is None else args.lateral
+    found = facet_slopes(table, faces, args.friction, lateral, args.limits, progress)
+    warnings = list(found.warnings)
+    if args.output is not None:
+        write_facet_slopes(args.output, found, force=args.force)
+    if args.paint is not None and model is not None:
+        warnings += write_labelled(args, model, painted(found, labels_of(model.data)), args.paint)
+    out.result({**found.as_dict(), "table": args.output, "model": args.paint, "warnings": warnings})
+    out.note(tr("read as {convention}", convention=found.convention))
+    out.warn(warnings)
+    out.text(_facets_in_words(found))
+
+
+def _facets_in_words(found: FacetSlopes) -> str:
+    """Those facets first at which most is critical."""
+    head = tr(
+        "{count} facets as slopes, {n} planes, friction {friction:g} deg, lateral limit "
+        "{lateral:g} deg",
+        count=len(found.facets),
+        n=found.n,
+        friction=found.friction_deg,
+        lateral=found.lateral_deg,
+    )
+    modes = ("planar", "wedge", "flexural_toppling", "direct_toppling")
+    shares = [[getattr(f, mode).share or 0.0 for mode in modes] for f in found.facets]
+    worst = sorted(range(len(shares)), key=lambda i: -max(shares[i]))[:_SHOWN]
+    rows = [
+        [
+            found.facets[i].id,
+            text_tables.azimuth(found.facets[i].face.dip_direction_deg, 0),
+            text_tables.inclination(found.facets[i].face.dip_deg, 0),
+            *(text_tables.number(100.0 * share, 1) for share in shares[i]),
+        ]
+        for i in worst
+    ]
+    heads = [tr("facet"), tr("dip dir"), tr("dip"), tr("planar"), tr("wedge"), tr("flexural"),
+             tr("direct")]  # fmt: skip
+    said = [head, text_tables.table(heads, ["", tr("deg"), tr("deg"), "%", "%", "%", "%"], rows)]
+    if len(shares) > _SHOWN:
+        said.append(tr("{count} more are in the table.", count=len(shares) - _SHOWN))
+    return "\n".join(said)
 
 
 def _in_words(found: TableSlope) -> str:

@@ -1,4 +1,4 @@
-"""`vomstudio threepoint`: the plane through three points, with its errors."""
+"""`vomstudio threepoint`: the plane through three or more points, with its errors."""
 
 from __future__ import annotations
 
@@ -14,13 +14,18 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "threepoint", run, help_=tr("The plane through three points, with errors")
     )
-    parser.add_argument("points", metavar="POINTS", help=tr("table of three points, in metres"))
+    parser.add_argument(
+        "points", metavar="POINTS", help=tr("table of three points or more, in metres")
+    )
     parser.add_argument(
         "--sigma",
         type=float,
         default=0.0,
         metavar="N",
-        help=tr("standard deviation of each coordinate, in metres"),
+        help=tr(
+            "standard deviation of each coordinate, in metres (of more than three points their "
+            "misfit tells it)"
+        ),
     )
 
 

@@ -23,7 +23,7 @@ left of x, z up.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -43,6 +43,7 @@ _EPS = 1e-10
 _PARALLEL = math.radians(ANGLE_TOLERANCE_DEG)
 _AT_A_TIME = 100_000
 """Pairs of a step, whose arrays stay in the cache."""
+_FACES_AT_A_TIME = 32
 
 
 @dataclass(frozen=True)
@@ -218,12 +219,38 @@ def count_pairs(face: SlopeFace, normals: Array) -> PairCounts:
     """Of upward normals (k, n, 3) in the frame of the face; k times n (n - 1) / 2 intersections
     are looked at, in portions."""
     counts = np.zeros((6, len(normals)), np.int64)
-    for lines, sound, _ in _intersections(normals):
+    for lines, sound, _ in intersections(normals):
         wedge, topple = wedge_sliding(face, lines), direct_toppling(face, lines)
         flags = (sound, ~sound, *(zone & sound for zone in (*wedge, *topple)))
         for row, flag in enumerate(flags):
             counts[row] += flag.sum(axis=1)
     return PairCounts(*counts)
+
+
+def critical_lines(faces: Sequence[SlopeFace], lines: Array) -> npt.NDArray[np.int64]:
+    """(faces, 2): how many of downward unit vectors (m, 3), World, are critical at each face, by
+    `wedge_sliding` and by `direct_toppling`. The faces have the same friction and limits; all are
+    looked at together, as products of matrices, for there may be thousands of them."""
+    counts = np.zeros((len(faces), 2), np.int64)
+    sin_f, _ = _sin_cos(faces[0].friction_deg)
+    sin_l, cos_l = _sin_cos(faces[0].lateral_deg)
+    steepness = -lines[:, 2]
+    wedges = lines[(steepness >= sin_f - _EPS) & (steepness > _PARALLEL)]
+    for start in range(0, len(faces), _FACES_AT_A_TIME):
+        few = faces[start : start + _FACES_AT_A_TIME]
+        part = slice(start, start + len(few))
+        out, along, _ = np.moveaxis(np.stack([face.axes() for face in few]), 1, 0)
+        sin_d, cos_d = sin_cos_deg(np.array([face.plane.dip_deg for face in few]))
+        normals = np.column_stack([out[:, :2] * sin_d[:, None], cos_d])
+        counts[part, 0] = (wedges @ normals.T >= -_EPS).sum(axis=0)
+        tops = lines[steepness >= cos_d.min() - _EPS]
+        into = -(tops @ out.T)
+        level = -tops[:, 2] < _PARALLEL
+        into[level] = np.abs(into[level])
+        inside = -tops[:, 2:] - cos_d >= -_EPS
+        within = into * sin_l - np.abs(tops @ along.T) * cos_l >= -_EPS
+        counts[part, 1] = (inside & within).sum(axis=0)
+    return counts
 
 
 class PairMembers(NamedTuple):
@@ -237,14 +264,14 @@ def pair_members(face: SlopeFace, normals: Array) -> PairMembers:
     """Of upward normals (n, 3) in the frame of the face, in the intersections of all pairs."""
     n = len(normals)
     counts = np.zeros((2, n), np.int64)
-    for lines, sound, pairs in _intersections(normals[None]):
+    for lines, sound, pairs in intersections(normals[None]):
         zones = (wedge_sliding(face, lines), direct_toppling(face, lines))
         for row, zone in enumerate(zones):
             counts[row] += np.bincount(pairs[:, (zone.critical & sound)[0]].ravel(), minlength=n)
     return PairMembers(*counts)
 
 
-def _intersections(
+def intersections(
     normals: Array,
 ) -> Iterator[tuple[Array, Flags, npt.NDArray[np.int64]]]:
     """Downward unit vectors (k, m, 3) of the pairs, in portions, which of them are lines, and the

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -75,6 +76,56 @@ def path_length(points: npt.ArrayLike) -> float:
     """Length of the polyline through points (n, 3), in their unit."""
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     return float(np.linalg.norm(np.diff(xyz, axis=0), axis=1).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """Where two polylines come nearest: place (3,) on the second one, distance between them there,
+    along : the length of the first one up to there."""
+
+    place: Floats
+    distance: float
+    along: float
+
+
+def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> Approach:
+    """Of polylines through points (n, 3) and (m, 3), n and m at least 2, in their unit.
+
+    The nearest points of every two of their segments, as in Ericson 2005, Real-Time Collision
+    Detection, section 5.1.9.
+    """
+    base = np.asarray(line, np.float64)[0]
+    p, q = (np.asarray(points, np.float64) - base for points in (line, other))
+    steps = np.diff(q, axis=0)
+    found: Approach | None = None
+    done = 0.0
+    for start, end in pairwise(p):
+        step = end - start
+        on_first, on_second = _nearest_of_segments(start, step, q[:-1], steps)
+        places = q[:-1] + on_second[:, None] * steps
+        gaps = np.linalg.norm(start + on_first[:, None] * step - places, axis=1)
+        i, length = int(np.argmin(gaps)), float(np.linalg.norm(step))
+        if found is None or gaps[i] < found.distance:
+            found = Approach(places[i] + base, float(gaps[i]), done + float(on_first[i]) * length)
+        done += length
+    assert found is not None
+    return found
+
+
+def _nearest_of_segments(
+    start: Floats, step: Floats, starts: Floats, steps: Floats
+) -> tuple[Floats, Floats]:
+    """Parts from 0 to 1 of one segment, and of each of (k, 3) others, at which they are nearest."""
+    between = start - starts
+    a, e = float(step @ step), np.einsum("ij,ij->i", steps, steps)
+    b, c = steps @ step, between @ step
+    f = np.einsum("ij,ij->i", steps, between)
+    square = a * e - b * b
+    skew = square > ROUNDINGS * np.finfo(float).eps * a * e
+    s = np.where(skew, np.clip((b * f - c * e) / np.where(skew, square, 1.0), 0.0, 1.0), 0.0)
+    t = np.clip((b * s + f) / np.where(e > 0, e, 1.0), 0.0, 1.0)
+    s = np.clip((b * t - c) / a, 0.0, 1.0) if a > 0 else np.zeros_like(t)
+    return s, t
 
 
 def ring_area(points: npt.ArrayLike) -> float:

@@ -7,15 +7,18 @@ import io
 from pathlib import Path
 
 from vomstudio.files.atomic import write_bytes
+from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.geology.beds.bed_log import BedLog
 from vomstudio.geology.beds.lithologies import FIELDS
+from vomstudio.geology.notation import format_plane
+from vomstudio.geology.orientation import Plane
 from vomstudio.version import __version__
+from vomstudio.words import tr
 
 COLUMNS = (
     "number", "base", "top", "base_m", "top_m", "thickness_m", "thickness_error95_m", "lithology",
     *FIELDS, "notes",
 )  # fmt: skip
-_FORMULA = tuple("=+-@\t\r'")
 
 
 def write_log(path: str | Path, log: BedLog, *, about: str = "", force: bool = False) -> None:
@@ -29,12 +32,16 @@ def write_log(path: str | Path, log: BedLog, *, about: str = "", force: bool = F
         error = each.thickness_m.error95
         words = [each.lithology, *(each.strabospot.get(f, "") for f in FIELDS), each.notes]
         out.writerow([
-            each.number, _cell(each.base), _cell(each.top), f"{each.base_m:.4f}",
+            each.number, guarded(each.base), guarded(each.top), f"{each.base_m:.4f}",
             f"{each.top_m:.4f}", f"{each.thickness_m.value:.4f}",
-            "" if error is None else f"{error:.4f}", *map(_cell, words),
+            "" if error is None else f"{error:.4f}", *map(guarded, words),
         ])  # fmt: skip
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)
 
 
-def _cell(text: str) -> str:
-    return f"'{text}" if text.startswith(_FORMULA) else text
+def about_log(bed: Plane, error95_deg: float) -> str:
+    """On what the thicknesses of a log rest, for its head."""
+    said = format_plane(bed, decimals=1)
+    if not error95_deg:
+        return tr("bedding {bed}, its error not known", bed=said)
+    return tr("bedding {bed} ± {error:.1f}° (95 %)", bed=said, error=error95_deg)

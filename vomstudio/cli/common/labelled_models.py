@@ -17,17 +17,20 @@ if TYPE_CHECKING:
 
 
 def write_labelled(
-    args: argparse.Namespace, model: WorldModel, fields: Mapping[str, npt.NDArray[np.generic]]
+    args: argparse.Namespace,
+    model: WorldModel,
+    fields: Mapping[str, npt.NDArray[np.generic]],
+    target: str | None = None,
 ) -> list[str]:
-    """The model in World with these fields, to `args.labels`; returns warnings. Raises
-    TargetError."""
+    """The model in World with these fields, to `target`, else to `args.labels`; returns warnings.
+    Raises TargetError."""
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import write_model
 
     return write_model(
         replace(model.data, fields={**model.data.fields, **fields}),
         model.crs,
-        args.labels,
+        args.labels if target is None else target,
         force=args.force,
         inputs=[model.loaded.path, *companions(model.loaded.path)],
         progress=progress_of(args),

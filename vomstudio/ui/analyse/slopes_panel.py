@@ -17,7 +17,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.records import Typed
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import Model, Typed
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import Plane
@@ -32,13 +33,23 @@ from vomstudio.ui.analyse.slope_answer import (
     words_of,
     write_figure,
 )
+from vomstudio.ui.analyse.slope_facets import (
+    FacetsAnswer,
+    FacetSlopesView,
+    FacetsQuestion,
+    answer_facets,
+    facets_file,
+    facets_words,
+    shares_of,
+    show_facet,
+)
 from vomstudio.ui.analyse.slope_results import SlopeResults
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.forms.copied_command import CopyCommandButton
+from vomstudio.ui.forms.copied_command import CopyCommandButton, Words
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr, tr_n
@@ -62,6 +73,14 @@ class SlopesPanel(SeenPanel):
         self.of = GroupBox(studio, tr("All planes"))
         self.of.setAccessibleName(tr("Planes"))
         self.of.activated.connect(self._group_chosen)
+        self.at = ComboBox()
+        self.at.setObjectName("slope_at")
+        self.at.addItem(tr("One face"), "face")
+        self.at.addItem(tr("Each facet"), "facets")
+        self.at.setToolTip(
+            tr("The slope is one face, or each facet that was found on the model by itself.")
+        )
+        self.at.activated.connect(self._at_chosen)
         self.face = QLineEdit()
         self.face.setObjectName("slope_face")
         self.face.setToolTip(tr("Attitude of the slope, in the notation of the project."))
@@ -93,6 +112,12 @@ class SlopesPanel(SeenPanel):
         self.said.setObjectName("slope_said")
         self.results = SlopeResults()
         self.results.chosen.connect(self._select)
+        self.by_facet: FacetsAnswer | None = None
+        self.facets = FacetSlopesView()
+        self.facets.setVisible(False)
+        self.facets.painted.connect(lambda _: self._paint())
+        self.facets.unpainted.connect(studio.facets.unpaint)
+        self.facets.pointed_at.connect(self._point_at)
         self.copy = CopyCommandButton(
             self._copy_command, tr("keep the planes as a table, and copy the command")
         )
@@ -102,6 +127,7 @@ class SlopesPanel(SeenPanel):
         studio.settings_changed.connect(self._notation_changed)
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(lambda _: self._selected())
+        studio.facets.changed.connect(self._facets_changed)
         studio.jobs.closed.connect(self._close)
         self._notation_changed()
 
@@ -110,13 +136,14 @@ class SlopesPanel(SeenPanel):
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(4)
         form.addRow(tr("Planes"), _row(self.of, self.copy, self.figure, wide=self.of))
-        form.addRow(tr("Face"), _row(self.face, self.take, wide=self.face))
+        form.addRow(tr("Slope"), _row(self.at, self.face, self.take, wide=self.face))
         angles = _row(self.friction, self.lateral, self.limits, wide=self.limits)
         form.addRow(tr("Friction"), angles)
         column = narrow_column(self)
         column.addLayout(form)
         column.addWidget(self.said)
         column.addWidget(self.results, 1)
+        column.addWidget(self.facets, 1)
 
     # --- when to look again ------------------------------------------------------------------
     def _opened(self) -> None:
@@ -157,14 +184,21 @@ class SlopesPanel(SeenPanel):
     def show_now(self) -> None:
         self.of.list_groups()
         self._refresh_take()
-        why = self._asked.answer(self._question(), answer)
+        if self._at_facets:
+            why = self._asked.answer(self._facets_question(), answer_facets)
+        else:
+            why = self._asked.answer(self._question(), answer)
         if why is None:
             self._refresh_buttons()
         else:
             self._show(None, why)
 
-    def _question(self) -> SlopeQuestion | str:
-        """Or why there is none."""
+    @property
+    def _at_facets(self) -> bool:
+        return bool(self.at.currentData() == "facets")
+
+    def _planes(self) -> tuple[list[Typed], dict[str, Measurement]] | str:
+        """Those that are looked at, with their measurements; or why there are none."""
         studio = self._studio
         if self._chosen_here is None:
             self._features = self.of.features()
@@ -175,6 +209,13 @@ class SlopesPanel(SeenPanel):
             if self.of.choice() == SELECTED:
                 return tr("Select planes, or choose others above.")
             return tr("There are no planes here. Pick some, or import field measurements.")
+        return features, dict(measured)
+
+    def _question(self) -> SlopeQuestion | str:
+        """Or why there is none."""
+        planes = self._planes()
+        if isinstance(planes, str):
+            return planes
         text = self.face.text().strip()
         if not text:
             return tr(
@@ -189,20 +230,66 @@ class SlopesPanel(SeenPanel):
             )
         except VomError as error:
             return error.message
-        return SlopeQuestion(dict(studio.records), features, measured, face)
+        return SlopeQuestion(dict(self._studio.records), *planes, face)
+
+    def _facets_question(self) -> FacetsQuestion | str:
+        """Or why there is none."""
+        studio, found = self._studio, self._studio.facets.found
+        planes = self._planes()
+        if isinstance(planes, str):
+            return planes
+        opened = None if found is None else studio.models.get(found.model_id)
+        model = None if found is None else studio.records.get(found.model_id)
+        if found is None or opened is None or not isinstance(model, Model):
+            return tr("Find the facets of the model first: Interpret > Propose facets.")
+        rows = sorted(studio.facets.open | studio.facets.accepted)
+        return FacetsQuestion(
+            dict(studio.records), *planes, found, rows,
+            opened.data, model.to_world, self.friction.value(), self.lateral.value(),
+            str(self.limits.currentData()),
+        )  # fmt: skip
+
+    def _at_chosen(self, *_: object) -> None:
+        if not self._at_facets:
+            self._studio.facets.unpaint()
+        self.face.setEnabled(not self._at_facets)
+        self._refresh_take()
+        self._soon()
+
+    def _facets_changed(self) -> None:
+        if self._at_facets:
+            self._soon()
+
+    def _point_at(self, row: int) -> None:
+        """The facet of the chosen row stands out on the outcrop."""
+        if self.by_facet is not None:
+            show_facet(self._studio, self.by_facet.question.found, row)
+
+    def _paint(self) -> None:
+        """The outcrop by the chosen mode."""
+        if self.by_facet is not None:
+            mode = self.facets.chosen
+            self._studio.facets.paint_shares(mode, shares_of(self.by_facet, mode))
 
     # --- the answer --------------------------------------------------------------------------
     def _came(self, made: object) -> None:
         if isinstance(made, SlopeAnswer):
             self._show(made, " ".join([_counted(made), *made.found.warnings]))
+        elif isinstance(made, FacetsAnswer):
+            self._show(made, " ".join([_counted_facets(made), *made.found.warnings]))
+            self._paint()
         else:
             assert isinstance(made, VomError)
             self._show(None, made.message)
 
-    def _show(self, answered: SlopeAnswer | None, said: str) -> None:
-        self.answered = answered
+    def _show(self, answered: SlopeAnswer | FacetsAnswer | None, said: str) -> None:
+        self.answered = answered if isinstance(answered, SlopeAnswer) else None
+        self.by_facet = answered if isinstance(answered, FacetsAnswer) else None
         self.said.setText(said)
-        self.results.show_answer(answered)
+        self.results.setVisible(not self._at_facets)
+        self.facets.setVisible(self._at_facets)
+        self.facets.show_answer(self.by_facet, self._studio.settings.notation)
+        self.results.show_answer(self.answered)
         self.results.mark(self._studio.selection.ids)
         self._refresh_buttons()
 
@@ -220,10 +307,12 @@ class SlopesPanel(SeenPanel):
         return self._studio.measured([current])[current].plane
 
     def _refresh_take(self) -> None:
-        plane = self._selected_plane()
+        plane = None if self._at_facets else self._selected_plane()
         self.take.setEnabled(plane is not None)
         self.take.setToolTip(
-            tr("Select a plane that dips as the face does first.")
+            tr("The slope is each facet.")
+            if self._at_facets
+            else tr("Select a plane that dips as the face does first.")
             if plane is None
             else tr("The face dips as the selected plane does.")
         )
@@ -238,11 +327,17 @@ class SlopesPanel(SeenPanel):
         why = None
         if self._asked.waiting:
             why = tr("the planes are being looked at")
-        elif self.answered is None:
-            why = tr("choose planes and a face first")
+        elif self.answered is None and self.by_facet is None:
+            why = (
+                tr("find the facets first")
+                if self._at_facets
+                else tr("choose planes and a face first")
+            )
         elif self._writing:
             why = tr("the figure is being written")
         self.copy.allow(why)
+        if why is None and self._at_facets:
+            why = tr("the nets are of one face")
         self.figure.setEnabled(why is None)
         more = tr("the nets of the four modes as SVG, PDF or PNG")
         self.figure.setToolTip(
@@ -251,6 +346,9 @@ class SlopesPanel(SeenPanel):
 
     def _copy_command(self) -> None:
         """Ask for the table of the planes, and put the command on the clipboard."""
+        if self.by_facet is not None:
+            self._copy_facets(self.by_facet)
+            return
         if self.answered is None:
             return
         question = self.answered.question
@@ -258,6 +356,17 @@ class SlopesPanel(SeenPanel):
             self, self._studio, "slope-planes.csv", [f.id for f in question.features],
             partial(words_of, question.face),
         )  # fmt: skip
+
+    def _copy_facets(self, answered: FacetsAnswer) -> None:
+        """The table of the facets comes beside that of the planes."""
+        from vomstudio.products.surface.slope_facets import write_faces
+
+        def words(path: Path) -> Words:
+            write_faces(facets_file(path), answered.faces)
+            return facets_words(answered, path)
+
+        ids = [f.id for f in answered.question.features]
+        copy_with_table(self, self._studio, "slope-planes.csv", ids, words)
 
     def _ask_for_figure(self) -> None:
         path = ask_for_picture(self, self._studio, tr("Figure of the slope"), "slope")
@@ -294,6 +403,15 @@ def _counted(made: SlopeAnswer) -> str:
     if not found.with_error:
         return tr("{n:,} planes. No error of theirs is known, so no probability is.", n=found.n)
     return tr_n("{count:,} plane.", "{count:,} planes.", found.n)
+
+
+def _counted_facets(made: FacetsAnswer) -> str:
+    """How many, and how much of their area has a share of what is painted."""
+    return tr(
+        "{facets} facets, {planes:,} planes. The outcrop shows the share that is critical at each.",
+        facets=len(made.found.facets),
+        planes=made.found.n,
+    )
 
 
 def _row(*parts: QWidget, wide: QWidget) -> QHBoxLayout:

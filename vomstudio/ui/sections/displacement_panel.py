@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,7 +14,6 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
     QHeaderView,
-    QLineEdit,
     QPushButton,
     QTableWidget,
     QTableWidgetItem,
@@ -42,6 +40,7 @@ from vomstudio.ui.forms.copied_command import (
     copy_with_file,
     numbers_text,
 )
+from vomstudio.ui.forms.error_fields import error_field, number_in, scatter_of
 from vomstudio.ui.forms.line_field import LineField
 from vomstudio.ui.forms.taken_plane import TakenPlane
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
@@ -85,9 +84,9 @@ class DisplacementPanel(SeenPanel):
         self.slip.line.setToolTip(
             tr("Trend/plunge of the slip lineation, or its rake on the fault, 0 to 180.")
         )
-        self.slip_error = _field("displacement_slip_error", "± 0°",
+        self.slip_error = error_field("displacement_slip_error", "± 0°",
                                  tr("95 % error of the slip's rake, degrees."))  # fmt: skip
-        self.sigma = _field(
+        self.sigma = error_field(
             "displacement_sigma",
             tr("scatter of the traces"),
             tr("Standard deviation of each coordinate of a cut-off, metres."),
@@ -222,7 +221,8 @@ class DisplacementPanel(SeenPanel):
             self._sigma([measured[i] for pair in self.pairs for i in pair]),
             of_fault.max_confidence95_deg or 0.0,
             bed95 or 0.0,
-            self._number(self.slip_error, tr("The error of the slip is in degrees, 0 or more.")),
+            number_in(self.slip_error, tr("The error of the slip is in degrees, 0 or more."))
+            or 0.0,
         )
         rake = self._rake(fault)
         found = displacements(
@@ -260,21 +260,10 @@ class DisplacementPanel(SeenPanel):
         assert isinstance(line, Line)
         return rake_of(line, fault)
 
-    def _number(self, field: QLineEdit, otherwise: str) -> float:
-        text = field.text().strip()
-        value = parse_number(text) if text else 0.0
-        if value is None or not 0.0 <= value < math.inf:
-            raise InputError(otherwise)
-        return value
-
     def _sigma(self, traces: list[Measurement]) -> float:
         """What was typed, else the scatter of the traces about their planes, the largest one."""
-        wrong = tr("The error of the points is a length in metres.")
-        if self.sigma.text().strip():
-            return self._number(self.sigma, wrong)
-        scatter = [m.fit.rms or 0.0 for m in traces if m.fit is not None]
-        scatter += [m.resolution_m or 0.0 for m in traces]
-        return max(scatter, default=0.0)
+        typed = number_in(self.sigma, tr("The error of the points is a length in metres."))
+        return scatter_of(traces) if typed is None else typed
 
     def _show(self, why: str) -> None:
         answered = self.answered
@@ -455,11 +444,3 @@ def _table() -> QTableWidget:
     header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
     table.setMinimumHeight(_LEAST_HEIGHT)
     return table
-
-
-def _field(name: str, empty: str, tip: str) -> QLineEdit:
-    field = QLineEdit()
-    field.setObjectName(name)
-    field.setPlaceholderText(empty)
-    field.setToolTip(tip)
-    return field

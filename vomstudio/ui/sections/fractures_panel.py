@@ -9,14 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QImage, QPixmap, QResizeEvent
+from PySide6.QtGui import QImage
 from PySide6.QtWidgets import (
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
-    QSizePolicy,
     QTabWidget,
     QTextBrowser,
     QToolButton,
@@ -44,6 +41,7 @@ from vomstudio.ui.forms.copied_command import (
     copy_with_file,
     numbers_text,
 )
+from vomstudio.ui.forms.fitting_picture import FittingPicture
 from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
@@ -177,7 +175,7 @@ class FracturesPanel(SeenPanel):
         self.place.setEnabled(kind != EVERYTHING)
         self.place.setPlaceholderText(
             {
-                EVERYTHING: "", WINDOW: tr("x, y, x, y: around all"), CIRCLE: tr("x, y, radius"),
+                EVERYTHING: "", WINDOW: tr("around all"), CIRCLE: tr("x, y, radius"),
                 SCANLINE: tr("x, y, x, y"),
             }[kind]
         )  # fmt: skip
@@ -427,42 +425,6 @@ def words_of(answered: FractureAnswer, traces: Path) -> Words:
     if q.cap is not None:
         options.append(("--terzaghi-cap", q.cap))
     return ["fractures", traces, *options]
-
-
-class FittingPicture(QLabel):
-    """A picture as large as there is room for."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._image = QImage()
-        self.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
-        self.setAccessibleName(tr("Figure"))
-
-    @property
-    def image(self) -> QImage:
-        return self._image
-
-    def show_image(self, image: QImage) -> None:
-        self._image = image
-        self._fit()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
-        super().resizeEvent(event)
-        self._fit()
-
-    def _fit(self) -> None:
-        if self._image.isNull():
-            self.clear()
-            return
-        ratio = self.devicePixelRatioF()
-        made = self._image.scaled(
-            self.size() * ratio,
-            Qt.AspectRatioMode.KeepAspectRatio,
-            Qt.TransformationMode.SmoothTransformation,
-        )
-        made.setDevicePixelRatio(ratio)
-        self.setPixmap(QPixmap.fromImage(made))
 
 
 def _is_line(feature: Record) -> bool:

@@ -48,8 +48,9 @@ MENUS = (
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
         "intersection_of_sets", "extend_plane", "patch_surface", "|", "propose_sets",
-        "count_fractures", "fault_displacement", "|", "orthophoto", "elevation_model", "section",
-        "|", "verdict_profile", "fit_figure", "copy_fit", "|", "type_on_net", "copy_net",
+        "count_fractures", "fault_displacement", "three_points", "bed_log", "|", "orthophoto",
+        "elevation_model", "section", "|", "verdict_profile", "fit_figure", "copy_fit", "|",
+        "type_on_net", "copy_net",
         "figure_style", "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),

@@ -23,10 +23,12 @@ def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
     from vomstudio.ui.analyse.slopes_panel import SlopesPanel
     from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
     from vomstudio.ui.registration.compare_panel import ComparePanel
+    from vomstudio.ui.sections.bed_log_panel import BedLogPanel
     from vomstudio.ui.sections.displacement_panel import DisplacementPanel
     from vomstudio.ui.sections.elevation_panel import ElevationPanel
     from vomstudio.ui.sections.fractures_panel import FracturesPanel
     from vomstudio.ui.sections.section_panel import SectionPanel
+    from vomstudio.ui.sections.three_points_panel import ThreePointsPanel
     from vomstudio.ui.surface.surface_panel import SurfacePanel
 
     return (
@@ -36,7 +38,9 @@ def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
         ("section", to_translate("Section"), lambda studio: SectionPanel(studio, view.direction)),
         ("fractures", to_translate("Fractures"),
          lambda studio: FracturesPanel(studio, view.direction)),
-        ("displacement", to_translate("Displacement"), DisplacementPanel),
+        ("displacement", to_translate("Fault displacement"), DisplacementPanel),
+        ("three_points", to_translate("Three points"), ThreePointsPanel),
+        ("bed_log", to_translate("Log"), BedLogPanel),
         ("elevation", to_translate("Elevation model"),
          lambda studio: ElevationPanel(studio, view.direction)),
         ("surface", to_translate("Surface"), SurfacePanel),

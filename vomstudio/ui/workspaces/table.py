@@ -21,7 +21,9 @@ HOMES: dict[str, Area] = {
     "sets": "right",
     "slopes": "right",
     "displacement": "right",
+    "three_points": "right",
     "fractures": "bottom",
+    "bed_log": "bottom",
     "section": "bottom",
     "elevation": "bottom",
     "view": "right",
@@ -143,7 +145,7 @@ WORKSPACES: tuple[Workspace, ...] = (
             ("stereonet",),
             ("statistics", "sets", "slopes", "displacement", "properties"),
         ),
-        bottom=(("table", "fractures"),),
+        bottom=(("table", "fractures", "bed_log"),),
         shares=(0.205, 0.36, 0.26),
         first_share=0.6,
     ),
@@ -174,7 +176,7 @@ def workspace_of(name: str) -> Workspace:
 
 
 _SMALL_WIDTH, _SMALL_HEIGHT = 1180, 620
-_WIDE = ("photos", "in_photos", "section", "elevation")
+_WIDE = ("photos", "in_photos", "section", "elevation", "bed_log")
 """Docks that are of use only where they are wide."""
 _BARS_HEIGHT = 110
 _SIDES: tuple[Area, Area] = ("left", "right")

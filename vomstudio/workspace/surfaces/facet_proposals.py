@@ -4,7 +4,7 @@ painted, and part of the project only where somebody accepts them."""
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -41,6 +41,16 @@ PAINTED = {
     "exposure": "exposure",
 }
 """Names of the fields by which proposals are painted."""
+SHARES = {
+    "planar": "planar sliding [%]",
+    "wedge": "wedge sliding [%]",
+    "flexural_toppling": "flexural toppling [%]",
+    "direct_toppling": "direct toppling [%]",
+}
+"""Names of the fields by which they are painted as slopes."""
+_NAMES = (*PAINTED.values(), *SHARES.values())
+_LEAST_RANGE = 1.0
+"""Percent: where nothing is critical the colours tell it too."""
 
 
 @dataclass(frozen=True)
@@ -217,24 +227,48 @@ class FacetProposals:
         painted = values[found.label]
         if by == "exposure":
             painted = np.where(found.covers < 0, np.nan, found.covers).astype(np.float32)
-        self._unpaint(found.model_id)
-        name = PAINTED[by]
-        if opened.give_fields({name: painted}):
+        self._show_painted(found.model_id, painted, FieldStyle(PAINTED[by], palette=palette))
+
+    def paint_shares(self, mode: str, shares: Mapping[int, float]) -> None:
+        """Colour the outcrop by the share, 0 to 1, of each facet by its place in `found`; mode : a
+        key of SHARES. Other facets, and what is in none, are grey."""
+        found = self.found
+        if found is None or found.model_id not in self._models.open:
+            return
+        values = np.full(len(found.patches) + 1, np.nan, np.float32)
+        for row, share in shares.items():
+            values[row] = 100.0 * share
+        known = values[np.isfinite(values)]
+        most = max(float(known.max(initial=0.0)), _LEAST_RANGE)
+        style = FieldStyle(SHARES[mode], low=0.0, high=most)
+        self._show_painted(found.model_id, values[found.label], style)
+
+    def unpaint(self) -> None:
+        """The outcrop as it was; what was found stays."""
+        if self.found is not None:
+            self._as_before(self.found.model_id)
+
+    def _show_painted(
+        self, model_id: str, painted: npt.NDArray[np.float32], style: FieldStyle
+    ) -> None:
+        self._unpaint(model_id)
+        opened = self._models.open[model_id]
+        if opened.give_fields({style.name: painted}):
             if not self._mode_before:
                 self._mode_before = self._display.mode
-            self._display.show_field(found.model_id, FieldStyle(name, palette=palette))
+            self._display.show_field(model_id, style)
 
     def _unpaint(self, model_id: str) -> None:
         style, opened = self._display.styles.get(model_id), self._models.open.get(model_id)
-        if style is not None and style.name in PAINTED.values():
+        if style is not None and style.name in _NAMES:
             self._display.show_no_field(model_id)
         if opened is not None:
-            opened.drop_fields(PAINTED.values())
+            opened.drop_fields(_NAMES)
 
     def _as_before(self, model_id: str) -> None:
         """The outcrop as it was before facets were painted on it."""
         style, mode = self._display.styles.get(model_id), self._mode_before
-        painted = style is not None and style.name in PAINTED.values()
+        painted = style is not None and style.name in _NAMES
         self._unpaint(model_id)
         self._mode_before = ""
         if painted and mode and self._display.mode == "field":

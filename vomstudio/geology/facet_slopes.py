@@ -1,0 +1,226 @@
+"""The kinematic analysis of a slope at each of its facets: the facet's own dip direction and dip
+are those of the face, as Menegoni et al. 2021 (An open-source algorithm for 3D rock slope kinematic
+analysis, ROKA, Applied Sciences 11, 1698) take them place by place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geology.orientation import Plane, planes_to_normals
+from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.slopes import (
+    SlopeFace,
+    critical_lines,
+    flexural_toppling,
+    in_face_frame,
+    intersections,
+    planar_sliding,
+)
+from vomstudio.geology.table_slopes import Face
+from vomstudio.progress import Progress, Silent
+from vomstudio.reprs import Shown
+from vomstudio.words import tr, tr_n
+
+MODES = ("planar", "wedge", "flexural_toppling", "direct_toppling")
+VERTICAL_DEG = 85.0
+"""A plane as steep as this may as well be that of a face which overhangs."""
+
+
+@dataclass(frozen=True)
+class FacetFace:
+    """A facet as a slope. plane : its own; overhangs : the rock is above it, so that it faces the
+    other way than its plane dips; None where that is not known; area_m2 : None where not known"""
+
+    id: str
+    plane: Plane
+    area_m2: float | None = None
+    overhangs: bool | None = None
+
+
+@dataclass(frozen=True)
+class Share:
+    """critical of all `of` planes, or intersections; share : None of nothing"""
+
+    critical: int
+    of: int
+    share: float | None
+
+
+@dataclass(frozen=True)
+class FacetSlope:
+    """face : as it was taken: that of the facet, or a vertical one that faces the same way where
+    the facet overhangs"""
+
+    id: str
+    face: Face
+    overhangs: bool | None
+    area_m2: float | None
+    planar: Share
+    wedge: Share
+    flexural_toppling: Share
+    direct_toppling: Share
+
+
+@dataclass(frozen=True, repr=False)
+class FacetSlopes(Shown):
+    """n : planes. left_out : lines of their table; skipped : facets that are no slope, each `id`
+    and `reason`; convention, dropped_lines : of the planes' table as it was read"""
+
+    n: int
+    left_out: int
+    friction_deg: float
+    lateral_deg: float
+    limits: str
+    facets: tuple[FacetSlope, ...]
+    skipped: tuple[dict[str, str], ...]
+    convention: str
+    dropped_lines: tuple[int, ...]
+    warnings: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        return asdict(self)
+
+    def shares(self, mode: str) -> npt.NDArray[np.float64]:
+        """(facets,) shares of one of MODES, NaN of nothing."""
+        found = [getattr(facet, mode).share for facet in self.facets]
+        return np.array([np.nan if share is None else share for share in found], np.float64)
+
+
+def facet_slopes(
+    table: OrientationRows,
+    faces: Sequence[FacetFace],
+    friction_deg: float,
+    lateral_deg: float,
+    limits: str,
+    progress: Progress | None = None,
+) -> FacetSlopes:
+    """Shares of planes, and of intersections of all pairs of them, that are critical at each facet,
+    as `table_slope` has them for its attitude. A facet without a dip direction is skipped. Raises
+    GeometryError for a table without planes and where no facet is a slope, UsageError for angles
+    that cannot be."""
+    report = progress or Silent()
+    rows = np.flatnonzero(table.is_plane)
+    if not len(rows):
+        raise GeometryError(
+            tr("The table has only lines. Kinematic analysis needs planes."),
+            file=table.path,
+            field="geometry",
+        )
+    # Angles that cannot be are those of all facets.
+    SlopeFace(Plane(0.0, 90.0), friction_deg, lateral_deg, limits)
+    slopes: list[tuple[FacetFace, SlopeFace]] = []
+    skipped = []
+    for facet in faces:
+        try:
+            plane = _faced(facet)
+            slopes.append((facet, SlopeFace(plane, friction_deg, lateral_deg, limits)))
+        except UsageError:
+            reason = tr("The facet is horizontal: nothing slides out of it.")
+            skipped.append({"id": facet.id, "reason": reason})
+    if not slopes:
+        raise GeometryError(tr("There is no facet with a dip direction among these planes."))
+    normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
+    of_planes, of_pairs = _counts([slope for _, slope in slopes], normals, report)
+    facets = []
+    for k, (facet, slope) in enumerate(slopes):
+        planar, flexural = (_share(int(count), len(rows)) for count in of_planes[k])
+        pairs = int(of_pairs[k, 0])
+        wedge, topple = (_share(int(count), pairs) for count in of_pairs[k, 1:])
+        plane = slope.plane
+        face = Face(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
+        facets.append(
+            FacetSlope(
+                facet.id, face, facet.overhangs, facet.area_m2, planar, wedge, flexural, topple
+            )
+        )
+    return FacetSlopes(
+        n=len(rows),
+        left_out=len(table) - len(rows),
+        friction_deg=float(friction_deg),
+        lateral_deg=float(lateral_deg),
+        limits=limits,
+        facets=tuple(facets),
+        skipped=tuple(skipped),
+        convention=table.convention,
+        dropped_lines=tuple(table.dropped),
+        warnings=(*table.warnings, *_noticed([facet for facet, _ in slopes], len(skipped))),
+    )
+
+
+def _faced(facet: FacetFace) -> Plane:
+    """The attitude of the slope. What overhangs is taken as vertical: all that comes out of a
+    vertical face comes out of it too."""
+    plane = facet.plane
+    if not facet.overhangs or plane.undefined:
+        return plane
+    return Plane((plane.dip_direction_deg + 180.0) % 360.0, 90.0)
+
+
+def _counts(
+    slopes: Sequence[SlopeFace], normals: npt.NDArray[np.float64], progress: Progress
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """(facets, 2) of planes: planar, flexural; (facets, 3) of pairs: all that meet, wedge,
+    toppling."""
+    of_planes = np.zeros((len(slopes), 2), np.int64)
+    of_pairs = np.zeros((len(slopes), 3), np.int64)
+    n = len(normals)
+    progress.stage(tr("Slopes of the facets"), max(n * (n - 1) // 2, 1))
+    for k, slope in enumerate(slopes):
+        turned = in_face_frame(slope, normals)
+        of_planes[k] = (
+            planar_sliding(slope, turned).critical.sum(),
+            flexural_toppling(slope, turned).critical.sum(),
+        )
+    # The intersections are the same for all facets, so each is worked out once.
+    done = 0
+    for lines, sound, pairs in intersections(normals[None]):
+        known = lines[0][sound[0]]
+        of_pairs[:, 0] += len(known)
+        of_pairs[:, 1:] += critical_lines(slopes, known)
+        done += pairs.shape[1]
+        progress.step(done)
+    return of_planes, of_pairs
+
+
+def _share(critical: int, of: int) -> Share:
+    return Share(critical, of, critical / of if of else None)
+
+
+def _noticed(facets: Sequence[FacetFace], skipped: int) -> list[str]:
+    said = []
+    if skipped:
+        said.append(
+            tr_n(
+                "{count} facet is horizontal and no slope.",
+                "{count} facets are horizontal and no slopes.",
+                skipped,
+            )
+        )
+    unknown = sum(f.overhangs is None and f.plane.dip_deg >= VERTICAL_DEG for f in facets)
+    if unknown:
+        said.append(
+            tr_n(
+                "{count} facet is as good as vertical, and a table does not tell whether it "
+                "overhangs and faces the other way; name the model with its labels.",
+                "{count} facets are as good as vertical, and a table does not tell whether they "
+                "overhang and face the other way; name the model with its labels.",
+                unknown,
+            )
+        )
+    over = sum(bool(f.overhangs) for f in facets)
+    if over:
+        said.append(
+            tr_n(
+                "{count} facet overhangs; it is taken as a vertical face.",
+                "{count} facets overhang; they are taken as vertical faces.",
+                over,
+            )
+        )
+    return said

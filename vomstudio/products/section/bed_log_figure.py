@@ -1,0 +1,265 @@
+"""The figure of a log: the column of beds to scale, with thicknesses, lithologies and notes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geology.beds.bed_log import BedLog, Interval
+from vomstudio.products.net.style import PRINT, NetStyle
+from vomstudio.products.net.written_figure import sizes_of, write_figure
+from vomstudio.products.section.decimals import with_error
+from vomstudio.products.section.lithology_style import (
+    DUNHAM_GRAINS,
+    GRAINS,
+    OPEN,
+    LithologyStyle,
+    style_of,
+)
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = npt.NDArray[np.float64]
+
+WIDTH_MM = 170.0
+_HIGHEST_MM = 190.0
+"""Of the column: with the words around it the figure fits on a page of A4."""
+_LEFT_MM, _COLUMN_MM = 20.0, 38.0
+_THICKNESS_MM, _LITHOLOGY_MM, _NOTES_MM = 64.0, 96.0, 130.0
+"""Where the words of each bed begin."""
+_TOP_MM, _BOTTOM_MM = 17.0, 20.0
+_ROW_MM = 4.0
+_MOST_ROWS = 250
+"""Of more beds only those are named that are as thick as a row."""
+_MOST_LITHOLOGY, _MOST_NOTES = 22, 26
+_BRICK_MM = (5.0, 2.2)
+
+
+@dataclass(frozen=True)
+class LogPage:
+    """scale : 1 to this; height_m on the page, millimetres; rows : of the words of each bed, above
+    the base of the column, NaN where there is no room for them; lowest, highest : of what is drawn,
+    against the base of the column"""
+
+    scale: float
+    column_mm: float
+    rows_mm: Floats
+    lowest_mm: float
+    highest_mm: float
+
+    @property
+    def height_mm(self) -> float:
+        return self.highest_mm - self.lowest_mm + _TOP_MM + _BOTTOM_MM
+
+
+def page_of(log: BedLog) -> LogPage:
+    """The largest round scale at which the column fits on a page, and the places of its words."""
+    total = log.total_m.value
+    scale = _round_up(1000.0 * total / _HIGHEST_MM) if total > 0 else 1.0
+    column = 1000.0 * total / scale
+    middles = [500.0 * (each.base_m + each.top_m) / scale for each in log.intervals]
+    thick = [1000.0 * (each.top_m - each.base_m) / scale for each in log.intervals]
+    named = [len(middles) <= _MOST_ROWS or t >= _ROW_MM for t in thick]
+    rows = np.full(len(middles), np.nan)
+    rows[named] = _spread([m for m, n in zip(middles, named, strict=True) if n], _ROW_MM)
+    half = 0.5 * _ROW_MM
+    low = min(0.0, float(np.nanmin(rows, initial=0.0)) - half)
+    high = max(column, float(np.nanmax(rows, initial=0.0)) + half)
+    return LogPage(scale, column, rows, low, high)
+
+
+def write_log_figure(
+    target: str | Path | IO[bytes],
+    log: BedLog,
+    *,
+    format: str,
+    about: str = "",
+    metric: bool = True,
+    style: NetStyle = PRINT,
+    dpi: float = 300.0,
+) -> None:
+    """Writes the figure as svg, pdf or png, to scale on paper (text stays text in svg and pdf).
+    about : on what the thicknesses rest. Raises UsageError for another format."""
+    page = page_of(log)
+    write_figure(
+        target, lambda figure: draw_log(figure, log, page, about, metric, style),
+        format=format, size_mm=(WIDTH_MM, page.height_mm), paper=style.paper, dpi=dpi,
+        settings={**sizes_of(style), "hatch.linewidth": 0.45 * style.line_pt},
+    )  # fmt: skip
+
+
+def draw_log(
+    figure: Figure, log: BedLog, page: LogPage, about: str, metric: bool, style: NetStyle
+) -> Axes:
+    """On a figure of this page; its axes are in millimetres from the base of the column."""
+    ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    ax.set_xlim(-_LEFT_MM, WIDTH_MM - _LEFT_MM)
+    ax.set_ylim(page.lowest_mm - _BOTTOM_MM, page.highest_mm + _TOP_MM)
+    ax.set_axis_off()
+    styles = [style_of(each.lithology, each.strabospot) for each in log.intervals]
+    for each, look, row in zip(log.intervals, styles, page.rows_mm, strict=True):
+        low, high = (1000.0 * value / page.scale for value in (each.base_m, each.top_m))
+        _draw_bed(ax, low, high, look, style)
+        if np.isfinite(row):
+            _write_bed(ax, each, 0.5 * (low + high), float(row), look, style)
+    _draw_heights(ax, page, metric, style)
+    _draw_grains(ax, styles, style)
+    _write_head(ax, log, page, about, metric, style)
+    return ax
+
+
+def _draw_bed(ax: Axes, low: float, high: float, look: LithologyStyle, style: NetStyle) -> None:
+    from matplotlib.patches import Rectangle
+
+    wide = _COLUMN_MM * (OPEN if look.width is None else look.width)
+    bed = Rectangle(
+        (0.0, low), wide, high - low, facecolor=style.color(look.color), edgecolor=style.soft,
+        hatch=look.hatch or None, linewidth=0.0, zorder=1,
+    )  # fmt: skip
+    ax.add_patch(bed)
+    if look.ornament == "cross":
+        for ends in ((low, high), (high, low)):
+            ax.plot([0.0, wide], ends, color=style.soft, linewidth=0.6 * style.line_pt, zorder=2)
+    elif look.ornament:
+        _lay_bricks(ax, bed, wide, low, high, look.ornament == "slanting bricks", style)
+    ink: dict[str, Any] = {"color": style.ink, "linewidth": style.line_pt, "zorder": 3}
+    ax.plot([0.0, 0.0], [low, high], **ink)
+    for at in (low, high):
+        ax.plot([0.0, wide], [at, at], **ink)
+    ax.plot([wide, wide], [low, high], linestyle="--" if look.width is None else "-", **ink)
+
+
+def _lay_bricks(
+    ax: Axes, bed: object, wide: float, low: float, high: float, slanting: bool, style: NetStyle
+) -> None:
+    from matplotlib.collections import LineCollection
+
+    length, course = _BRICK_MM
+    course = min(course, max(high - low, 0.2))
+    lines: list[list[tuple[float, float]]] = []
+    for k in range(math.ceil((high - low) / course)):
+        floor, roof = low + k * course, min(low + (k + 1) * course, high)
+        lines.append([(0.0, floor), (wide, floor)])
+        lean = 0.6 * (roof - floor) if slanting else 0.0
+        x = 0.5 * length if k % 2 else length
+        while x < wide + length:
+            lines.append([(x - lean, floor), (x + lean, roof)])
+            x += length
+    drawn = LineCollection(lines, colors=style.soft, linewidths=0.5 * style.line_pt, zorder=2)
+    ax.add_collection(drawn, autolim=False)
+    drawn.set_clip_path(bed)  # type: ignore[arg-type]
+
+
+def _write_bed(
+    ax: Axes, each: Interval, middle: float, row: float, look: LithologyStyle, style: NetStyle
+) -> None:
+    wide = _COLUMN_MM * (OPEN if look.width is None else look.width)
+    begin = _COLUMN_MM + 2.0
+    ax.plot(
+        [wide + 0.8, begin, _THICKNESS_MM - _LEFT_MM - 1.0], [middle, middle, row],
+        color=style.soft, linewidth=0.4 * style.line_pt, zorder=0,
+    )  # fmt: skip
+    thick = each.thickness_m
+    words = (
+        (_THICKNESS_MM, with_error(thick.value, thick.error95)),
+        (_LITHOLOGY_MM, _short(each.lithology.replace("_", " "), _MOST_LITHOLOGY)),
+        (_NOTES_MM, _short(each.notes, _MOST_NOTES)),
+    )
+    for at, text in words:
+        ax.text(at - _LEFT_MM, row, text, ha="left", va="center", color=style.ink,
+                fontsize=0.95 * style.font_pt, parse_math=False)  # fmt: skip
+
+
+def _draw_heights(ax: Axes, page: LogPage, metric: bool, style: NetStyle) -> None:
+    """The axis of heights, with ticks every round step."""
+    ink: dict[str, Any] = {"color": style.ink, "linewidth": style.line_pt, "clip_on": False}
+    ax.plot([-3.0, -3.0], [0.0, page.column_mm], **ink)
+    step = _round_up(0.001 * page.scale * 8.0)
+    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
+    count = math.floor(0.001 * page.column_mm * page.scale / step + 1e-9)
+    for k in range(count + 1):
+        y = 1000.0 * k * step / page.scale
+        ax.plot([-4.5, -3.0], [y, y], **ink)
+        ax.text(-5.2, y, f"{k * step:.{decimals}f}", ha="right", va="center", color=style.ink,
+                fontsize=0.9 * style.font_pt)  # fmt: skip
+    label = tr("height above the oldest boundary ({unit})", unit="m" if metric else tr("units"))
+    if page.column_mm < 60.0:
+        label = tr("height ({unit})", unit="m" if metric else tr("units"))
+    ax.text(-_LEFT_MM + 2.0, 0.5 * page.column_mm, label, rotation=90, ha="left", va="center",
+            color=style.ink, fontsize=style.font_pt)  # fmt: skip
+
+
+def _draw_grains(ax: Axes, styles: Sequence[LithologyStyle], style: NetStyle) -> None:
+    """Below the column: what its width stands for, as far as beds tell it."""
+    down = -3.0
+    for names, dunham in ((GRAINS, False), (DUNHAM_GRAINS, True)):
+        if not any(s.width is not None and s.dunham == dunham for s in styles):
+            continue
+        ends = _COLUMN_MM * np.arange(1, len(names) + 1) / len(names)
+        ax.plot([0.0, _COLUMN_MM], [down, down], color=style.ink, linewidth=0.6 * style.line_pt)
+        for end, name in zip(ends.tolist(), names, strict=True):
+            ax.plot([end, end], [down, down - 1.0], color=style.ink,
+                    linewidth=0.6 * style.line_pt)  # fmt: skip
+            ax.text(end, down - 1.4, name if dunham else tr(name), ha="center", va="top",
+                    color=style.ink, fontsize=0.8 * style.font_pt)  # fmt: skip
+        down -= 6.0
+    if any(s.width is None for s in styles):
+        ax.text(0.0, down, tr("dashed edge: grain size not stated"), ha="left", va="top",
+                color=style.ink, fontsize=0.8 * style.font_pt)  # fmt: skip
+
+
+def _write_head(
+    ax: Axes, log: BedLog, page: LogPage, about: str, metric: bool, style: NetStyle
+) -> None:
+    unit = "m" if metric else tr("units")
+    for at, text in (
+        (_THICKNESS_MM, tr("thickness ({unit})", unit=unit)),
+        (_LITHOLOGY_MM, tr("lithology")), (_NOTES_MM, tr("notes")),
+    ):  # fmt: skip
+        ax.text(at - _LEFT_MM, page.highest_mm + 3.0, text, ha="left", va="bottom",
+                color=style.ink, fontsize=style.font_pt, weight="bold")  # fmt: skip
+    scale = tr("1 : {scale}", scale=f"{page.scale:g}") if metric else tr("to scale")
+    thick = (
+        tr("true thickness across the bedding, ± 95 %")
+        if log.total_m.error95 is not None
+        else tr("true thickness across the bedding")
+    )
+    ax.text(-_LEFT_MM + 2.0, page.highest_mm + _TOP_MM - 2.5, f"{scale}; {thick}",
+            ha="left", va="top", color=style.ink, fontsize=style.font_pt)  # fmt: skip
+    if about:
+        ax.text(-_LEFT_MM + 2.0, page.highest_mm + _TOP_MM - 6.5, about, ha="left", va="top",
+                color=style.ink, fontsize=0.9 * style.font_pt, parse_math=False)  # fmt: skip
+
+
+def _short(text: str, most: int) -> str:
+    text = " ".join(text.split())
+    return text if len(text) <= most else f"{text[: most - 1]}…"
+
+
+def _round_up(value: float) -> float:
+    """The least 1, 2 or 5 times a power of ten that is at least this."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(s * power for s in (1.0, 2.0, 5.0, 10.0) if s * power >= value * (1.0 - 1e-9))
+
+
+def _spread(wanted: Sequence[float], apart: float) -> Floats:
+    """Places in the same order, at least so far apart, as near to the wanted ones as can be (least
+    squares, by pooling)."""
+    blocks: list[tuple[float, int]] = []
+    for i, place in enumerate(wanted):
+        total, count = place - i * apart, 1
+        while blocks and blocks[-1][0] / blocks[-1][1] >= total / count:
+            before, many = blocks.pop()
+            total, count = total + before, count + many
+        blocks.append((total, count))
+    flat = np.repeat([t / c for t, c in blocks], [c for _, c in blocks])
+    return np.asarray(flat + apart * np.arange(len(wanted)), np.float64)

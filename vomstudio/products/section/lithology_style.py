@@ -1,0 +1,79 @@
+"""How a rock looks in a log: colour, ornament, and how far its bed stands out by its grain.
+
+Ornaments follow the usual ones of maps (Federal Geographic Data Committee 2006, Digital
+cartographic standard for geologic map symbolization, section 37): dots for sand, dashes for mud,
+bricks for limestone, slanting bricks for dolostone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from vomstudio.words import to_translate
+
+Ornament = Literal["", "bricks", "slanting bricks", "cross"]
+
+GRAINS = (to_translate("clay"), to_translate("silt"), to_translate("sand"), to_translate("gravel"))
+DUNHAM_GRAINS = ("M", "W", "P", "G", "R")
+"""Mudstone, wackestone, packstone, grainstone, rudstone and what is as coarse."""
+OPEN = 0.5
+"""Width of a bed whose grain is not told."""
+
+
+@dataclass(frozen=True)
+class LithologyStyle:
+    """color; hatch : matplotlib's; ornament : drawn by ourselves; width : part of the column from 0
+    to 1, None where the word tells no size of grains; dunham : the width is that of Dunham's
+    classes"""
+
+    color: str
+    hatch: str = ""
+    ornament: Ornament = ""
+    width: float | None = None
+    dunham: bool = False
+
+
+_SILICICLASTIC = {
+    "claystone": LithologyStyle("#c9c4bd", "---", width=0.25),
+    "mudstone": LithologyStyle("#bdb8ae", "--", width=0.25),
+    "shale": LithologyStyle("#a9a69f", "----", width=0.25),
+    "siltstone": LithologyStyle("#ddd2b0", "-.", width=0.5),
+    "sandstone": LithologyStyle("#f6e7a1", "...", width=0.75),
+    "conglomerate": LithologyStyle("#eec58b", "oo", width=1.0),
+    "breccia": LithologyStyle("#e6b48a", "OO", width=1.0),
+}
+_DUNHAM = {
+    "mudstone": 0.2, "wackestone": 0.4, "packstone": 0.6, "grainstone": 0.8, "floatstone": 1.0,
+    "rudstone": 1.0, "boundstone": 1.0, "framestone": 1.0, "bafflestone": 1.0, "bindstone": 1.0,
+}  # fmt: skip
+_PRIMARY = {
+    "siliciclastic": LithologyStyle("#eadfae", "."),
+    "limestone": LithologyStyle("#bcd9ea", ornament="bricks"),
+    "dolostone": LithologyStyle("#d4c3e2", ornament="slanting bricks"),
+    "organic_coal": LithologyStyle("#3c3c3c"),
+    "evaporite": LithologyStyle("#f1d3e0", "++"),
+    "chert": LithologyStyle("#e6cfc0", "//"),
+    "ironstone": LithologyStyle("#d9a58e", "||"),
+    "phosphatic": LithologyStyle("#cbb8a0", "**"),
+    "volcaniclastic": LithologyStyle("#c3dcb4", "xx"),
+}
+_COVERED = LithologyStyle("#ffffff", ornament="cross")
+
+
+def style_of(lithology: str, strabospot: Mapping[str, str]) -> LithologyStyle:
+    """lithology as it was written; strabospot : its fields, empty where they have no such word"""
+    if not lithology.strip() or not strabospot.get("primary_lithology"):
+        plain = lithology.strip().casefold()
+        return _COVERED if plain in ("covered", "unexposed") else LithologyStyle("#ffffff")
+    primary = _PRIMARY[strabospot["primary_lithology"]]
+    fine = _SILICICLASTIC.get(strabospot.get("siliciclastic_type", ""))
+    if fine is not None:
+        return fine
+    width = _DUNHAM.get(strabospot.get("dunham_classification", ""))
+    if width is not None:
+        return LithologyStyle(
+            primary.color, primary.hatch, primary.ornament, width=width, dunham=True
+        )
+    return primary

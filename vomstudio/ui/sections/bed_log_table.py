@@ -1,0 +1,157 @@
+"""The beds of a log as rows, the youngest on top, with what can be typed of them."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QAbstractItemModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHeaderView,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableWidget,
+    QTableWidgetItem,
+    QWidget,
+)
+
+from vomstudio.geology.beds import lithologies
+from vomstudio.products.section.decimals import with_error
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.sections.bed_log_answer import LogAnswer, RockWords
+from vomstudio.words import tr
+
+Index = QModelIndex | QPersistentModelIndex
+
+LITHOLOGY, NOTES = 4, 5
+_LEAST_HEIGHT = 110
+_LEAST_WORDS = 110
+_ROW = 24
+
+
+class BedLogTable(QTableWidget):
+    """said : something was typed of the bed with this key"""
+
+    said = Signal(str, object)
+
+    def __init__(self) -> None:
+        heads = (
+            (tr("Bed"), tr("Counted from the oldest up.")),
+            (tr("From"), tr("The boundary at which the bed begins.")),
+            (tr("To"), tr("The boundary at which it ends.")),
+            (tr("Thickness (m)"), tr("Across the bedding, with half of its 95 % interval.")),
+            (tr("Lithology"), tr("In StraboSpot's words; double click to choose or type one.")),
+            (tr("Notes"), tr("Double click to type.")),
+        )
+        super().__init__(0, len(heads))
+        self.setObjectName("log_table")
+        self.setAccessibleName(tr("Beds of the log"))
+        for column, (title, tip) in enumerate(heads):
+            item = QTableWidgetItem(title)
+            item.setToolTip(tip)
+            self.setHorizontalHeaderItem(column, item)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(_ROW)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setTabKeyNavigation(False)
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(NOTES, QHeaderView.ResizeMode.Stretch)
+        header.setMinimumSectionSize(32)
+        self._rocks = _LithologyEditor(self)
+        self.setItemDelegateForColumn(LITHOLOGY, self._rocks)
+        self.setMinimumHeight(_LEAST_HEIGHT)
+        self._keys: list[str] = []
+        self.itemChanged.connect(self._typed)
+
+    def show_log(self, answered: LogAnswer | None) -> None:
+        """What stands in the cells is changed in place, so that one that is being typed in stays
+        open."""
+        beds = [] if answered is None else list(answered.log.intervals)
+        keys = [] if answered is None else list(answered.base_keys)
+        blocked = self.blockSignals(True)
+        self.setRowCount(len(beds))
+        self._keys = keys[::-1]
+        for row, each in enumerate(reversed(beds)):
+            thick = each.thickness_m
+            texts = (
+                str(each.number), each.base, each.top, with_error(thick.value, thick.error95),
+                each.lithology, each.notes,
+            )  # fmt: skip
+            for column, text in enumerate(texts):
+                self._put(row, column, text)
+        self.blockSignals(blocked)
+
+    def _put(self, row: int, column: int, text: str) -> None:
+        item = self.item(row, column)
+        if item is None:
+            item = QTableWidgetItem()
+            if column not in (LITHOLOGY, NOTES):
+                item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsEditable)
+            if column in (0, 3):
+                right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                item.setTextAlignment(right)
+            self.setItem(row, column, item)
+        item.setText(text)
+        if column in (LITHOLOGY, NOTES):
+            item.setToolTip(text or tr("Double click to type."))
+
+    def _typed(self, item: QTableWidgetItem) -> None:
+        row = item.row()
+        if item.column() in (LITHOLOGY, NOTES) and row < len(self._keys):
+            rock, notes = (self.item(row, column) for column in (LITHOLOGY, NOTES))
+            assert rock is not None
+            assert notes is not None
+            words = RockWords(" ".join(rock.text().split()), " ".join(notes.text().split()))
+            self.said.emit(self._keys[row], words)
+
+
+class _LithologyEditor(QStyledItemDelegate):
+    """A list of StraboSpot's words in which others can be typed too."""
+
+    def createEditor(  # noqa: N802
+        self, parent: QWidget, option: QStyleOptionViewItem, index: Index
+    ) -> QWidget:
+        box = _Rocks()
+        box.setParent(parent)
+        box.setMinimumWidth(_LEAST_WORDS)
+        box.addItem("")
+        box.addItems(lithologies.words())
+        box.activated.connect(lambda _: self._chosen(box))
+        return box
+
+    def _chosen(self, box: _Rocks) -> None:
+        """From the list; what is typed is taken over with Enter, as in every cell."""
+        if box.from_list:
+            self.commitData.emit(box)
+            self.closeEditor.emit(box)
+
+    def setEditorData(self, editor: QWidget, index: Index) -> None:  # noqa: N802
+        assert isinstance(editor, ComboBox)
+        editor.setEditText(str(index.data() or ""))
+
+    def setModelData(  # noqa: N802
+        self, editor: QWidget, model: QAbstractItemModel, index: Index
+    ) -> None:
+        assert isinstance(editor, ComboBox)
+        model.setData(index, editor.currentText())
+
+
+class _Rocks(ComboBox):
+    """from_list : the list was opened, and nothing typed since"""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.from_list = False
+        self.setEditable(True)
+        self.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        typed = self.lineEdit()
+        assert typed is not None
+        typed.textEdited.connect(lambda _: self._take_note())
+
+    def _take_note(self) -> None:
+        self.from_list = False
+
+    def showPopup(self) -> None:  # noqa: N802
+        self.from_list = True
+        super().showPopup()

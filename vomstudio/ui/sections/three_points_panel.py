@@ -1,0 +1,377 @@
+"""The dock of the three-point problem: the plane through points that are clicked, typed or read."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QFileDialog,
+    QHBoxLayout,
+    QHeaderView,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+)
+
+from vomstudio.document import edits
+from vomstudio.document.edit import Edit
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Feature, Picked, get, get_feature
+from vomstudio.errors import VomError
+from vomstudio.files.atomic import write_bytes
+from vomstudio.geology.notation import format_plane
+from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.type_box import TypeBox
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_with_file, numbers_text
+from vomstudio.ui.forms.error_fields import error_field, number_in, scatter_of
+from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.words import tr, tr_n
+
+if TYPE_CHECKING:
+    from vomstudio.geology.faults.displacement import ThreePoints
+
+Array = npt.NDArray[np.float64]
+
+_LEAST = 3
+_LEAST_HEIGHT = 110
+_ROW = 24
+
+
+class ThreePointsPanel(SeenPanel):
+    """of_id : of the trace that the points are those of, empty where they were typed or read;
+    found : None where there is no plane"""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__(studio)
+        explain(self, "window.md#three-points")
+        self.of_id = ""
+        self.found: ThreePoints | None = None
+        self._points: Array | None = None
+        self._sigma = 0.0
+        self._picking = False
+        self._background = Background(self)
+        self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
+        self.take = QPushButton(tr("Take selected"))
+        self.read = QPushButton(tr("Read…"))
+        self.read.setToolTip(tr("A table with x, y, z in metres, such as a seam in wells."))
+        self.more = QPushButton(theme.icon("plus"), tr("Add a row"))
+        self.fewer = QPushButton(theme.icon("minus"), tr("Remove"))
+        self.table = _table()
+        self.sigma = error_field(
+            "three_points_sigma", tr("not known"),
+            tr("Standard deviation of each coordinate, metres. Without it more than three points "
+               "tell it by their misfit."),
+        )  # fmt: skip
+        self.said = hint_label()
+        self.said.setObjectName("three_points_said")
+        self.type = TypeBox(studio)
+        self.type.setObjectName("three_points_type")
+        self.add = QPushButton(theme.icon("check"), tr("Add to the project"))
+        self.copy = CopyCommandButton(
+            self.copy_command, tr("keep the points as a table, and copy the command")
+        )
+        self._arrange()
+        self._connect()
+        self._fill([])
+
+    def _arrange(self) -> None:
+        get_them, rows, result = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
+        for row, parts in (
+            (get_them, (self.pick, self.take, self.read)),
+            (rows, (self.more, self.fewer)),
+            (result, (self.add, self.type, self.copy)),
+        ):
+            row.setSpacing(3)
+            for part in parts:
+                row.addWidget(part)
+            row.addStretch()
+        form = narrow_form()
+        form.addRow(tr("Points ± (1σ, m)"), self.sigma)
+        column = narrow_column(self)
+        column.addLayout(get_them)
+        column.addWidget(self.table, 1)
+        column.addLayout(rows)
+        column.addLayout(form)
+        column.addWidget(self.said)
+        column.addLayout(result)
+
+    def _connect(self) -> None:
+        studio = self._studio
+        self.pick.clicked.connect(lambda _=False: self._pick())
+        self.take.clicked.connect(lambda _=False: self._take(self._selected_line()))
+        self.read.clicked.connect(lambda _=False: self._ask_for_table())
+        self.more.clicked.connect(lambda _=False: self._add_row())
+        self.fewer.clicked.connect(lambda _=False: self._remove_row())
+        self.add.clicked.connect(lambda _=False: self._add())
+        self.table.itemChanged.connect(self._typed)
+        self.table.itemSelectionChanged.connect(self._refresh)
+        self.sigma.textChanged.connect(self._soon)
+        studio.project_opened.connect(self._opened)
+        studio.edited.connect(self._edited)
+        studio.settings_changed.connect(self._soon)
+        studio.selection_changed.connect(lambda _: self._refresh())
+        studio.jobs.closed.connect(self._close)
+
+    # --- the points --------------------------------------------------------------------------
+    def _selected_line(self) -> Feature | None:
+        studio = self._studio
+        current = studio.selection.current if studio.has_project else None
+        found = None if current is None else get_feature(studio.records, current)
+        return found if isinstance(found, Picked) and len(found.vertices) >= _LEAST else None
+
+    def _pick(self) -> None:
+        """The trace tool picks them; they are kept as what they are: a trace."""
+        self._studio.activate("trace")
+        self._picking = True
+        self.said.setText(tr("Click three points or more on one surface, then press Enter."))
+
+    def _edited(self, edit: Edit) -> None:
+        if self._picking:
+            new = [get(edit.after, i, Trace) for i in edit.after if edit.before[i] is None]
+            picked = [trace for trace in new if trace is not None]
+            if picked:
+                self._picking = False
+                self._take(picked[-1])
+        if self.of_id and self.of_id in edit.after:
+            self._take(get_feature(self._studio.records, self.of_id))
+        super()._edited(edit)
+
+    def _take(self, feature: Feature | None) -> None:
+        """Its points, with the error that they likely have."""
+        if feature is None:
+            self.of_id = ""
+            self._soon()
+            return
+        measured = self._studio.measured([feature.id])[feature.id]
+        self._fill([[f"{value:.4f}" for value in point] for point in measured.points.tolist()])
+        self.of_id = feature.id
+        scatter = scatter_of([measured])
+        self.sigma.setText(f"{scatter:.3g}" if scatter else "")
+        self._soon()
+
+    def _ask_for_table(self) -> None:
+        name, _ = QFileDialog.getOpenFileName(
+            self, tr("Points of one surface"), str(start_folder(self._studio)),
+            tr("Tables of x, y, z (*.csv *.txt *.tsv *.xyz);;All files (*)"),
+        )  # fmt: skip
+        if name:
+            self._background.run(partial(_read, Path(name)), self._read_came)
+
+    def _read_came(self, made: object) -> None:
+        if isinstance(made, VomError):
+            self._studio.fail(made)
+            return
+        assert isinstance(made, np.ndarray)
+        self._fill([[repr(value) for value in row] for row in made.tolist()])
+
+    def _fill(self, rows: list[list[str]]) -> None:
+        """Rows that a person can write into follow, as long as there are fewer than three."""
+        self.of_id = ""
+        rows = rows + [["", "", ""]] * (_LEAST - len(rows))
+        blocked = self.table.blockSignals(True)
+        self.table.setRowCount(len(rows))
+        for i, row in enumerate(rows):
+            for j, text in enumerate(row):
+                self.table.setItem(i, j, _cell(text))
+        self.table.blockSignals(blocked)
+        self._soon()
+
+    def _typed(self, _: QTableWidgetItem) -> None:
+        """They are not those of the trace any more."""
+        self.of_id = ""
+        self._soon()
+
+    def _add_row(self) -> None:
+        self.of_id = ""
+        row = self.table.rowCount()
+        self.table.setRowCount(row + 1)
+        for column in range(3):
+            self.table.setItem(row, column, _cell(""))
+        self.table.setCurrentCell(row, 0)
+        self._soon()
+
+    def _remove_row(self) -> None:
+        self.of_id = ""
+        self.table.removeRow(self.table.currentRow())
+        self._soon()
+
+    def _opened(self) -> None:
+        """Another project."""
+        self._picking = False
+        self._fill([])
+
+    # --- the plane ---------------------------------------------------------------------------
+    def show_now(self) -> None:
+        from vomstudio.geology.faults.displacement import plane_of_three_points
+
+        self.found = self._points = None
+        points = self._numbers()
+        said = points if isinstance(points, str) else ""
+        if not isinstance(points, str):
+            try:
+                wrong = tr("The error of the points is a length in metres.")
+                self._sigma = number_in(self.sigma, wrong) or 0.0
+                self.found = plane_of_three_points(points, self._sigma)
+                self._points = points
+                said = self._in_words(self.found)
+            except VomError as error:
+                said = error.message
+        self.said.setText(said)
+        self._refresh()
+
+    def _numbers(self) -> Array | str:
+        """(n, 3) World, of the rows that are full; or what is missing."""
+        rows = []
+        for i in range(self.table.rowCount()):
+            cells = [self.table.item(i, j) for j in range(3)]
+            texts = ["" if cell is None else cell.text().strip() for cell in cells]
+            if not any(texts):
+                continue
+            values = [parse_number(text) for text in texts]
+            if any(value is None for value in values):
+                wrong = next(t for t, v in zip(texts, values, strict=True) if v is None)
+                return tr("Row {row}: “{text}” is not a number.", row=i + 1, text=wrong)
+            rows.append([value or 0.0 for value in values])
+        if len(rows) < _LEAST:
+            return tr(
+                "Pick three points or more of one surface on the outcrop, or type their "
+                "coordinates in metres: east, north, height."
+            )
+        return np.array(rows)
+
+    def _in_words(self, found: ThreePoints) -> str:
+        plane = format_plane(found.plane, self._studio.settings.notation, 1)
+        counted = tr_n("{count} point", "{count} points", found.n)
+        if found.max_error95_deg is None:
+            return tr(
+                "{plane} through {points}. Nothing is known of its error: state that of the "
+                "points, or give more of them.",
+                plane=plane, points=counted,
+            )  # fmt: skip
+        turn = found.dip_direction_error_deg
+        said = tr(
+            "{plane}: dip ± {dip:.1f}°, dip direction {turn} (95 % each); "
+            "the plane ± {worst:.1f}° (95 %, joint), through {points}.",
+            plane=plane,
+            dip=found.dip_error_deg,
+            turn=tr("not known") if turn is None else f"± {turn:.1f}°",
+            worst=found.max_error95_deg,
+            points=counted,
+        )
+        if found.rms_m is not None:
+            said += " " + tr("They lie {rms:.3g} m (RMS) off it.", rms=found.rms_m)
+        return said
+
+    def _refresh(self) -> None:
+        studio = self._studio
+        there = self._selected_line() is not None
+        self.take.setEnabled(there)
+        self.take.setToolTip(
+            tr("The points of the selected trace or line.")
+            if there
+            else tr("Select a trace or a line of three points or more first.")
+        )
+        self.pick.setEnabled(bool(studio.models))
+        self.pick.setToolTip(
+            tr("Click three points or more on the outcrop, then press Enter; they become a trace.")
+            if studio.models
+            else tr("Open a model first.")
+        )
+        chosen = self.table.currentRow() >= 0
+        self.fewer.setEnabled(chosen)
+        self.fewer.setToolTip("" if chosen else tr("Choose a row first."))
+        why = None if self.found is not None else tr("there is no plane yet")
+        self.copy.allow(why)
+        if why is None and self.of_id:
+            why = tr("the points are those of a trace, which is in the project")
+        self.add.setEnabled(why is None)
+        self.add.setToolTip(
+            tr("A plane of this type at the middle of the points, with its error in the notes.")
+            if why is None
+            else tr("Not now: {reason}", reason=why)
+        )
+
+    # --- what is taken away ------------------------------------------------------------------
+    def _add(self) -> None:
+        """As a measured plane at the middle of the points; its error is told in its notes."""
+        found, points = self.found, self._points
+        if found is None or points is None:
+            return
+        x, y, z = points.mean(axis=0).tolist()
+        reading = Reading(
+            edits.new_id("reading"), "", str(self.type.currentData()), "plane",
+            found.dip_direction_deg, found.dip_deg, position=(x, y, z),
+            source=tr("three-point problem"), notes=self._in_words(found),
+        )  # fmt: skip
+        if self._studio.attempt(edits.add_readings, [reading]):
+            self._studio.selection.set((reading.id,))
+
+    def copy_command(self) -> None:
+        """Ask for the table of the points, and put the command on the clipboard."""
+        points, sigma = self._points, self._sigma
+        if points is None:
+            return
+
+        def write(path: Path) -> None:
+            rows = ["x,y,z", *(numbers_text(point) for point in points.tolist())]
+            write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
+
+        options: list[tuple[str, Word]] = [("--sigma", sigma)] if sigma else []
+        copy_with_file(
+            self, self._studio, "points.csv", write, lambda path: ["threepoint", path, *options]
+        )
+
+    def _close(self) -> None:
+        self._timer.stop()
+        self._background.close()
+
+
+def _read(path: Path) -> Array | VomError:
+    from vomstudio.io.text.log_reading import read_boundaries
+
+    try:
+        return read_boundaries(path).points
+    except VomError as error:
+        return error
+
+
+def _cell(text: str) -> QTableWidgetItem:
+    item = QTableWidgetItem(text)
+    item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    return item
+
+
+def _table() -> QTableWidget:
+    table = QTableWidget(0, 3)
+    table.setObjectName("three_points_table")
+    table.setAccessibleName(tr("Points on the surface"))
+    for column, (title, tip) in enumerate(
+        (
+            (tr("East (m)"), tr("x, in metres.")),
+            (tr("North (m)"), tr("y, in metres.")),
+            (tr("Height (m)"), tr("z, in metres, upward.")),
+        )
+    ):
+        item = QTableWidgetItem(title)
+        item.setToolTip(tip)
+        table.setHorizontalHeaderItem(column, item)
+    table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+    table.verticalHeader().setDefaultSectionSize(_ROW)
+    table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+    table.setTabKeyNavigation(False)
+    table.setMinimumHeight(_LEAST_HEIGHT)
+    return table
