@@ -244,6 +244,12 @@ def _evidence(
     evidence.lengths = [_segment(text, "--scale") for text in asked.scale]
     evidence.level_lines = [_level_line(text) for text in asked.level]
     evidence.azimuths = [_segment(text, "--azimuth") for text in asked.azimuth]
+    for line in evidence.azimuths:
+        if not -360.0 <= line.value <= 360.0:
+            raise UsageError(
+                tr("{value:g} is no azimuth in degrees. Correct it.", value=line.value),
+                field="--azimuth",
+            )
     _turn_to_grid(asked, evidence, north, said)
     for line in evidence.lengths:
         if not line.value > 0:
