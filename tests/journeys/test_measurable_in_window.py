@@ -60,7 +60,7 @@ def test_a_typed_plane(window, panel) -> None:
     driver.keep_picture(window, "measurable-typed")
     # The other field of the map needs no work.
     choose(panel, "expected_error")
-    wait_for(window, panel, "expected 95 % error")
+    wait_for(window, panel, "95 % error, 110/40")
     assert (shown(window).low, shown(window).high, shown(window).unit) == (0.0, 15.0, "°")
     assert panel._fields.running is None
     driver.keep_picture(window, "measurable-error")

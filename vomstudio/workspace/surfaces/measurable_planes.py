@@ -49,4 +49,4 @@ def map_names(plane: Plane, length: float, *, metric: bool) -> dict[str, str]:
     """Of the two fields among those of a model."""
     unit = "m" if metric else "units"
     told = f"{plane.dip_direction_deg:03.0f}/{plane.dip_deg:02.0f}, L {length:g} {unit}"
-    return {MEASURABLE: f"measurable, {told}", EXPECTED: f"expected 95 % error, {told} [°]"}
+    return {MEASURABLE: f"measurable, {told}", EXPECTED: f"95 % error, {told} [°]"}
