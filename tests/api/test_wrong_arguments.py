@@ -182,6 +182,7 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "compare": Case(vs.compare, {"model": GROUND + [0, 0, 0.05], "benchmark": GROUND}),
         "agreement": Case(vs.agreement, {"first": table, "second": table}),
         "facets": Case(vs.facets, {"model": GROUND}),
+        "measurable": Case(vs.measurable, {"model": GROUND, "plane": "120/30", "length_m": 5.0}),
         "follow": Case(vs.follow, {
             "model": mesh, "through": [[0.1, 0.1, 0.02], [2, 2, 0.4]], "cost": "curvature"}),
         "reconstruct": Case(vs.reconstruct, photos),
@@ -213,7 +214,7 @@ NAMES = (
     "agreement", "facets", "follow", "reconstruct", "sample", "Mesh.save", "PointCloud.save",
     "Orthophoto.save", "ElevationModel.save", "Section.save", "Project.open", "Project.create",
     "Project.add_model", "Project.add_trace", "Project.fit", "Project.judge_by", "Project.export",
-    "Project.save_as",
+    "Project.save_as", "measurable",
 )  # fmt: skip
 
 

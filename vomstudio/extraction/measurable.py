@@ -40,6 +40,7 @@ CLASSES = ("none", "poor", "doubtful", "good")
 """Of an expected error, the worst first; in none the plane can't be told at all."""
 GOOD_DEG, POOR_DEG = 5.0, 15.0
 LEAST_RESOLUTIONS = 10.0
+MOST_POINTS = 1_000_000
 USUAL_RESOLUTIONS = 100.0
 """The length of a trace that is proposed."""
 _NORMALS_DEG = 20.0
@@ -134,6 +135,10 @@ def require_asked(asked: Asked) -> None:
             raise UsageError(
                 tr("{field} is a positive length in metres.", field=field), field=field
             )
+    if asked.points is not None and asked.points > MOST_POINTS:
+        raise UsageError(
+            tr("Ask for at most {count:,} points of a trace.", count=MOST_POINTS), field="--points"
+        )
     if asked.points is not None and asked.points < 4:
         raise UsageError(
             tr("A trace of {count} points has no error; ask for at least 4.", count=asked.points),

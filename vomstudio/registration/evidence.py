@@ -34,8 +34,9 @@ from vomstudio.registration.attitude_evidence import (
     held,
     misses,
 )
+from vomstudio.registration.blunders import left_out
 from vomstudio.registration.combined import Combined
-from vomstudio.registration.compass_checks import said_of_azimuths
+from vomstudio.registration.compass_checks import said_of_azimuths, said_of_lone_compass
 from vomstudio.registration.compass_evidence import Segment, azimuth_lines, compass_directions
 from vomstudio.registration.coordinate_checks import (
     doubts_about_points,
@@ -50,6 +51,7 @@ from vomstudio.registration.coordinate_checks import (
 )
 from vomstudio.registration.level_evidence import LevelLine, level_lines_of, said_of_level_lines
 from vomstudio.registration.observations import (
+    Directions,
     Lengths,
     LevelLines,
     Observed,
@@ -104,6 +106,8 @@ class Evidence:
     """Of control points in photos: label, photo, x, y."""
     reference: Combined | None = None
     """The model as it was fitted to another one."""
+    without: Sequence[str] = ()
+    """Labels of what is left out."""
 
     @property
     def empty(self) -> bool:
@@ -155,26 +159,25 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     if evidence.compass is not None:
         doubt = evidence.compass_doubt_deg
         read = compass_directions(evidence.compass, evidence.compass_turn_deg, doubt)
-        if evidence.compass.read.is_plane.any():
-            said += said_of_azimuths(read[0].labels, read[0].model, read[0].world)
         kinds += read
     if evidence.azimuths:
         kinds.append(azimuth_lines(evidence.azimuths, evidence.compass_doubt_deg))
     if evidence.reference is not None:
         kinds.append(evidence.reference)
+    if evidence.without:
+        kinds, check = left_out(kinds, check, evidence.without)
+        said.append(tr("Left out as asked: {names}.", names=", ".join(evidence.without)))
+    if evidence.compass is not None and evidence.compass.read.is_plane.any():
+        planes = next((kind for kind in kinds if isinstance(kind, Directions)), None)
+        if planes is not None:
+            said += said_of_azimuths(planes.labels, planes.model, planes.world)
     try:
         placed = place(kinds, check, extent)
     except GeometryError as error:
         # What looks wrong with the values is the cause: where points lie follows from it.
         raise GeometryError(" ".join(said if doubted else [*said, str(error)])) from error
     if evidence.compass is not None and len(kinds) == len(read) and not evidence.compass_doubt_deg:
-        said.append(
-            tr(
-                "North rests on the compass alone, which is taken to be off by nothing for all "
-                "readings alike: a declination applied twice, or iron nearby, would turn all of "
-                "them and stay unseen. State how far it may be off (--north-sigma)."
-            )
-        )
+        said += said_of_lone_compass()
     said += said_of_feet(placed.scale, placed.scale_error_95)
     said += _said_of_cameras(evidence, kinds, placed)
     if evidence.positions is not None and len(kinds) == 1:

@@ -13,6 +13,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.lithology import KIND, Lithology, words
 from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError
+from vomstudio.geology.beds.lithologies import color_of_rock
 from vomstudio.tools.following import FollowingTool
 from vomstudio.tools.polyline import points_text
 from vomstudio.tools.tool_entry import ToolEntry
@@ -116,7 +117,7 @@ class LithologyTool(FollowingTool[Lithology]):
 
     # --- what is seen ------------------------------------------------------------------------
     def _color(self) -> str:
-        return KIND.color
+        return color_of_rock(self.lithology) or KIND.color
 
     def _reading(self) -> tuple[str, ...]:
         count, measured = len(self.vertices), self.measurement
@@ -134,5 +135,5 @@ TOOL = ToolEntry(
     icon="layers",
     key="K",
     tip=to_translate("Click around one rock; the area is measured on the surface of the model."),
-    order=34,
+    order=28,
 )

@@ -224,7 +224,11 @@ class HeadlessProject:
             message = tr("None of the picked lines ({count}) defines a plane.", count=len(picks))
             if skipped:
                 name, reason = skipped[0]
-                first = tr("The first is {name}: {reason}", name=name, reason=reason)
+                first = (
+                    tr("The first is {name}: {reason}", name=name, reason=reason)
+                    if name
+                    else reason
+                )
                 message = f"{message} {first}"
             raise GeometryError(message)
         after: dict[str, Record | None] = {trace.id: trace for trace in traces}

@@ -58,6 +58,7 @@ class RegisterOrder:
     declination: str | None = None
     north_sigma: str | None = None
     crs: str | None = None
+    without: Sequence[str] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +194,7 @@ def _evidence(
     from vomstudio.registration.coordinate_checks import said_of_area
     from vomstudio.registration.north import DECLINATION_DOUBT_DEG, on_grid
 
-    evidence = Evidence()
+    evidence = Evidence(without=tuple(asked.without))
     if asked.north_sigma is not None:
         doubt = _angle(asked.north_sigma, "--north-sigma", zero=True)
         evidence.north_doubt_deg = evidence.compass_doubt_deg = doubt
