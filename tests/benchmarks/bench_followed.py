@@ -6,9 +6,9 @@ Outcrops of 3 x 3 m with relief at several scales, as clouds at random and as me
 of points 15 to 40 mm apart with noise of up to a third of that; a bed of 1 to 3 spacings that is
 darker than its surroundings, in grey that scatters by up to half of the contrast, cuts them as a
 plane of any attitude whose place wanders by up to 10 mm with a correlation of 5 to 10 cm. Three
-way-points, clicked within a spacing of the bed. Auto is the best of all costs. Printed for each population: how often the joint
-region of `max_confidence95_deg` and `min_confidence95_deg` and how often the total error holds the
-truth (wanted: at least 93 %), how many are good, how many of these are more than 5 degrees off, and
+way-points, clicked within a spacing of the bed. Auto is the best of all costs. Printed for each
+population: how often the joint region of `max_confidence95_deg` and `min_confidence95_deg` and how
+often the total error holds the truth (wanted: at least 93 %), how many are good, how many of these are more than 5 degrees off, and
 the median stated and true error.
 """
 

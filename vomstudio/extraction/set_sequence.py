@@ -12,9 +12,9 @@ Read in DSE's source, version 2.10 (github.com/adririquelme/DSE): the 30 neighbo
 which its boxes return, the share of the least eigenvalue, the four points and two standard
 deviations. The 10 and 30 degrees are those of its window, which is no text; it keeps clusters of
 any size and leaves their least one to its user. It gives all clusters of a set the set's
-orientation unless it is told to fit each; here each is fitted. DSE looks for the densest places on a stereographic net and
-leaves it to its user which are sets; here they are looked for on the sphere, where a steep set is
-one place, and are sets from a twentieth of the densest on.
+orientation unless it is told to fit each; here each is fitted. DSE looks for the densest places on
+a stereographic net and leaves it to its user which are sets; here they are looked for on the
+sphere, where a steep set is one place, and are sets from a twentieth of the densest on.
 """
 
 from __future__ import annotations
