@@ -8,8 +8,8 @@ darker than its surroundings, in grey that scatters by up to half of the contras
 plane of any attitude whose place wanders by up to 10 mm with a correlation of 5 to 10 cm. Three
 way-points, clicked within a spacing of the bed. Auto is the best of all costs. Printed for each
 population: how often the joint region of `max_confidence95_deg` and `min_confidence95_deg` and how
-often the total error holds the truth (wanted: at least 93 %), how many are good, how many of these are more than 5 degrees off, and
-the median stated and true error.
+often the total error holds the truth (wanted: at least 93 %), how many are good, how many of these
+are more than 5 degrees off, and the median stated and true error.
 """
 
 from __future__ import annotations

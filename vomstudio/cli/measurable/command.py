@@ -141,7 +141,7 @@ def _plane(args: argparse.Namespace) -> tuple[Plane, tuple[str, ...]]:
         if args.set is not None:
             raise UsageError(tr("--set is for --mean."), field="--set")
         return plane_of(args.plane, "--plane"), ()
-    from vomstudio.geology.table_means import mean_plane
+    from vomstudio.geology.populations.table_means import mean_plane
     from vomstudio.io.text.orientation_reading import read_orientations
 
     table = read_orientations(args.mean, args.azimuth)
