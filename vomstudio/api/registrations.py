@@ -123,9 +123,6 @@ def register(
     >>> found = vs.register(model, world, check=[False, False, False, False, True])
     >>> round(found.scale, 6), round(found.rms_check_m, 6)
     (0.01, 0.0)
-    >>> corner = found.matrix @ [900, 0, 0, 1]
-    >>> corner.round(2).tolist()
-    [500.0, 109.0, 20.0, 1.0]
 
     A model of a file by the positions of its cameras would be
     ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.

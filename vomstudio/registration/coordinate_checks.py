@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.registration.observations import Points
+from vomstudio.registration.overlap import said_of_stretch
 from vomstudio.registration.similarity import fit_robustly, fit_similarity
 from vomstudio.words import to_translate, tr, tr_n
 
@@ -43,8 +44,6 @@ _BEYOND_DEG = 1.0
 _NEXT_ZONES_DEG = 15.0
 # Times the model's reach: further off nobody puts control points of it.
 _OFF = 10.0
-# Of lengths: grids of countries differ from the ground by a tenth of that.
-_STRETCHED = 0.01
 
 
 def doubts_about_points(control: Points, labels: Sequence[str], world: Array) -> list[str]:
@@ -364,27 +363,6 @@ def said_of_area(world: Array, crs: str | None, *, converted: bool = False) -> l
 
 
 # --- the model --------------------------------------------------------------------------------
-def said_of_stretch(crs: str, longitude: float, latitude: float) -> list[str]:
-    """Of a projected CRS whose metres are not those of the ground, such as that of web maps."""
-    from pyproj import CRS, Proj
-
-    from vomstudio.io.gis.crs import utm_zone
-
-    factors = Proj(CRS.from_user_input(crs)).get_factors(longitude, latitude)
-    times = float(np.sqrt(factors.areal_scale))
-    if not np.isfinite(times) or abs(times - 1.0) <= _STRETCHED:
-        return []
-    return [
-        tr(
-            "Lengths in {crs} are {times:.3f} times as long there as on the ground: heights, "
-            "lengths and thicknesses would not fit each other. Choose {zone} instead.",
-            crs=CRS.from_user_input(crs).name,
-            times=times,
-            zone=utm_zone(longitude, latitude),
-        )
-    ]
-
-
 def require_on_model(model: Array, extent: Array | None) -> None:
     """Raises GeometryError where places on the model (n, 3) are none, since the table is in another
     frame than the model: with an offset taken off, or from another file.

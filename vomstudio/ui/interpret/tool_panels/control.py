@@ -39,6 +39,7 @@ from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.interpret.tool_panels.control_command import copy_register
 from vomstudio.ui.interpret.tool_panels.control_map import ControlMap, MapPoint
 from vomstudio.ui.interpret.tool_panels.control_table import LABEL, TICK, ControlTable
+from vomstudio.ui.interpret.tool_panels.control_words import in_short, in_words
 from vomstudio.ui.interpret.tool_panels.known_table import KnownTable, typed, typed_doubt
 from vomstudio.words import tr, tr_n
 
@@ -224,10 +225,14 @@ class ControlPanel(QWidget):
 
         self.placed = made if isinstance(made, Placed) else None
         if isinstance(made, VomError):
-            said = made.message if self.model is None else self._in_short(self._found, made)
+            said = (
+                made.message
+                if self.model is None
+                else in_short(self._points, self._lines, self._found, made)
+            )
             self.said.setText(said)
         elif self.placed is not None:
-            self.said.setText(self._in_words(self.placed))
+            self.said.setText(in_words(self.placed, self.model, self.crs))
         self._show_residuals()
         self._show_map()
         places = {} if self.model is None else expected(self._points, self.placed, self.model)
@@ -252,32 +257,6 @@ class ControlPanel(QWidget):
         from vomstudio.geometry import transform
 
         return 1.0 if self.model is None else transform.scale_of(self.model.to_world)
-
-    def _in_short(self, found: int, error: VomError) -> str:
-        from vomstudio.workspace.placing.known_lines import usable
-
-        if usable(self._lines):
-            return error.message
-        if not self._points:
-            if any(not line.complete for line in self._lines):
-                return tr("Type what is known of the line in the list.")
-            return tr(
-                "Read the coordinates of control points from a file, or click a point on the "
-                "outcrop and type its coordinates. Lines that are level, or whose azimuth or "
-                "length is known, place the model in part."
-            )
-        if not found and not any(p.position for p in self._points):
-            return tr("Type the coordinates of the points in the list, or read them from a file.")
-        left = sum(p.position is not None and not p.vertices for p in self._points)
-        if found < 3 and left:
-            return tr(
-                "Click the points on the outcrop, one after the other: {found} of {count} are "
-                "found. From three on, or two where the model is declared upright, a ring shows "
-                "where the others should be.",
-                found=found,
-                count=found + left,
-            )
-        return error.message
 
     def _typed_crs(self) -> str | None:
         from vomstudio.io.gis.crs import metric_crs
@@ -438,35 +417,6 @@ class ControlPanel(QWidget):
             turn=turned_deg(before, after),
         )
         studio.warn(f"{said} {sets}".strip(), "info")
-
-    def _in_words(self, placed: Placed) -> str:
-        """What a geologist must know of it."""
-        from vomstudio.registration.remarks import said_of_vertical
-        from vomstudio.workspace.placing.known_lines import frame_after
-
-        said = [_worth(placed)]
-        if self.model is not None and not placed.known.all:
-            known = frame_after(placed, self.model, self.crs).known_in_words()
-            said = [tr("After registering: {known}", known=known), *said_of_vertical(placed), *said]
-        return "\n".join(said)
-
-
-def _worth(placed: Placed) -> str:
-    from vomstudio.registration.remarks import said_of_worst
-
-    said = []
-    if placed.rms_control_m is not None:
-        said.append(
-            tr(
-                "Control points: {control:.3f} m (RMS).",
-                control=placed.rms_control_m,
-            )
-        )
-    if placed.rms_check_m is not None:
-        said.append(tr("Check points: {check:.3f} m (RMS).", check=placed.rms_check_m))
-    said += said_of_worst(placed)
-    # What is wrong with a point is read first.
-    return "\n".join([*reversed(placed.warnings), " ".join(said)])
 
 
 PANEL = ControlPanel

@@ -10,7 +10,8 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.forms.copied_command import Word, copy_command, copy_with_file, numbers_text
+from vomstudio.ui.forms.copied_command import Word, copy_command, copy_with_file
+from vomstudio.ui.interpret.tool_panels.control_words import options
 
 
 def copy_register(
@@ -29,7 +30,7 @@ def copy_register(
 
     pairs = pairs_of(points)
     more: list[tuple[str, Word]] = [] if crs is None else [("--crs", crs)]
-    more += _options(lines)
+    more += options(lines)
     if doubt_deg:
         more.append(("--north-sigma", doubt_deg))
     if not len(pairs.labels):
@@ -39,20 +40,3 @@ def copy_register(
         parent, studio, "pairs.csv", lambda file: write_pairs(file, pairs),
         lambda file: ["register", model, ("--pairs", file), *more],
     )  # fmt: skip
-
-
-def _options(lines: Sequence[KnownLine]) -> list[tuple[str, Word]]:
-    """As the command takes them."""
-    from vomstudio.workspace.placing.known_lines import usable
-
-    names = {"level": "--level", "azimuth": "--azimuth", "length": "--scale"}
-    return [
-        (
-            names[line.kind],
-            numbers_text(
-                [*line.vertices[0], *line.vertices[-1],
-                 *(v for v in (line.value, line.sigma) if v is not None)]
-            ),
-        )
-        for line in usable(lines)
-    ]  # fmt: skip
