@@ -129,7 +129,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",), ("tool",)),
-        right=(("stereonet",), ("properties", "surface")),
+        right=(("stereonet",), ("properties", "surface", "three_points")),
         bottom=(("table", "in_photos"),),
     ),
     Workspace(
@@ -145,7 +145,7 @@ WORKSPACES: tuple[Workspace, ...] = (
             ("stereonet",),
             ("statistics", "sets", "slopes", "displacement", "properties"),
         ),
-        bottom=(("table", "fractures", "bed_log"),),
+        bottom=(("table", "fractures"),),
         shares=(0.205, 0.36, 0.26),
         first_share=0.6,
     ),
@@ -160,7 +160,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         "model",
         left=(("project",),),
         right=(("view",), ("display",)),
-        bottom=(("section", "elevation"),),
+        bottom=(("section", "elevation", "bed_log"),),
         shares=(0.205, 0.233, 0.36),
     ),
 )
