@@ -43,6 +43,7 @@ _PLACES = {
     "section": "sections",
     "extend": "extensions",
     "surface": "surfaces",
+    "measurable": "measurables",
     "Section": "sections",
     "register": "registrations",
     "compare": "comparisons",

@@ -8,6 +8,7 @@ from vomstudio.api.extensions import extend as extend
 from vomstudio.api.extractions import facets as facets
 from vomstudio.api.extractions import follow as follow
 from vomstudio.api.fracture_maps import fractures as fractures
+from vomstudio.api.measurables import measurable as measurable
 from vomstudio.api.measures import displacement as displacement
 from vomstudio.api.measures import log as log
 from vomstudio.api.measures import threepoint as threepoint

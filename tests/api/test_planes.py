@@ -16,10 +16,6 @@ from hypothesis import strategies as st
 import vomstudio as vs
 from vomstudio.tables.orientation_table import COLUMNS
 
-OF_LINES_ONLY = {
-    "geometry", "trend_deg", "plunge_deg", "rake_deg", "slip_rake_deg", "slip_sense",
-    "slip_confidence", "on_plane", "on_plane_dip_direction_deg", "on_plane_dip_deg",
-}  # fmt: skip
 SAMPLE = vs.sample("picks.csv")
 
 
@@ -104,9 +100,32 @@ def test_one_plane_has_the_figures_of_its_row(picks: Any) -> None:
 
 
 def test_attributes_are_the_columns() -> None:
-    names = [field.name for field in fields(vs.PlaneFit)]
-    assert names == [name for name in COLUMNS if name not in OF_LINES_ONLY]
-    assert {field.name for field in fields(vs.LineFit)} < set(COLUMNS)
+    for kind in (vs.PlaneFit, vs.LineFit):
+        assert tuple(field.name for field in fields(kind)) == COLUMNS
+
+
+def test_a_horizontal_plane_has_no_azimuth_and_is_taken_as_a_plane_all_the_same() -> None:
+    level = [[0, 0, 1], [4, 0, 1], [0, 4, 1], [3, 3, 1]]
+    flat = vs.fit_plane(level)
+    assert (flat.geometry, flat.undefined, flat.dip_deg, flat.pole_plunge_deg) == (
+        "plane", True, 0.0, 90.0,
+    )  # fmt: skip
+    assert [flat.dip_direction_deg, flat.strike_rhr_deg, flat.pole_trend_deg] == [None] * 3
+    assert repr(flat).startswith("PlaneFit(horizontal/0.0")
+    assert "None" not in flat._repr_html_()
+    # A table has the azimuth of a horizontal plane by convention, and says so.
+    (row,) = rows_of(vs.fit_planes({"a": level}))
+    assert (row["dip_direction_deg"], row["undefined"]) == (0.0, True)
+    cliff = vs.read(SAMPLE.with_name("sample.obj"))
+    by_fit = vs.section(cliff, plane=flat, through=cliff.bounds.mean(axis=0))
+    assert by_fit.length_m == vs.section(cliff, plane="0/0", through=cliff.bounds.mean(0)).length_m
+
+
+def test_a_plane_has_no_figures_of_lines() -> None:
+    fit = vs.fit_plane(points_on(7, 35))
+    of_lines = [name for name in COLUMNS if "slip" in name or name.startswith(("trend", "plunge"))]
+    assert len(of_lines) == 5
+    assert all(getattr(fit, name) is None for name in [*of_lines, "rake_deg", "on_plane"])
 
 
 def test_a_fit_cannot_be_changed_and_shows_itself() -> None:

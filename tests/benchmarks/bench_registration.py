@@ -70,17 +70,90 @@ def _weak_of(n: int, sigma: tuple[float, float, float], shape: tuple[float, floa
     return rotation_covariance(_SCALE * model @ _TURN.T, np.array(sigma))
 
 
-def _compass(n: int, deg: float) -> Callable[[np.random.Generator, Array], list[Observed]]:
+def _compass(
+    n: int, deg: float, north_deg: float = 0.0
+) -> Callable[[np.random.Generator, Array], list[Observed]]:
+    """north_deg : one sigma of what all are off alike, which is stated"""
+
     def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
         model = Rotation.random(n, random_state=n).as_matrix()[:, :, 0]
         world = model @ turn.T
         wrong = rng.normal(size=world.shape) * np.radians(deg)
         world = world + wrong - (wrong * world).sum(axis=1)[:, None] * world
         world /= np.linalg.norm(world, axis=1, keepdims=True)
+        north = Rotation.from_euler("z", rng.normal() * north_deg, degrees=True).as_matrix()
+        world = world @ north.T
         sigma = np.full((n, 2), np.radians(deg))
-        return [Directions([str(i) for i in range(n)], model, world, sigma)]
+        doubt = float(np.radians(north_deg))
+        return [Directions([str(i) for i in range(n)], model, world, sigma, north_sigma=doubt)]
 
     return draw
+
+
+@dataclass(frozen=True)
+class FewPlanes:
+    """Readings of which one may be wrong: all of them, those that are right, and its label, None
+    where all are right"""
+
+    kind: Directions
+    rest: Directions
+    wrong: str | None
+
+
+def few_planes(
+    rng: np.random.Generator, n: int, added_deg: float | None, *, stated: bool = True,
+    deg: float = 3.0,
+) -> FewPlanes:  # fmt: skip
+    """Planes of any dip direction that dip by 25 to 85 degrees, read to 3 degrees; to the dip
+    direction of one of them `added_deg` is added."""
+    azimuth, dip = rng.uniform(0.0, 360.0, n), rng.uniform(25.0, 85.0, n)
+    model = _normals(azimuth, dip) @ _TURN
+    across = deg / np.sin(np.radians(dip))
+    read = azimuth + rng.normal(size=n) * across
+    wrong = int(rng.integers(n))
+    if added_deg is not None:
+        read[wrong] += added_deg
+    world = _normals(read, dip + rng.normal(size=n) * deg)
+    sigma = np.full((n, 2), np.radians(deg) if stated else np.nan)
+    labels = [f"C{i}" for i in range(n)]
+    rest = [i for i in range(n) if added_deg is None or i != wrong]
+    return FewPlanes(
+        Directions(labels, model, world, sigma),
+        Directions([labels[i] for i in rest], model[rest], world[rest], sigma[rest]),
+        None if added_deg is None else labels[wrong],
+    )
+
+
+def _normals(azimuth: Array, dip: Array) -> Array:
+    a, d = np.radians(azimuth), np.radians(dip)
+    return np.column_stack([np.sin(d) * np.sin(a), np.sin(d) * np.cos(a), np.cos(d)])
+
+
+@dataclass(frozen=True)
+class Named:
+    """Shares of runs in which the wrong reading, another one, and the wrong one as the likeliest
+    (named or not) came out"""
+
+    right: float
+    wrong: float
+    first: float
+
+
+_ADDED = {"strike": (90.0, -90.0), "opposite": (180.0,), "digit": (-40.0, -30.0, 30.0, 40.0)}
+
+
+def named_shares(n: int, mistake: str | None, runs: int, *, stated: bool) -> Named:
+    rng = np.random.default_rng(n)
+    right = wrong = first = 0
+    for _ in range(runs):
+        added = None if mistake is None else float(rng.choice(_ADDED[mistake]))
+        drawn = few_planes(rng, n, added, stated=stated)
+        found = place([drawn.kind])
+        named = [blunder.label for blunder in found.blunders]
+        right += drawn.wrong is not None and named == [drawn.wrong]
+        wrong += bool(named) and named != [drawn.wrong]
+        first += bool(found.without) and found.without[0].label == drawn.wrong
+    return Named(right / runs, wrong / runs, first / runs)
 
 
 def _gimbal(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], list[Observed]]:
@@ -151,6 +224,8 @@ CASES = (
     Case("40 phones, vertical 0.7, compass 5 deg and 10 for all alike", _phones(40, 10.0)),
     Case("6 compass planes of 2 deg", _compass(6, 2.0)),
     Case("15 compass planes of 3 deg", _compass(15, 3.0)),
+    Case("8 compass planes of 2 deg, all off by 5 deg (1 sigma)", _compass(8, 2.0, 5.0)),
+    Case("15 compass planes of 3 deg, all off by 2 deg (1 sigma)", _compass(15, 3.0, 2.0)),
 )
 
 
@@ -208,6 +283,14 @@ def main(runs: int) -> None:
             f"{100 * v:5.1f}" for v in (found.up, found.east, found.north, found.planes)
         )
         print(f"{case.name:52s}  {shares}  {found.median_deg:8.3f} deg  {axes}", flush=True)
+    print("\none wrong reading of a few planes       named  another  likeliest")
+    for n in (4, 6, 8):
+        for stated in (True, False):
+            for mistake in (None, *_ADDED):
+                told = named_shares(n, mistake, runs // 10, stated=stated)
+                kind = f"{n}, {'stated' if stated else 'not stated'}, {mistake or 'none wrong'}"
+                print(f"{kind:38s}  {100 * told.right:5.1f}  {100 * told.wrong:5.1f}  "
+                      f"{100 * told.first:5.1f}", flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":

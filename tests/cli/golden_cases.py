@@ -122,6 +122,12 @@ CASES = (
         code=2,
     ),
     Case("surface", "surface {work}/slope.csv -o {work}/slope.tif --profiles {work}/profiles.csv"),
+    Case(
+        "measurable",
+        "measurable {specimens}/boulder.ply --plane 20/60 -o {work}/map.tif",
+        like=True,
+    ),
+    Case("measurable-refused", "measurable {specimens}/boulder.ply", code=2),
     Case("surface-refused", "surface {work}/slope.csv -o {work}/slope.png", code=2),
     Case(
         "facets-refused", "facets {resources}/sample/sample.obj -o {work}/f.csv --angle 90", code=2
@@ -231,7 +237,7 @@ CASES = (
     ),
     Case(
         "ortho-cloud",
-        "ortho {specimens}/boulder.ply --trend 40 --plunge 90 --up y --unit 0.3048 --gsd 0.05"
+        "ortho {specimens}/boulder.ply --trend 40 --plunge 90 --up y --unit ft --gsd 0.05"
         " -o {work}/cloud.tif",
     ),
     Case(

@@ -113,6 +113,7 @@ def test_a_fold_is_looked_along_and_its_verdict_said(run, write, model, tmp_path
         (["--plane", "3/4", "--gsd", "nan"], "--gsd"),
         (["--plane", "3/4", "--gsd", "1e-6"], "or larger"),
         (["--plane", "3/4", "--unit", "0"], "--unit"),
+        (["--plane", "3/4", "--unit", "0.3048"], "--unit"),
         (["--plane", "3/4", "--sheet", "s.doc"], "--sheet"),
         (["--fold", "missing.csv"], "missing.csv"),
     ],

@@ -74,12 +74,17 @@ def test_a_field_is_put_in_by_what_suits_it(kind, attribute: Attribute):
     form = "type" if attribute.field == "type_id" else "flag" if hint is bool else None
     if form is None:
         form = "choice" if get_args(hint) else "plane" if attribute.field == "plane_id" else "text"
+    if attribute.form == "word":
+        # Words that are proposed, where a file may bring others.
+        assert hint is str
+        form = "word"
     assert attribute.form == form
     assert 0 < len(attribute.title) <= 12
     assert attribute.title[0].isupper()
-    assert bool(attribute.choices) == (form == "choice")
-    if attribute.choices:
+    assert bool(attribute.choices) == (form in ("choice", "word"))
+    if form == "choice":
         assert [value for value, _ in attribute.choices] == list(get_args(hint))
+    if attribute.choices:
         said = [text for _, text in attribute.choices]
         assert len(set(said)) == len(said)
     assert bool(attribute.text) == (form == "flag")
@@ -116,6 +121,7 @@ def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
     assert bool(kind.color) == (not kind.typed) == (kind.group is not None)
     assert kind.evidence == {
         "reading": "read", "intersection": "derived", "dimension": "", "control_point": "",
+        "contact": "", "lithology": "", "station": "", "known_line": "",
     }.get(kind.name, "picked")  # fmt: skip
     assert bool(kind.orientations) == bool(kind.evidence) == (kind.net is not None)
     # Only what is clicked or painted is made with a tool.
@@ -130,7 +136,8 @@ def test_no_kind_has_a_name_that_is_not_there():
 
 def test_features_are_called_what_they_are():
     for name, feature in ONE_OF_EACH.items():
-        assert kind_of(feature).called(feature) == ("thickness" if name == "dimension" else name)
+        what = {"dimension": "thickness", "station": "sample"}.get(name, name)
+        assert kind_of(feature).called(feature) == what
     for what in ("distance", "polyline", "area", "thickness"):
         feature = replace(ONE_OF_EACH["dimension"], kind=what, name="")
         assert kind_of(feature).called(feature) == what
@@ -153,10 +160,13 @@ def test_what_was_read_or_derived_stands_on_the_net_beside_the_picks():
 def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_out():
     layers: list[GisLayer] = [kind.layer for kind in KINDS if kind.layer is not None]
     assert [layer.name for layer in layers if layer.main] == ["traces"]
-    assert [layer.name for layer in layers if layer.sparse] == ["dimensions", "control_points"]
+    assert [layer.name for layer in layers if layer.sparse] == [
+        "dimensions", "control_points", "known_lines",
+    ]  # fmt: skip
     assert {layer.name: layer.geometry for layer in layers} == {
-        "traces": "line", "lineations": "line", "patches": "ring", "dimensions": "line",
-        "control_points": "point",
+        "traces": "line", "contacts": "line", "lineations": "line", "patches": "ring",
+        "lithologies": "ring", "dimensions": "line", "stations": "point", "control_points": "point",
+        "known_lines": "line",
     }  # fmt: skip
     for kind in KINDS:
         if kind.layer is not None:
@@ -167,10 +177,10 @@ def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_o
 
 
 def test_what_has_no_type_is_listed_and_hidden_together():
-    group, points = GROUPS
-    assert group_of(ONE_OF_EACH["control_point"]) == points.id
-    assert group == OwnGroup(id="dimensions", title="Measurements", icon="ruler")
-    assert group_of(ONE_OF_EACH["dimension"]) == GROUPS[0].id
+    assert GROUPS[1] == OwnGroup(id="dimensions", title="Measurements", icon="ruler")
+    names = ["lithology", "dimension", "station", "control_point", "known_line"]
+    assert [group_of(ONE_OF_EACH[name]) for name in names] == [group.id for group in GROUPS]
+    assert group_of(ONE_OF_EACH["contact"]) == "fault"
 
 
 def test_planes_are_told_from_what_has_none():
@@ -223,7 +233,7 @@ def test_a_trace_is_drawn_through_its_points_and_named_on_the_rock():
 
 
 def test_what_has_no_points_is_not_drawn():
-    for name in ("trace", "lineation", "dimension"):
+    for name in ("trace", "contact", "lineation", "lithology", "dimension", "station"):
         empty = replace(ONE_OF_EACH[name], vertices=())
         assert drawn(seen(empty)) is None
     assert drawn(seen(replace(ONE_OF_EACH["reading"], position=None))) is None
@@ -231,7 +241,7 @@ def test_what_has_no_points_is_not_drawn():
     assert drawn(seen(adrift)) is None
 
 
-@pytest.mark.parametrize("name", ["trace", "lineation", "dimension"])
+@pytest.mark.parametrize("name", ["trace", "contact", "lineation", "dimension"])
 def test_one_click_is_a_place_and_no_line(name):
     one = replace(ONE_OF_EACH[name], vertices=((1.0, 2.0, 3.0),))
     subject = seen(one)

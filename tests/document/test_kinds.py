@@ -23,12 +23,16 @@ from vomstudio.document.kinds import (
     group_of,
     kind_of,
 )
+from vomstudio.document.kinds.contact import Contact
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.kinds.lithology import Lithology
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.station import Station
 from vomstudio.document.measurement_cache import Measurements, measure_all, rests_on
 from vomstudio.document.records import Feature, Frame, Group, Model, Picked
 from vomstudio.errors import DocumentError
@@ -38,21 +42,25 @@ HASH = "0" * 64
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", HASH, Frame("local"))
 ONE_OF_EACH: dict[str, Feature] = {
     "trace": bed("t1"),
+    "contact": Contact("k1", "K01", "fault", "m1", HASH, ZIGZAG),
     "lineation": Lineation("l1", "L01", "lineation", "m1", HASH, ZIGZAG[:3], plane_id="t1"),
     "patch": Patch(
         "p1", "J01", "joint", "m1", HASH, "face", ((0, 9),), 9, (1.0, 2.0, 3.0),
         ((4.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 0.01)), 9.0,
         outline=((0.0, 0.0, 3.0), (2.0, 0.0, 3.0), (1.0, 3.0, 3.0)),
     ),
+    "lithology": Lithology("a1", "A01", "m1", HASH, ZIGZAG, "sandstone", 12.5),
     "dimension": Dimension("d1", "D01", "thickness", "m1", HASH, ZIGZAG[:2], plane_id="t1"),
     "intersection": Intersection(
         "i1", "I01", "lineation", Group(feature_id="t1"), Group(feature_id="p1")
     ),
     "reading": Reading("r1", "R01", "bedding", "plane", 100.0, 30.0, position=(0.0, 0.0, 0.0)),
+    "station": Station("s1", "S01", "m1", HASH, ZIGZAG[:1], "sample", "KB-17", "DSC_12.jpg"),
     "control_point": ControlPoint(
         "c1", "C01", "m1", HASH, ((1.0, 2.0, 3.0),), (398_000.0, 4_980_000.0, 320.0),
         sigma_m=(0.01, 0.01, 0.02), check=True,
     ),
+    "known_line": KnownLine("w1", "K01", "azimuth", "m1", HASH, ZIGZAG[:2], 113.5, 2.0),
 }  # fmt: skip
 RECORDS_OF_ALL = {"m1": MODEL, **{f.id: f for f in ONE_OF_EACH.values()}}
 
@@ -60,12 +68,16 @@ RECORDS_OF_ALL = {"m1": MODEL, **{f.id: f for f in ONE_OF_EACH.values()}}
 def test_the_kinds_and_their_names_on_disk_are_those_of_every_journal_there_is():
     assert {name: RECORDS[name].__name__ for name in ONE_OF_EACH} == {
         "trace": "Trace",
+        "contact": "Contact",
         "lineation": "Lineation",
         "patch": "Patch",
+        "lithology": "Lithology",
         "dimension": "Dimension",
         "intersection": "Intersection",
         "reading": "Reading",
+        "station": "Station",
         "control_point": "ControlPoint",
+        "known_line": "KnownLine",
     }
     names = [kind.name for kind in KINDS]
     assert [name for name in names if name in ONE_OF_EACH] == list(ONE_OF_EACH)
@@ -144,7 +156,7 @@ def test_only_what_a_kind_lets_be_changed_is_changed(session):
 @pytest.mark.parametrize(
     ("changed", "looks_different"),
     [
-        ("m1", {"t1", "l1", "p1", "d1", "i1", "c1"}),
+        ("m1", {"t1", "k1", "l1", "p1", "a1", "d1", "i1", "s1", "c1", "w1"}),
         ("t1", {"l1", "d1", "i1"}),
         ("lineation", {"l1", "i1"}),
         ("p1", {"i1"}),

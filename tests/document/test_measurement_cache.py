@@ -58,7 +58,7 @@ def test_a_measurement_is_kept_until_something_it_rests_on_changes():
     again = keep.of(dict(RECORDS_OF_ALL), RECORDS_OF_ALL)
     assert all(again[id_] is first[id_] for id_ in first)
     for changed, anew in (
-        ("m1", {"t1", "l1", "p1", "d1", "i1", "c1"}),
+        ("m1", {"t1", "k1", "l1", "p1", "a1", "d1", "i1", "s1", "c1", "w1"}),
         ("t1", {"t1", "l1", "d1", "i1"}),
         ("p1", {"p1", "i1"}),
         ("r1", {"r1"}),

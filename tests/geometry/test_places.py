@@ -9,7 +9,6 @@ import pytest
 
 from vomstudio.geometry.places import (
     FARTHEST_DIAMETERS,
-    is_unit,
     no_places,
     why_no_coordinate,
     why_not_at,
@@ -60,8 +59,3 @@ def test_degrees_off_the_globe_are_named(longitude, latitude, word):
 def test_degrees_on_the_globe_are_taken():
     assert why_not_on_earth(-179.9, -90.0) is None
     assert why_not_on_earth(359.0, 90.0) is None
-
-
-def test_units_are_lengths_that_models_have():
-    assert all(map(is_unit, (1e-9, 0.001, 0.3048, 1.0, 1000.0)))
-    assert not any(map(is_unit, (0.0, -1.0, math.nan, math.inf, 1e30)))

@@ -73,14 +73,29 @@ def pixels_of(view: View, points: Array) -> Array:
     return seen[:, :2] / seen[:, 2:] * lens.params[0] + np.array([lens.width, lens.height]) / 2
 
 
-def turned_by_deg(poses: Path, views: dict[str, View], to_world: Array) -> float:
-    """By how much the reconstructed photos are turned against the true ones, which stand in a frame
-    that `to_world` (3, 3) turns into the one that was asked for."""
+def turned_by_deg(poses: Path, views: dict[str, View], to_world: Array, placement: Array) -> float:
+    """By how much a model is turned against the true one.
+
+    poses : `cameras.json` beside the model; views : the true ones by the photos' names, in a frame
+    that `to_world` (3, 3) turns into World; placement : (3, 3) turns the model's file into World
+    """
+    to_file, _, _ = file_of_truth(poses, views)
+    left = placement @ to_file @ to_world.T
+    return float(np.degrees(np.arccos(np.clip((np.trace(left) - 1.0) / 2.0, -1.0, 1.0))))
+
+
+def file_of_truth(poses: Path, views: dict[str, View]) -> tuple[Array, float, Array]:
+    """Rotation (3, 3), scale and shift (3,) from the true frame to that of the model's file, by how
+    its cameras are turned, and where they stand."""
     found = json.loads(poses.read_text(encoding="utf-8"))
-    total = np.zeros((3, 3))
+    total, there, true = np.zeros((3, 3)), [], []
     for camera in found["views"]:
-        own = np.array(camera["rotation"], float).reshape(3, 3)
-        total += own.T @ (views[camera["name"]].rotation @ to_world.T)
+        view, own = views[camera["name"]], np.array(camera["rotation"], float).reshape(3, 3)
+        total += own.T @ view.rotation
+        there.append(np.array(found["origin"]) - own.T @ np.array(camera["translation"]))
+        true.append(view.centre)
     u, _, vt = np.linalg.svd(total)
-    mean = u @ vt
-    return float(np.degrees(np.arccos(np.clip((np.trace(mean) - 1.0) / 2.0, -1.0, 1.0))))
+    turned, file = np.array(true) @ (u @ vt).T, np.array(there)
+    spread = turned - turned.mean(axis=0)
+    scale = float((spread * (file - file.mean(axis=0))).sum() / (spread**2).sum())
+    return u @ vt, scale, file.mean(axis=0) - scale * turned.mean(axis=0)

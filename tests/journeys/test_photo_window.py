@@ -198,21 +198,28 @@ def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
     assert mask_of(photos, NAMES[0])[600, 600] == 0
 
 
-def test_a_mask_that_cannot_be_kept_in_the_project_is_not_shown_as_if(looked_at, monkeypatch):
+def test_a_mask_that_cannot_be_written_waits_in_memory_with_its_step(looked_at, monkeypatch):
     from vomstudio.errors import TargetError
-    from vomstudio.ui.photos import photo_masks
+    from vomstudio.io.project import assets
 
-    def refused(project, data, suffix):
-        raise TargetError("the disk is full; free some space.", file=project)
+    def refused(path, data, *, force=False):
+        raise TargetError("The disk is full. Free some space.", file=path)
 
     photo = open_by_double_click(looked_at, 0)
-    monkeypatch.setattr(photo_masks, "keep_asset", refused)
-    press(photo, Qt.Key.Key_B)
-    click(photo.canvas, on(photo, 600, 600))
-    assert "disk is full" in photo.bar._text.text()
-    wait(lambda: photo.masks.used(NAMES[0]) is not None, "the mask as it was")
-    assert photo.masks.used(NAMES[0]).all()
+    with monkeypatch.context() as full:
+        full.setattr(assets, "write_bytes", refused)
+        press(photo, Qt.Key.Key_B)
+        click(photo.canvas, on(photo, 600, 600))
+        assert not photo.masks.used(NAMES[0])[600, 600]
+        assert "in memory only" in looked_at.message_bar.text
+        assert looked_at.studio.project.journal.waits
+    click(photo.canvas, on(photo, 300, 300))
+    assert not looked_at.studio.project.journal.waits
     assert photo.close()
+    again = open_by_double_click(looked_at, 0)
+    assert not again.masks.used(NAMES[0])[600, 600]
+    assert not again.masks.used(NAMES[0])[300, 300]
+    assert again.close()
 
 
 def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(looked_at, photos):

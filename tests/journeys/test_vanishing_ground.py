@@ -3,18 +3,31 @@ be saved elsewhere from where it is said."""
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QPushButton
 
 from tests import driver
 from tests.journeys.test_mishaps import bed_on_model
+from tests.journeys.test_photo_window import (  # noqa: F401
+    NAMES,
+    looked_at,
+    on,
+    open_by_double_click,
+    photos,
+    saved,
+)
+from tests.journeys.test_photo_window import (
+    press as press_in,
+)
 from tests.small_disk import failing_disk, fill, small_disk
+from vomstudio.document.records import Mask
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import NAME, read_replay
 from vomstudio.io.project.verify import verify
@@ -144,3 +157,50 @@ def test_closing_asks_although_everything_had_been_saved(own_folders, qtbot, out
     assert window.close()
     driver.delete(window)
     assert not folder.exists()
+
+
+def test_masks_are_drawn_though_the_folder_is_gone(looked_at, tmp_path, monkeypatch):  # noqa: F811
+    """They are steps as all others are: in memory, undone and done again, and saved elsewhere."""
+    window, studio = looked_at, looked_at.studio
+    studio.save_as(tmp_path / "disk" / "cliff.vom")
+    photo = open_by_double_click(window, 0)
+    press_in(photo, Qt.Key.Key_B)
+    driver.drag(photo.canvas, on(photo, 300, 100), on(photo, 700, 100))
+    saved(photo)
+    shutil.rmtree(studio.project.folder)
+    driver.drag(photo.canvas, on(photo, 300, 600), on(photo, 700, 600))
+    saved(photo)
+    used = photo.masks.used(NAMES[0])
+    assert not used[100, 500]
+    assert not used[600, 500]
+    assert "in memory only" in window.message_bar.text
+    driver.keep_picture(photo, "ground-mask-photo")
+    driver.keep_picture(window, "ground-mask")
+    press_in(photo, Qt.Key.Key_Z, driver.CTRL)
+    assert photo.masks.used(NAMES[0])[600, 500]
+    press_in(photo, Qt.Key.Key_Z, driver.CTRL | Qt.KeyboardModifier.ShiftModifier)
+    assert not photo.masks.used(NAMES[0])[600, 500]
+    # Another photo, and back: the mask of the first is read again.
+    photo.actions_table.run("repeat_mask")
+    saved(photo)
+    assert not studio.project.folder.exists()
+    target = tmp_path / "rescued.vom"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
+    press(window, "Save as")
+    masks = [r for r in read_replay(target).records.values() if isinstance(r, Mask)]
+    assert sorted(m.photo for m in masks) == sorted(NAMES)
+    assert all((target / m.file.path).stat().st_size == m.file.size for m in masks)
+    studio.new_project()
+    assert verify(target).sound
+
+
+def test_every_file_becomes_shorter_under_the_window(window, outcrop, tmp_path, monkeypatch):
+    """As where a stick is pulled while it is read: what was read is there, and no signal comes."""
+    folder = tmp_path / "disk" / "cliff.vom"
+    begun(window, outcrop, folder)
+    for place in (folder, outcrop):
+        for path in place.rglob("*"):
+            if path.is_file() and path.name != "lock":
+                os.truncate(path, path.stat().st_size // 3)
+    driver.drag(window.viewport, QPoint(300, 300), QPoint(500, 350))
+    said_and_saved(window, "taken its place", tmp_path / "rescued.vom", monkeypatch, "shorter")

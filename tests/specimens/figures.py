@@ -25,7 +25,16 @@ import numpy as np
 from vomstudio.files.spreadsheet_cells import unguarded
 
 HERE = Path(__file__).resolve().parent
-SPECIMENS = ("schema1", "schema1_draft", "schema2", "schema3", "schema4", "schema5", "schema6")
+SPECIMENS = (
+    "schema1",
+    "schema1_draft",
+    "schema2",
+    "schema3",
+    "schema4",
+    "schema5",
+    "schema6",
+    "schema7",
+)
 RECORDED = {
     HERE / "schema1_figures.json": ("schema1", "schema1_draft"),
     HERE / "schema2_figures.json": ("schema2",),
@@ -33,6 +42,7 @@ RECORDED = {
     HERE / "schema4_figures.json": ("schema4",),
     HERE / "schema5_figures.json": ("schema5",),
     HERE / "schema6_figures.json": ("schema6",),
+    HERE / "schema7_figures.json": ("schema7",),
 }
 
 

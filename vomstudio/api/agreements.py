@@ -48,5 +48,8 @@ def agreement(first: Any, second: Any) -> Agreement:
     >>> round(same.angle_deg, 6), same.error95_deg, same.agree
     (4.0, 5.0, True)
     """
-    planes = [planes_of(rows_of(table)) for table in (first, second)]
+    planes = [
+        planes_of(rows_of(table, name=name))
+        for table, name in ((first, "first"), (second, "second"))
+    ]
     return of_planes.agreement(*planes)

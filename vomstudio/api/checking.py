@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import errno
 import operator
 import os
 import warnings as python_warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Set
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import InputError, VomWarning
+from vomstudio.errors import InputError, VomError, VomWarning
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.places import no_places
@@ -21,11 +23,28 @@ from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
+_MOST_DEG = 720.0
+"""An angle beyond two turns is a slip of the pen or of the unit, as in a table."""
+
 
 def warn(sentences: Iterable[str], depth: int = 3) -> None:
     """Each sentence as a Python warning at the user's line. depth : of the call from there"""
     for sentence in sentences:
         python_warnings.warn(sentence, VomWarning, stacklevel=depth)
+
+
+@contextmanager
+def naming(name: str, *others: str) -> Iterator[None]:
+    """What goes wrong inside is of the argument of this name.
+
+    others : what it is called below, such as the command's option, where something goes wrong
+    """
+    try:
+        yield
+    except VomError as error:
+        if error.field in others or (error.field is None and error.file is None):
+            error.field = name
+        raise
 
 
 def numbers(values: Any, name: str) -> Floats:
@@ -42,12 +61,12 @@ def numbers(values: Any, name: str) -> Floats:
         array = np.asarray(values)
         if array.dtype.kind in "OV" and hasattr(values, "astype"):
             array = np.asarray(values.astype(np.float64))
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, OverflowError) as error:
         raise _no_numbers(values, name) from error
     if array.dtype.kind == "O":
         try:
             array = array.astype(np.float64)
-        except (ValueError, TypeError) as error:
+        except (ValueError, TypeError, OverflowError) as error:
             raise _no_numbers(values, name) from error
     if array.dtype.kind not in "iuf":
         raise _no_numbers(values, name)
@@ -181,13 +200,8 @@ def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floats, Floa
 
 def positive(value: float | None, name: str) -> float | None:
     """A length in metres, or None. Raises InputError."""
-    if value is None:
-        return None
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = np.nan
-    if not 0.0 < number < np.inf:
+    number = single_number(value, name)
+    if number is not None and not 0.0 < number < np.inf:
         raise InputError(tr("A positive number of metres is needed."), field=name)
     return number
 
@@ -195,10 +209,24 @@ def positive(value: float | None, name: str) -> float | None:
 def one_of(value: Any, known: Iterable[str], name: str) -> None:
     """Raises InputError unless it is one of these words."""
     words = list(known)
+    if not isinstance(value, str):
+        raise InputError(
+            tr("One of {words} is needed, not a {kind}.", words=", ".join(words),
+               kind=type(value).__name__),
+            field=name,
+        )  # fmt: skip
     if value not in words:
         raise InputError(
             tr("'{value}' is none of {words}.", value=value, words=", ".join(words)), field=name
         )
+
+
+def flag(value: Any, name: str) -> bool:
+    """Raises InputError for what is neither True nor False."""
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    kind = type(value).__name__
+    raise InputError(tr("True or False is needed, not a {kind}.", kind=kind), field=name)
 
 
 def looks_like_radians(azimuth: Floats, angle: Floats) -> str | None:
@@ -250,17 +278,47 @@ def whole_number(value: Any, name: str) -> int | None:
 
 
 def path_of(value: Any, name: str) -> Path:
-    """Raises InputError for what names no file or folder."""
+    """With `~` for the home folder. Raises InputError for what names no file or folder."""
     if isinstance(value, str | os.PathLike):
-        return Path(value)
+        path = os.fspath(value)
+        if isinstance(path, str):
+            path = os.path.expanduser(path)
+            _check_name(path, name)
+            return Path(path)
     kind = type(value).__name__
     raise InputError(tr("The path of a file or folder is needed, not a {kind}.", kind=kind),
                      field=name)  # fmt: skip
 
 
+def _check_name(path: str, name: str) -> None:
+    """Raises InputError for a path that no file can have, whatever is there."""
+    try:
+        os.lstat(path)
+    except ValueError as error:  # A zero byte, or half of a pair of surrogates.
+        raise InputError(tr("No file can have this name ({reason}).", reason=error), field=name) \
+            from error  # fmt: skip
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            raise InputError(tr("This name is too long for a file."), field=name) from error
+
+
+def maybe_path(value: Any, name: str) -> Path | None:
+    """As `path_of`, None for None. Raises InputError."""
+    return None if value is None else path_of(value, name)
+
+
+def is_path(value: Any) -> bool:
+    """Whether somebody means a file by it."""
+    return isinstance(value, str | os.PathLike)
+
+
 def words_of(value: Any, name: str) -> str | None:
-    """None for None. Raises InputError for what is no text."""
-    if value is None or isinstance(value, str):
+    """None for None. Raises InputError for what is no text, or none that a file can hold."""
+    if value is None:
+        return None
+    if isinstance(value, str):
+        if "\0" in value or any("\ud800" <= letter <= "\udfff" for letter in value):
+            raise InputError(tr("This text has characters that no file can hold."), field=name)
         return value
     kind = type(value).__name__
     raise InputError(tr("A text is needed, not a {kind}.", kind=kind), field=name)
@@ -275,20 +333,22 @@ def column_of(value: Any, name: str = "by") -> str | None:
 
 def items_of(given: Any, name: str) -> list[Any]:
     """Several of what may be given once as a text. Raises InputError for what cannot be gone
-    through."""
+    through in an order of its own."""
     if isinstance(given, str):
         return [given]
-    try:
-        return list(given)
-    except TypeError:
-        kind = type(given).__name__
-        raise InputError(tr("A list is needed, not a {kind}.", kind=kind), field=name) from None
+    if isinstance(given, Iterable) and not isinstance(given, bytes | Mapping | Set):
+        try:
+            return list(given)
+        except TypeError:  # An array without dimensions.
+            pass
+    kind = type(given).__name__
+    raise InputError(tr("A list is needed, not a {kind}.", kind=kind), field=name)
 
 
 def angles_of(given: Any, name: str, count: int) -> tuple[float, ...]:
     """So many finite numbers. Raises InputError."""
     array = numbers(given, name)
-    if array.shape != (count,) or not np.isfinite(array).all():
+    if array.shape != (count,) or not (np.abs(array) <= _MOST_DEG).all():
         raise InputError(
             tr("Give {count} angles in degrees, such as {example}.", count=count,
                example=(120, 30) if count == 2 else (120, 30, 45)),
@@ -306,8 +366,16 @@ def slashed(given: Any, name: str, count: int) -> str:
 
 def attitude_of(given: Any, name: str) -> Plane:
     """A plane of "DD/D", of (dip direction, dip), or of a fit. Raises InputError, GeometryError."""
-    if isinstance(given, str):
-        return parse_plane(given)
-    if hasattr(given, "dip_direction_deg") and hasattr(given, "dip_deg"):
-        given = (given.dip_direction_deg, given.dip_deg)
-    return Plane(*angles_of(given, name, 2))
+    with naming(name, "dip direction", "dip"):
+        if isinstance(given, str):
+            return parse_plane(given)
+        if hasattr(given, "dip_direction_deg") and hasattr(given, "dip_deg"):
+            # A horizontal plane has no dip direction, and none is needed.
+            azimuth = given.dip_direction_deg
+            given = (0.0 if azimuth is None else azimuth, given.dip_deg)
+        if numbers(given, name).shape != (2,):
+            raise InputError(
+                tr("A plane is given as 'DD/D', as (dip direction, dip) or as a PlaneFit."),
+                field=name,
+            )
+        return Plane(*angles_of(given, name, 2))

@@ -97,6 +97,6 @@ def placed(given: Any, name: str) -> tuple[Any, str | None, float | None]:
 
     if is_array(given):
         return Cloud(points(given, name)), None, None
-    made: Mesh | PointCloud = model_of(given)
+    made: Mesh | PointCloud = model_of(given, name)
     crs = None if made.crs is None else world_crs(made.crs, made._source.unit_m)
     return made._data, crs, made._source.placing_error_m

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import single_number
+from vomstudio.api.checking import flag, path_of, single_number
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
@@ -99,19 +99,26 @@ class ElevationModel:
 
         Returns what the command prints. Raises vs.errors.UsageError, vs.errors.TargetError.
         """
+        file = path_of(path, "path")
+        wanted = Wanted(
+            flag(hillshade, "hillshade"),
+            flag(slope, "slope"),
+            flag(aspect, "aspect"),
+            single_number(contours, "contours"),
+        )
         source = self._model._source
         return write_elevation(
             self.heights,
             self._plan,
             self.figures,
-            path,
-            wanted=Wanted(hillshade, slope, aspect, contours),
+            file,
+            wanted=wanted,
             world=_crs_of(self._model),
             north_known=source.placed,
             model=str(source.path),
             content_hash=source.content_hash,
             warnings=self.warnings,
-            force=force,
+            force=flag(force, "force"),
         )
 
     def _named(self) -> dict[str, Any]:
@@ -171,7 +178,9 @@ def dem(
     >>> model.heights.shape == (model.figures.height, model.figures.width)
     True
     """
-    check_gsd(single_number(gsd_m, "gsd_m"))
+    cell = single_number(gsd_m, "gsd_m")
+    check_gsd(cell)
+    report = told(progress)
     given = single_number(limit_m, "limit_m")
     data = model_of(model)
     if given is not None and (not isinstance(data, PointCloud) or not 0 < given < np.inf):
@@ -183,10 +192,10 @@ def dem(
         data._data,
         reference_plane(plane_text(plane)),
         to_world=np.eye(4),
-        gsd=gsd_m,
+        gsd=cell,
         metric=source.metric or source.placed,
     )
-    heights, limit = draw_heights(data._data, plan, given, told(progress))
+    heights, limit = draw_heights(data._data, plan, given, report)
     figures = figures_of(heights, plan, limit, _crs_of(data))
     return ElevationModel(heights, figures, plan.notes, data, plan)
 

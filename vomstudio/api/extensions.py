@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.api.checking import numbers, points, single_number, warn
+from vomstudio.api.checking import naming, numbers, points, required_number, single_number, warn
 from vomstudio.api.comparisons import placed
 from vomstudio.api.planes import plane_text
 from vomstudio.errors import InputError, UsageError
@@ -75,7 +75,7 @@ def extend(
         data,
         _belief(of, plane, through, error_deg, through_error_m),
         thickness_m=single_number(thickness_m, "thickness_m"),
-        thickness_error_m=single_number(thickness_error_m, "thickness_error_m") or 0.0,
+        thickness_error_m=required_number(thickness_error_m, "thickness_error_m"),
         spacing=spacing if np.isfinite(spacing) else 0.0,
     )
     warn(found.warnings)
@@ -88,14 +88,21 @@ def _belief(of: Any, plane: Any, through: Any, error_deg: Any, through_error_m: 
         raise UsageError(
             tr("Give the points of the plane, or plane= with through= and error_deg=.")
         )
+    of_point = required_number(through_error_m, "through_error_m")
     if of is not None:
-        return belief_of_fit(fit_plane(points(of, "of")))
+        alone = {"through": through, "error_deg": error_deg, "through_error_m": of_point or None}
+        for name, value in alone.items():
+            if value is not None:
+                raise UsageError(tr("This belongs to plane=, not to points of it."), field=name)
+        array = points(of, "of")
+        with naming("of"):
+            return belief_of_fit(fit_plane(array))
     error = single_number(error_deg, "error_deg")
     if through is None or error is None:
         raise UsageError(tr("A plane needs through= and error_deg=."), field="through")
     point = numbers(through, "through")
     if point.shape != (3,) or not np.isfinite(point).all():
         raise InputError(tr("A point is three numbers, x, y, z of World."), field="through")
-    of_point = single_number(through_error_m, "through_error_m") or 0.0
-    attitude = parse_section_plane(str(plane_text(plane)))
+    with naming("plane"):
+        attitude = parse_section_plane(str(plane_text(plane)))
     return belief_of_attitude(attitude, point, error, of_point)

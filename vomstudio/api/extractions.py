@@ -9,12 +9,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import pixels_or_points, points, single_number, warn
+from vomstudio.api.checking import (
+    flag,
+    maybe_path,
+    one_of,
+    pixels_or_points,
+    points,
+    single_number,
+    warn,
+    whole_number,
+    words_of,
+)
 from vomstudio.api.comparisons import is_array, placed
 from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.tables import frame
-from vomstudio.errors import UsageError
+from vomstudio.errors import InputError, UsageError
 from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.followed_trace import FollowedTrace
 from vomstudio.progress import CancelToken
@@ -115,18 +125,20 @@ def facets(
     >>> found.facets, sorted(found.table["dip_deg"].round(3))
     (2, [90.0, 90.0])
     """
-    from vomstudio.extraction.facet_search import search, search_limits
+    from vomstudio.extraction.facet_search import PRESETS, search, search_limits
 
     report = told(progress, cancel)
+    if preset is not None:
+        one_of(preset, PRESETS, "preset")
     data, crs, _ = placed(model, "model")
-    fewest = None if min_points is None else int(single_number(min_points, "min_points") or 0)
+    wanted, fewest = flag(sets, "sets"), whole_number(min_points, "min_points")
     limits = search_limits(
         single_number(angle, "angle"), single_number(max_distance, "max_distance"), fewest,
         single_number(min_area, "min_area"), preset,
     )  # fmt: skip
     name = getattr(getattr(model, "path", None), "name", None) or ""
     found = search(
-        data, limits, preset=preset, sets=sets, model=name, frame=crs or "local", progress=report
+        data, limits, preset=preset, sets=wanted, model=name, frame=crs or "local", progress=report
     )
     warn(found.warnings)
     return _as_facets(found)
@@ -214,13 +226,18 @@ def follow(
     >>> bool(np.abs(trace.points[:, 2] - 1.0).max() < 0.06)
     True
     """
+    picture, lenses = maybe_path(photo, "photo"), maybe_path(cameras, "cameras")
+    wanted = words_of(cost, "cost")
+    if wanted is None:
+        raise InputError(tr("The name of a cost or of a field is needed."), field="cost")
+    report = told(progress, cancel)
     given = model if is_array(model) else model_of(model)
-    told(progress, cancel).stage("Following", None)
-    return _followed(given, through, cost, photo, cameras)
+    report.stage("Following", None)
+    return _followed(given, through, wanted, picture, lenses)
 
 
 def _followed(
-    model: Any, through: Any, cost: str, photo: str | Path | None, cameras: str | Path | None
+    model: Any, through: Any, cost: str, photo: Path | None, cameras: Path | None
 ) -> FollowedTrace:
     from vomstudio.extraction.followed_trace import followed_trace
     from vomstudio.extraction.photo_trace import photo_trace
@@ -251,7 +268,7 @@ def _followed(
 
 
 def _photos(
-    model: Any, data: Any, spacing: float, photo: str | Path, cameras: str | Path | None
+    model: Any, data: Any, spacing: float, photo: Path, cameras: Path | None
 ) -> CalibratedPhotos:
     from vomstudio.extraction.calibrated_photos import open_photos
     from vomstudio.io.photos.own_cameras.reading import find_own_cameras

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,13 +11,19 @@ import numpy.typing as npt
 
 from vomstudio.api.checking import (
     angles_of,
+    flag,
+    is_path,
     items_of,
+    maybe_path,
+    naming,
     numbers,
+    path_of,
     required_number,
     single_number,
     warn,
+    words_of,
 )
-from vomstudio.errors import InputError
+from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.fractures.network import Counted, FractureNetwork, Mapped
 from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
 from vomstudio.words import tr
@@ -78,31 +83,33 @@ def fractures(
     >>> found.P21_1_per_m, found.nodes.Y, found.nodes.X
     (0.875, 2, 1)
     """
-    given = {"area": area, "circle": circle, "scanline": scanline}
+    picture, replace = maybe_path(plot, "plot"), flag(force, "force")
     order = FractureOrder(
-        traces=_path(traces),
-        area=_path(area),
+        traces=_path(traces, "traces"),
+        area=_path(area, "area"),
         circle=None if circle is None else _circle(circle),
-        scanline=_path(scanline),
+        scanline=_path(scanline, "scanline"),
         snap_m=required_number(snap_m, "snap_m"),
         set_column=by if isinstance(by, str) else None,
         strikes=tuple(_range(pair) for pair in items_of(strikes, "strikes")),
         terzaghi_cap=single_number(terzaghi_cap, "terzaghi_cap"),
-        layer=layer,
+        layer=_layer(layer, traces),
     )
-    mapped = map_fractures(
-        order,
-        lines=None if order.traces is not None else _shapes(traces, "traces"),
-        counted=_counted({k: v for k, v in given.items() if v is not None and _path(v) is None}),
-        sets=None if by is None or isinstance(by, str) else [str(n) for n in items_of(by, "by")],
-    )
-    if plot is not None:
-        _draw(mapped, plot, force)
+    given = {"area": area, "circle": circle, "scanline": scanline}
+    with naming("by", "--set"):
+        mapped = map_fractures(
+            order,
+            lines=None if order.traces is not None else _shapes(traces, "traces"),
+            counted=_counted({k: v for k, v in given.items() if v is not None and not is_path(v)}),
+            sets=_sets_of(by),
+        )
+    if picture is not None:
+        _draw(mapped, picture, replace)
     warn(mapped.found.warnings)
     return mapped.found
 
 
-def _draw(mapped: Mapped, plot: str | Path, force: bool) -> None:
+def _draw(mapped: Mapped, plot: Path, force: bool) -> None:
     from vomstudio.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures
     from vomstudio.products.net.figure import picture_format
@@ -117,8 +124,21 @@ def _range(given: Any) -> tuple[float, float]:
     return low, high
 
 
-def _path(given: Any) -> Path | None:
-    return Path(given) if isinstance(given, str | os.PathLike) else None
+def _sets_of(by: Any) -> list[str] | None:
+    """Of each trace; None where `by` is the name of an attribute."""
+    if by is None or isinstance(by, str):
+        return None
+    return [str(name) for name in items_of(by, "by")]
+
+
+def _layer(given: Any, traces: Any) -> str | None:
+    if given is not None and not is_path(traces):
+        raise UsageError(tr("Only a file has layers; these are the lines."), field="layer")
+    return words_of(given, "layer")
+
+
+def _path(given: Any, name: str) -> Path | None:
+    return path_of(given, name) if is_path(given) else None
 
 
 def _circle(given: Any) -> tuple[float, float, float]:

@@ -7,7 +7,10 @@ from typing import Any
 from vomstudio.api.checking import (
     angles_of,
     attitude_of,
+    flag,
+    is_path,
     numbers,
+    refuse_rows,
     required_number,
     single_number,
     warn,
@@ -22,6 +25,7 @@ from vomstudio.geology.faults.displacement import (
 )
 from vomstudio.geology.faults.displacement_pairs import Displacements, displacements
 from vomstudio.geology.orientation import Line, rake_of
+from vomstudio.geometry.places import no_places
 from vomstudio.io.text.log_reading import boundaries_of, pairs_of
 from vomstudio.words import tr
 
@@ -82,7 +86,7 @@ def displacement(
     rake = single_number(rake_deg, "rake_deg")
     if slip is not None:
         rake = rake_of(Line(*angles_of(slip, "slip", 2)), plane)
-    names, points = pairs_of(_table(pairs, 6))
+    names, points = pairs_of(_table(pairs, 6, "pairs"))
     errors = Errors(
         required_number(sigma_m, "sigma_m"),
         required_number(fault_error_deg, "fault_error_deg"),
@@ -126,7 +130,7 @@ def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
     (90, 26.6, 1.5)
     """
     sigma = required_number(sigma_m, "sigma_m")
-    return plane_of_three_points(boundaries_of(_table(points, 3)).points, sigma)
+    return plane_of_three_points(boundaries_of(_table(points, 3, "points")).points, sigma)
 
 
 def log(
@@ -171,26 +175,29 @@ def log(
     >>> round(found.total_m.value, 2), round(found.total_m.error95, 2)
     (5.0, 0.24)
     """
-    read = boundaries_of(_table(table, 3))
+    read = boundaries_of(_table(table, 3, "table"))
     found = bed_log(
         read.points, attitude_of(bed, "bed"), names=read.names, lithologies=read.lithologies,
         notes=read.notes, sigma_m=required_number(sigma_m, "sigma_m"),
-        bed_error_deg=required_number(bed_error_deg, "bed_error_deg"), overturned=overturned,
+        bed_error_deg=required_number(bed_error_deg, "bed_error_deg"),
+        overturned=flag(overturned, "overturned"),
     )  # fmt: skip
     warn(found.warnings)
     return found
 
 
-def _table(given: Any, width: int) -> Any:
-    """A DataFrame, a file, or an array (n, width) as a table of texts."""
-    if hasattr(given, "columns") or isinstance(given, str) or hasattr(given, "__fspath__"):
-        return text_of(given)
+def _table(given: Any, width: int, name: str) -> Any:
+    """A DataFrame, a file, or an array (n, width) as a table of texts. Raises InputError."""
+    if hasattr(given, "columns") or is_path(given):
+        return text_of(given, name)
     from pandas import DataFrame
 
     names = ("x", "y", "z") if width == 3 else (
         "hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z"
     )  # fmt: skip
-    array = numbers(given, "points" if width == 3 else "pairs")
+    array = numbers(given, name)
     if array.ndim != 2 or array.shape[1] != width:
-        raise UsageError(tr("An array of {width} columns is needed.", width=width))
-    return text_of(DataFrame(array, columns=list(names)))
+        raise UsageError(tr("An array of {width} columns is needed.", width=width), field=name)
+    nowhere = no_places(array[:, :3]) | no_places(array[:, -3:])
+    refuse_rows(nowhere, tr("no finite coordinates in metres"), name)
+    return text_of(DataFrame(array, columns=list(names)), name)

@@ -11,17 +11,21 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import one_of, path_of, warn, words_of
+from vomstudio.api.checking import flag, is_path, maybe_path, one_of, path_of, warn, words_of
+from vomstudio.api.reporting import Reported, told
+from vomstudio.errors import InputError
 from vomstudio.geometry import cloud as clouds
 from vomstudio.geometry import mesh as meshes
 from vomstudio.geometry import transform
 from vomstudio.geometry.units import METRES, Axes
 from vomstudio.progress import Progress
 from vomstudio.reprs import html_table, in_lines
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.document.records import Model
     from vomstudio.io.models.reader import LoadedModel
+    from vomstudio.workspace.frame_declaration import DeclaredFrame
 
 Floats = npt.NDArray[np.float64]
 
@@ -112,6 +116,7 @@ class _Model:
         from vomstudio.io.models.writing import write_model
 
         path = path_of(path, "path")
+        force = flag(force, "force")
         data = self._data
         if self._source.unit_m != 1.0 and self.crs is not None:
             data = moved(data, np.diag([*[1.0 / self._source.unit_m] * 3, 1.0]))
@@ -267,7 +272,7 @@ def read(
     up: Literal["y", "z"] | None = None,
     unit: str | None = None,
     project: str | Path | None = None,
-    progress: Progress | None = None,
+    progress: Reported = None,
 ) -> Mesh | PointCloud:
     """Read a model or cloud: OBJ, GLB/glTF, PLY, STL, LAS/LAZ, GeoTIFF heights, x, y, z as text.
 
@@ -279,7 +284,7 @@ def read(
     unit : of its coordinates: m, cm, mm, km, ft or us-ft
     project : folder of a project that has this file; it then stands as it does there, registered
         or declared, also while a window has the project open. In place of crs, up and unit
-    progress : told of stages and steps
+    progress : called with (stage, steps done, all steps or None), or a Progress
 
     Returns
     -------
@@ -306,52 +311,53 @@ def read(
     from vomstudio.workspace.frame_declaration import DeclaredFrame
     from vomstudio.workspace.world_models import check_place
 
-    file = path_of(path, "path")
-    if project is None:
-        made = _read(file, words_of(crs, "crs"), up, unit, progress)
+    file, folder = path_of(path, "path"), maybe_path(project, "project")
+    declared, report = DeclaredFrame(words_of(crs, "crs"), up, unit), told(progress)
+    if folder is None:
+        made = _read(file, declared, report)
     else:
-        check_place(DeclaredFrame(words_of(crs, "crs"), up, unit), path_of(project, "project"))
-        made = _read_of_project(file, path_of(project, "project"), progress)
+        check_place(declared, folder)
+        made = _read_of_project(file, folder, report)
     warn(made.warnings)
     return made
 
 
-def model_of(given: Any, progress: Progress | None = None) -> Mesh | PointCloud:
-    """A model that was read, of a project, or the path of a file."""
+def model_of(given: Any, name: str = "model") -> Mesh | PointCloud:
+    """A model that was read, of a project, or the path of a file. name : of the argument"""
     if isinstance(given, Mesh | PointCloud):
         return given
     if hasattr(given, "read") and hasattr(given, "id"):
         found: Mesh | PointCloud = given.read()
         return found
-    made = _read(path_of(given, "model"), None, None, None, progress)
+    if not is_path(given):
+        kind = type(given).__name__
+        raise InputError(
+            tr("A model or the path of its file is needed, not a {kind}.", kind=kind), field=name
+        )
+    from vomstudio.workspace.frame_declaration import DeclaredFrame
+
+    made = _read(path_of(given, name), DeclaredFrame(None, None, None), None)
     warn(made.warnings, 4)
     return made
 
 
-def _read(
-    path: Path,
-    crs: str | None,
-    up: Literal["y", "z"] | None,
-    unit: str | None,
-    progress: Progress | None,
-) -> Mesh | PointCloud:
+def _read(path: Path, declared: DeclaredFrame, progress: Progress | None) -> Mesh | PointCloud:
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.photos.cameras_file import scale_known
     from vomstudio.io.project.reconstructions import placing_error_m
-    from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
+    from vomstudio.workspace.frame_declaration import declared_frame
 
     loaded = read_model(path, progress)
-    declared = DeclaredFrame(crs, up, unit)
     stands = declared_frame(path, loaded.crs, loaded.turned_about is not None, declared)
     frame = stands.frame
-    unknown = loaded.crs is None and crs is None and scale_known(loaded.path) is False
+    unknown = loaded.crs is None and declared.crs is None and scale_known(loaded.path) is False
     source = Source(
         loaded.path,
         frame.crs,
         (*loaded.warnings, *stands.warnings),
         frame.unit_m if frame.crs is not None else 1.0,
         not unknown,
-        unit is not None,
+        declared.unit is not None,
         loaded.content_hash,
         placing_error_m(loaded.path),
     )

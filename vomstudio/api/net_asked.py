@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
 from vomstudio.api.checking import (
     attitude_of,
+    flag,
     items_of,
+    naming,
     required_number,
     single_number,
     slashed,
@@ -15,24 +18,20 @@ from vomstudio.api.checking import (
 )
 from vomstudio.errors import InputError
 from vomstudio.geology.density import SIGMA
-from vomstudio.geology.orientation_rows import OrientationRows
-from vomstudio.products.net.contents import Contouring, NetCircle, NetContents, NetMark
+from vomstudio.products.net.contents import Contouring
 from vomstudio.products.net.contours import check_contouring
 from vomstudio.products.net.figure_style import FigureStyle
-from vomstudio.products.net.found_in_sets import with_findings
 from vomstudio.products.net.net_options import (
     Turning,
-    net_after,
     turn_of,
     typed_cone,
     typed_plane,
     typed_slip,
-    with_intersections,
 )
-from vomstudio.products.net.table_net import error_ellipses
+from vomstudio.products.net.net_wishes import FINDINGS, NetWishes
 from vomstudio.words import tr
 
-_FOUND = ("girdles", "maxima", "averages")
+Typed = TypeVar("Typed")
 
 
 @dataclass(frozen=True)
@@ -40,12 +39,7 @@ class NetAsked:
     """The options of `vs.stereonet`, read. size_mm : of a new figure, None for the usual one"""
 
     contouring: Contouring
-    turning: Turning
-    circles: tuple[NetCircle, ...]
-    marks: tuple[NetMark, ...]
-    found: frozenset[str]
-    intersections: bool
-    errors: bool
+    wishes: NetWishes
     style: FigureStyle
     size_mm: tuple[float, float] | None
 
@@ -62,26 +56,22 @@ class NetAsked:
             single_number(given.pop("font_pt", None), "font_pt"),
             single_number(given.pop("symbol_pt", None), "symbol_pt"),
             single_number(given.pop("line_pt", None), "line_pt"),
-            bool(given.pop("grey", False)),
+            flag(given.pop("grey", False), "grey"),
         )
         style.check()
-        slips = [
-            typed_slip(slashed(one, "slip_lines", 3))
-            for one in items_of(given.pop("slip_lines", ()), "slip_lines")
-        ]
-        planes, cones = (items_of(given.pop(name, ()), name) for name in ("planes", "cones"))
+        slips = _each(given, "slip_lines", "--slip-line", 3, typed_slip)
+        planes = _each(given, "planes", "--plane", 2, typed_plane)
+        cones = _each(given, "cones", "--cone", 3, typed_cone)
         made = cls(
             _contouring(given, contour),
-            _turning(given),
-            (
-                *(typed_plane(slashed(one, "planes", 2)) for one in planes),
-                *(typed_cone(slashed(one, "cones", 3)) for one in cones),
-                *(circle for circle, _ in slips),
+            NetWishes(
+                _turning(given),
+                (*planes, *cones, *(circle for circle, _ in slips)),
+                tuple(mark for _, mark in slips),
+                frozenset([name for name in FINDINGS if flag(given.pop(name, False), name)]),
+                flag(given.pop("intersections", False), "intersections"),
+                flag(given.pop("errors", False), "errors"),
             ),
-            tuple(mark for _, mark in slips),
-            frozenset([name for name in _FOUND if given.pop(name, False)]),
-            bool(given.pop("intersections", False)),
-            bool(given.pop("errors", False)),
             style,
             None if size is None else style.size_mm,
         )
@@ -89,17 +79,14 @@ class NetAsked:
             raise InputError(tr("Nothing of this name is known."), field=name)
         return made
 
-    def net(self, net: NetContents, rows: OrientationRows) -> NetContents:
-        """Intersections and errors are turned with the planes; what was typed stays. Raises
-        UsageError."""
-        if self.intersections:
-            net = with_intersections(net)
-        if self.errors:
-            net = replace(net, errors=error_ellipses(rows))
-        if self.turning.turns:
-            net = net_after(net, self.turning)
-        net = replace(net, circles_typed=self.circles, marks=self.marks)
-        return with_findings(net, self.found)
+
+def _each(
+    given: dict[str, Any], name: str, option: str, count: int, read: Callable[[str], Typed]
+) -> list[Typed]:
+    """What was typed to be drawn, as the command's option reads it. Raises InputError,
+    UsageError."""
+    with naming(name, option, "dip direction", "dip"):
+        return [read(slashed(one, name, count)) for one in items_of(given.pop(name, ()), name)]
 
 
 def _size(given: Any) -> tuple[float, float]:
@@ -118,7 +105,10 @@ def _contouring(given: dict[str, Any], contour: str | None) -> Contouring:
     check_contouring(contour, wanted, sigma)
     filled = given.pop("filled", None)
     return Contouring(
-        wanted, None if filled is None else bool(filled), bool(given.pop("each_set", False)), sigma
+        wanted,
+        None if filled is None else flag(filled, "filled"),
+        flag(given.pop("each_set", False), "each_set"),
+        sigma,
     )
 
 
@@ -127,4 +117,5 @@ def _turning(given: dict[str, Any]) -> Turning:
     plane = None if untilt is None else attitude_of(untilt, "untilt")
     if rotate is None:
         return Turning(plane)
-    return Turning(plane, *turn_of(slashed(rotate, "rotate", 3)))
+    with naming("rotate", "--rotate"):
+        return Turning(plane, *turn_of(slashed(rotate, "rotate", 3)))

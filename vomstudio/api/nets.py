@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Literal, TypedDict, Unpack
 
-from vomstudio.api.checking import column_of, one_of, required_number
+from vomstudio.api.checking import column_of, flag, one_of, required_number
 from vomstudio.api.net_asked import NetAsked
 from vomstudio.api.tables import Azimuth, rows_of
 from vomstudio.errors import InputError, UsageError
@@ -129,7 +129,7 @@ def stereonet(
     net = net_of_table(
         rows, column_of(by), projection=projection, contour=contour, contouring=asked.contouring
     )
-    net = asked.net(net, rows)
+    net = asked.wishes.net(net, rows)
     if ax is None:
         ax = stereonet_axes.new_axes(
             projection, asked.size_mm, len(stereonet_axes.lines_below(net))
@@ -186,7 +186,7 @@ def rose(
 
     if of is not None:
         one_of(of, (*ROSE_OF, *HISTOGRAM_OF), "of")
-    width = required_number(bin_deg, "bin_deg")
+    width, equal_area = required_number(bin_deg, "bin_deg"), flag(by_area, "by_area")
     if of not in HISTOGRAM_OF:
         bins_of(width)
     rows = rows_of(table, azimuth)
@@ -197,7 +197,7 @@ def rose(
         column_of(by),
         bin_deg=width,
         weight=column_of(weight, "weight"),
-        by_area=by_area,
+        by_area=equal_area,
     )
     check_roses(found, None)
     figure = plt.figure(figsize=figure_size(found))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import single_number, warn
+from vomstudio.api.checking import flag, maybe_path, naming, path_of, single_number, warn
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
@@ -137,17 +137,19 @@ class Orthophoto:
         Returns the files. Raises vs.errors.UsageError for another ending than .tif,
         vs.errors.TargetError where one is there already (force replaces it) or cannot be written.
         """
-        made = write_orthophoto(
-            self._model._data,
-            self._asked.plan,
-            path,
-            crs=_crs_of(self._model),
-            model=str(self._model.path),
-            content_hash=self._model._source.content_hash,
-            sheet=sheet,
-            force=force,
-            drawn=self._drawn,
-        )
+        file, shown = path_of(path, "path"), maybe_path(sheet, "sheet")
+        with naming("path", "--output"):
+            made = write_orthophoto(
+                self._model._data,
+                self._asked.plan,
+                file,
+                crs=_crs_of(self._model),
+                model=str(self._model.path),
+                content_hash=self._model._source.content_hash,
+                sheet=shown,
+                force=flag(force, "force"),
+                drawn=self._drawn,
+            )
         files = (made.image, made.depth, made.sidecar, made.world_file, made.sheet)
         return tuple(file for file in files if file is not None)
 
@@ -212,10 +214,13 @@ def orthophoto(
     >>> picture.image.shape == (*picture.depth.shape, 4), picture.crs
     (True, 'EPSG:32633')
     """
-    check_gsd(single_number(gsd_m, "gsd_m"))
+    pixel, other_side = single_number(gsd_m, "gsd_m"), flag(flip, "flip")
+    check_gsd(pixel)
+    report = told(progress)
     table = fold
     if fold is not None and not isinstance(fold, TableFold):
-        table = fold_of(fold)
+        with naming("fold", "table"):
+            table = fold_of(fold)
     direction = direction_of(
         single_number(trend_deg, "trend_deg"),
         single_number(plunge_deg, "plunge_deg"),
@@ -229,12 +234,12 @@ def orthophoto(
         direction,
         to_world=np.eye(4),
         path=data.path,
-        gsd_m=gsd_m,
-        flip=flip,
+        gsd_m=pixel,
+        flip=other_side,
         placed=source.placed,
         metric=source.metric,
     )
-    drawn = draw_picture(data._data, asked.plan, told(progress))
+    drawn = draw_picture(data._data, asked.plan, report)
     figures = drawn_figures(drawn, asked.plan, _crs_of(data))
     said = (*asked.warnings, *asked.plan.notes, *drawn.said)
     warn(asked.warnings)

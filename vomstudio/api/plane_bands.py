@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from vomstudio.api.checking import naming, positive
 from vomstudio.api.checking import points as checked
-from vomstudio.api.checking import positive
 from vomstudio.api.tables import rows_of
 from vomstudio.errors import GeometryError
 from vomstudio.geology.band_figures import BandFigures, band_figures, table_priors
@@ -53,8 +53,8 @@ def plane_band(
     >>> round(band.plunge_deg), round(band.lowest_dip_deg), round(band.highest_dip_deg)
     (20, 20, 90)
     """
-    band = _band(points, resolution_m)
-    priors = [] if sets is None else table_priors(rows_of(sets))
+    band = _band(points, resolution_m, "points")
+    priors = [] if sets is None else table_priors(rows_of(sets, name="sets"))
     return None if band is None else band_figures(band, priors)
 
 
@@ -92,7 +92,9 @@ def plane_of_crossing(
     >>> round(plane.dip_direction_deg), round(plane.dip_deg)
     (90, 40)
     """
-    bands = [_band(given, resolution_m) for given in (first, second)]
+    bands = [
+        _band(given, resolution_m, name) for given, name in ((first, "first"), (second, "second"))
+    ]
     for number, band in enumerate(bands, 1):
         if band is None:
             raise GeometryError(
@@ -105,5 +107,8 @@ def plane_of_crossing(
     return crossing_plane(one, other)
 
 
-def _band(points: Any, resolution_m: float | None) -> PlaneBand | None:
-    return band_of(fit_plane(checked(points)), resolution_m=positive(resolution_m, "resolution_m"))
+def _band(points: Any, resolution_m: float | None, name: str) -> PlaneBand | None:
+    resolution_m = positive(resolution_m, "resolution_m")
+    array = checked(points, name)
+    with naming(name):
+        return band_of(fit_plane(array), resolution_m=resolution_m)

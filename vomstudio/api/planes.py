@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import coordinate_names, numbers, one_of, points, positive, warn
+from vomstudio.api.checking import (
+    attitude_of,
+    coordinate_names,
+    items_of,
+    numbers,
+    one_of,
+    points,
+    positive,
+    warn,
+)
 from vomstudio.api.tables import frame
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
@@ -25,51 +34,36 @@ Profile = Literal["error", "textbook"]
 
 
 @dataclass(frozen=True, repr=False)
-class PlaneFit:
-    """One plane and how well it is known; attributes are the columns of the orientation table.
-
-    Angles in degrees, lengths in metres, coordinates in the frame of the points (World: x East, y
-    North, z Up). None where a figure is undefined or does not apply.
-
-    dip_direction_deg, dip_deg, strike_rhr_deg, pole_trend_deg, pole_plunge_deg : the attitude
-    undefined : the plane is horizontal, its dip direction 0 by convention
-    x, y, z : centre of the points; normal_x, normal_y, normal_z : upward unit normal
-    n_points, extent_m, area_m2, rms_m : how many points, their length, area and scatter
-    lambda1, lambda2, lambda3, coplanarity, collinearity, M, K : shape of the points
-    max_angular_error_deg, min_angular_error_deg : hyperbolic error (Quinn & Ehlmann 2019)
-    max_confidence95_deg, min_confidence95_deg, error_rake_deg : joint 95 % region of the normal
-    dip_error_deg, dip_direction_error_deg : the same along and across the dip
-    registration_error_deg, total95_deg : of the model's rotation, and together with the fit's
-    resolution_m, extent_over_resolution : of the model
-    quality, quality_reason, quality_notes : good, doubtful or poor, why, and what lowers no verdict
-    profile : by whose limits the verdict was given; method : "pca" or "regression"
-    id, name, kind, set, overturned, model, frame, notes : of a feature of a project
-
-    Source of the figures: `vs.fit_plane`.
-
-    >>> import vomstudio as vs
-    >>> flat = vs.fit_plane([[0, 0, 1], [4, 0, 1], [0, 4, 1], [3, 3, 1]])
-    >>> flat.undefined, flat.normal.tolist(), flat.max_confidence95_deg
-    (True, [0.0, 0.0, 1.0], 0.0)
-    """
+class OrientationFigures:
+    """The columns of the orientation table, None where a figure is undefined or does not apply."""
 
     id: Any
     name: str | None
     kind: str | None
+    geometry: str | None
     set: str | None
-    dip_direction_deg: float
-    dip_deg: float
-    strike_rhr_deg: float
-    pole_trend_deg: float
-    pole_plunge_deg: float
+    dip_direction_deg: float | None
+    dip_deg: float | None
+    strike_rhr_deg: float | None
+    pole_trend_deg: float | None
+    pole_plunge_deg: float | None
+    trend_deg: float | None
+    plunge_deg: float | None
+    rake_deg: float | None
+    slip_rake_deg: float | None
+    slip_sense: str | None
+    slip_confidence: str | None
+    on_plane: str | None
+    on_plane_dip_direction_deg: float | None
+    on_plane_dip_deg: float | None
     overturned: bool | None
     undefined: bool
     x: float | None
     y: float | None
     z: float | None
-    normal_x: float
-    normal_y: float
-    normal_z: float
+    normal_x: float | None
+    normal_y: float | None
+    normal_z: float | None
     n_points: int | None
     extent_m: float | None
     area_m2: float | None
@@ -102,13 +96,8 @@ class PlaneFit:
     notes: str | None
 
     @property
-    def normal(self) -> npt.NDArray[np.float64]:
-        """(3,) upward unit normal."""
-        return np.array([self.normal_x, self.normal_y, self.normal_z])
-
-    @property
     def centroid(self) -> npt.NDArray[np.float64] | None:
-        """(3,) centre of the points; None for a plane without a place."""
+        """(3,) centre of the points; None for what has no place."""
         if self.x is None or self.y is None or self.z is None:
             return None
         return np.array([self.x, self.y, self.z])
@@ -117,88 +106,106 @@ class PlaneFit:
         """The figures by name."""
         return asdict(self)
 
+    def _repr_html_(self) -> str:
+        return html_table(type(self).__name__, self.as_dict())
+
+
+@dataclass(frozen=True, repr=False)
+class PlaneFit(OrientationFigures):
+    """One plane and how well it is known; attributes are the columns of the orientation table.
+
+    Angles in degrees, lengths in metres, coordinates in the frame of the points (World: x East, y
+    North, z Up). None where a figure is undefined or does not apply, as those of lines do.
+
+    dip_direction_deg, dip_deg, strike_rhr_deg, pole_trend_deg, pole_plunge_deg : the attitude
+    undefined : the plane is horizontal: no dip direction, no strike, no trend of the pole
+    x, y, z : centre of the points; normal_x, normal_y, normal_z : upward unit normal
+    n_points, extent_m, area_m2, rms_m : how many points, their length, area and scatter
+    lambda1, lambda2, lambda3, coplanarity, collinearity, M, K : shape of the points
+    max_angular_error_deg, min_angular_error_deg : hyperbolic error (Quinn & Ehlmann 2019)
+    max_confidence95_deg, min_confidence95_deg, error_rake_deg : joint 95 % region of the normal
+    dip_error_deg, dip_direction_error_deg : the same along and across the dip
+    registration_error_deg, total95_deg : of the model's rotation, and together with the fit's
+    resolution_m, extent_over_resolution : of the model
+    quality, quality_reason, quality_notes : good, doubtful or poor, why, and what lowers no verdict
+    profile : by whose limits the verdict was given; method : "pca" or "regression"
+    id, name, kind, set, overturned, model, frame, notes : of a feature of a project
+    geometry : "plane"
+
+    Source of the figures: `vs.fit_plane`.
+
+    >>> import vomstudio as vs
+    >>> flat = vs.fit_plane([[0, 0, 1], [4, 0, 1], [0, 4, 1], [3, 3, 1]])
+    >>> flat.undefined, flat.dip_direction_deg, flat.dip_deg, flat.normal.tolist()
+    (True, None, 0.0, [0.0, 0.0, 1.0])
+    """
+
+    dip_deg: float
+    pole_plunge_deg: float
+    normal_x: float
+    normal_y: float
+    normal_z: float
+
+    @property
+    def normal(self) -> npt.NDArray[np.float64]:
+        """(3,) upward unit normal."""
+        return np.array([self.normal_x, self.normal_y, self.normal_z])
+
     def __repr__(self) -> str:
         known = (
             "95 % undefined"
             if self.max_confidence95_deg is None
             else f"95 % {self.max_confidence95_deg:.2f} x {self.min_confidence95_deg:.2f} deg"
         )
-        where = "horizontal" if self.undefined else f"{self.dip_direction_deg:05.1f}"
+        azimuth = self.dip_direction_deg
+        where = "horizontal" if azimuth is None else f"{azimuth:05.1f}"
         name = f"{self.name}: " if self.name else ""
         return f"PlaneFit({name}{where}/{self.dip_deg:.1f}, {known}, {self.quality})"
 
-    def _repr_html_(self) -> str:
-        return html_table("PlaneFit", self.as_dict())
-
 
 @dataclass(frozen=True, repr=False)
-class LineFit:
-    """One line (lineation, fold axis); attributes are the columns of the orientation table.
+class LineFit(OrientationFigures):
+    """One line (lineation, fold axis); attributes are the columns of the orientation table, None
+    where a figure is undefined or does not apply, as those of planes do.
 
-    trend_deg, plunge_deg : degrees, plunge downward; undefined : vertical, its trend 0 by
-        convention
+    trend_deg, plunge_deg : degrees, plunge downward; undefined : vertical, without a trend
     rake_deg : in the plane that bears it, 0 to 180 from the right-hand-rule strike; slip_rake_deg :
         of the movement of the hanging wall, -180 to 180, positive where reverse (Aki & Richards);
         None where the sense of slip is not known or does not tell the direction
     slip_sense, slip_confidence : as noted
     on_plane, on_plane_dip_direction_deg, on_plane_dip_deg : the plane that bears it
+    geometry : "line"
     The others as in `PlaneFit`. `vs.Project.fit` gives one of a feature that is a line.
 
     >>> from dataclasses import fields
     >>> import vomstudio as vs
-    >>> [field.name for field in fields(vs.LineFit)][4:6]
+    >>> [field.name for field in fields(vs.LineFit)][10:12]
     ['trend_deg', 'plunge_deg']
     """
 
-    id: Any
-    name: str | None
-    kind: str | None
-    set: str | None
-    trend_deg: float
     plunge_deg: float
-    rake_deg: float | None
-    slip_rake_deg: float | None
-    slip_sense: str | None
-    slip_confidence: str | None
-    on_plane: str | None
-    on_plane_dip_direction_deg: float | None
-    on_plane_dip_deg: float | None
-    undefined: bool
-    x: float | None
-    y: float | None
-    z: float | None
-    n_points: int | None
-    extent_m: float | None
-    rms_m: float | None
-    max_confidence95_deg: float | None
-    min_confidence95_deg: float | None
-    resolution_m: float | None
-    quality: str | None
-    quality_reason: str | None
-    quality_notes: str | None
-    profile: str | None
-    model: str | None
-    frame: str | None
-    notes: str | None
-
-    def as_dict(self) -> dict[str, Any]:
-        """The figures by name."""
-        return asdict(self)
 
     def __repr__(self) -> str:
+        where = "vertical" if self.trend_deg is None else f"{self.trend_deg:05.1f}"
         name = f"{self.name}: " if self.name else ""
-        return f"LineFit({name}{self.trend_deg:05.1f}/{self.plunge_deg:.1f})"
+        return f"LineFit({name}{where}/{self.plunge_deg:.1f})"
 
-    def _repr_html_(self) -> str:
-        return html_table("LineFit", self.as_dict())
+
+_AZIMUTHS = ("dip_direction_deg", "strike_rhr_deg", "pole_trend_deg", "trend_deg")
+"""Of what is horizontal or vertical a table has them by convention, with the flag `undefined`."""
 
 
 def plane_of_row(row: Mapping[str, Any]) -> PlaneFit:
-    return PlaneFit(**{field.name: row[field.name] for field in fields(PlaneFit)})
+    return PlaneFit(**_figures(row))
 
 
 def line_of_row(row: Mapping[str, Any]) -> LineFit:
-    return LineFit(**{field.name: row[field.name] for field in fields(LineFit)})
+    return LineFit(**_figures(row))
+
+
+def _figures(row: Mapping[str, Any]) -> dict[str, Any]:
+    found = {field.name: row[field.name] for field in fields(OrientationFigures)}
+    return found | dict.fromkeys(_AZIMUTHS) if row["undefined"] else found
 
 
 def fit_plane(
@@ -365,13 +372,22 @@ def fit_parallel(
     """
     given = groups_of(groups, by)
     names = [str(name) for name in given.ids]
-    pairs = [(str(a), str(b)) for a, b in same]
+    pairs = [_pair(each) for each in items_of(same, "same")]
     for name in (name for pair in pairs for name in pair):
         if name not in names:
             raise UsageError(tr("There is no group “{name}”.", name=name), field="same")
     found = parallel_beds(names, given.points, given.offsets, pairs=pairs)
     warn([*given.said, *found.warnings])
     return found
+
+
+def _pair(given: Any) -> tuple[str, str]:
+    both = [] if isinstance(given, str) else items_of(given, "same")
+    if len(both) != 2:
+        raise InputError(
+            tr("Two ids are needed in each pair, such as [(“B01”, “B03”)]."), field="same"
+        )
+    return str(both[0]), str(both[1])
 
 
 def _points(given: Any) -> npt.NDArray[np.float64]:
@@ -430,6 +446,9 @@ def groups_of(given: Any, by: Any) -> _Groups:
     columns = list(given.columns)
     if by is None:
         raise UsageError(tr("Name the column that tells the planes apart."), field="by")
+    if not isinstance(by, Hashable):
+        kind = type(by).__name__
+        raise InputError(tr("The name of a column is needed, not a {kind}.", kind=kind), field="by")
     if by not in columns:
         raise UsageError(
             tr(
@@ -459,12 +478,5 @@ def plane_text(given: Any) -> str | None:
     """A plane as "DD/D", of that, of (dip direction, dip) or of a PlaneFit. Raises InputError."""
     if given is None or isinstance(given, str):
         return given
-    if isinstance(given, PlaneFit):
-        return f"{given.dip_direction_deg!r}/{given.dip_deg!r}"
-    array = numbers(given, "plane")
-    if array.shape != (2,):
-        raise InputError(
-            tr("A plane is given as 'DD/D', as (dip direction, dip) or as a PlaneFit."),
-            field="plane",
-        )
-    return f"{float(array[0])!r}/{float(array[1])!r}"
+    plane = attitude_of(given, "plane")
+    return f"{plane.dip_direction_deg!r}/{plane.dip_deg!r}"

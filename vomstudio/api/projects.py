@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from vomstudio.api import feature_tables
-from vomstudio.api.checking import one_of, path_of, points, warn, words_of
+from vomstudio.api.checking import flag, naming, one_of, path_of, points, warn, words_of
 from vomstudio.api.models import Mesh, PointCloud, as_recorded
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
 from vomstudio.document.measurement_cache import Measurements
@@ -225,7 +225,8 @@ class Project:
         """The figures of one feature by its id or name: PlaneFit of a plane, LineFit of a line.
         Raises vs.errors.InputError where there is no such feature, vs.errors.GeometryError where
         it has no orientation."""
-        found = fitted_records(self._records, self._measurements, self._folder, [str(id)])
+        wanted = _word(id, "id")
+        found = fitted_records(self._records, self._measurements, self._folder, [wanted])
         if found.rows:
             row = found.rows[0]
             return plane_of_row(row) if row["geometry"] == "plane" else line_of_row(row)
@@ -295,11 +296,14 @@ class Project:
         they define no plane, vs.errors.UsageError for a model or type that is not there.
         """
         desk = self._open_desk()
-        wanted = model.id if isinstance(model, ProjectModel) else str(model)
+        wanted = model.id if isinstance(model, ProjectModel) else _word(model, "model")
         # Checked before the edit is made: the journal could not be read with anything else in it.
         picks = Picks(words_of(name, "name") or "", _points(points))
-        found, group = desk.find_type(_word(type, "type")), words_of(set, "set") or ""
-        added = desk.add_picks([picks], desk.find_model(wanted), found, group)
+        with naming("type", "--type"):
+            found, group = desk.find_type(_word(type, "type")), words_of(set, "set") or ""
+        with naming("model", "--model"):
+            on = desk.find_model(wanted)
+        added = desk.add_picks([picks], on, found, group)
         warn(added.warnings)
         return added.traces[0].id
 
@@ -308,7 +312,7 @@ class Project:
 
         Raises vs.errors.UsageError for another name, vs.errors.DocumentError where it is in use.
         """
-        self._open_desk().judge_by(profile)
+        self._open_desk().judge_by(_word(profile, "profile"))
 
     def undo(self) -> str:
         """Take the last step back, also one of an earlier day; returns what it was. Raises
@@ -331,12 +335,17 @@ class Project:
         """
         from vomstudio.files.atomic import check_target
 
-        target = path_of(path, "path")
-        check_target(target, force=force, inputs=own_files(self._folder))
+        target, replace, wanted = (
+            path_of(path, "path"),
+            flag(force, "force"),
+            _word(format, "format"),
+        )
+        check_target(target, force=replace, inputs=own_files(self._folder))
         records = self._records
         refuse_empty(records, self._folder)
         thresholds = self._measurements.otherwise
-        table = export_records(records, format, target, force=force, thresholds=thresholds)
+        with naming("format", "--to"):
+            table = export_records(records, wanted, target, force=replace, thresholds=thresholds)
         warn(
             tr("{feature} was left out: {reason}.", feature=item["name"], reason=item["reason"])
             for item in table.skipped

@@ -7,7 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from vomstudio.api.checking import path_of, warn, whole_number
+from vomstudio.api.checking import (
+    maybe_path,
+    numbers,
+    one_of,
+    path_of,
+    warn,
+    whole_number,
+    words_of,
+)
 from vomstudio.api.reporting import Reported, told
 from vomstudio.jobs.reconstruction_tasks import Reconstruction
 from vomstudio.progress import CancelToken
@@ -68,23 +76,25 @@ def reconstruct(
     Traceback (most recent call last):
     vomstudio.errors.InputError: ...none: This is not a folder of photos. Choose another.
     """
-    from vomstudio.jobs.reconstruction_orders import order_reconstruction
+    from vomstudio.jobs.reconstruction_orders import DEVICES, QUALITIES, order_reconstruction
     from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT
     from vomstudio.jobs.run_job import run_job
 
     report = told(progress, cancel)
+    one_of(quality, QUALITIES, "quality")
+    one_of(device, DEVICES, "device")
     order, said = order_reconstruction(
         path_of(photos, "photos"),
         path_of(folder, "folder"),
         quality=quality,
-        control=gcp,
-        marks=marks,
-        crs=crs,
-        scheduler=scheduler,
+        control=maybe_path(gcp, "gcp"),
+        marks=maybe_path(marks, "marks"),
+        crs=words_of(crs, "crs"),
+        scheduler=words_of(scheduler, "scheduler"),
         threads=whole_number(threads, "threads"),
         seed=whole_number(seed, "seed") or 0,
         device=device,
-        region=region,
+        region=None if region is None else numbers(region, "region").ravel().tolist(),
     )
     result = run_job(RECONSTRUCT, order, report, cancel)
     result = replace(result, warnings=(*said, *result.warnings))

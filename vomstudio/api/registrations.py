@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence, Sized
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
-from vomstudio.api.checking import numbers, one_of, points, refuse_rows, single_number, warn
+from vomstudio.api.checking import (
+    is_path,
+    items_of,
+    numbers,
+    one_of,
+    path_of,
+    points,
+    refuse_rows,
+    single_number,
+    warn,
+    words_of,
+)
 from vomstudio.api.reporting import Reported, told
 from vomstudio.errors import InputError
 from vomstudio.progress import CancelToken
@@ -25,12 +36,14 @@ class Known(TypedDict, total=False):
         are found. ``model_cameras`` : the model's own cameras, None for those beside it
     pairs, gcp, marks, horizon, orientations, scale_bars : tables
     scale, azimuth : rows of seven numbers: two places on the model (model frame), and the metres
-        between them or the azimuth from the first to the second, degrees. level : rows of six: two
-        places at one height; a seventh states the error of the line, degrees, one sigma
+        between them or the azimuth from the first to the second, degrees; an eighth states the
+        error of that, one sigma. level : rows of six: two places at one height; a seventh states
+        the error of the line, degrees, one sigma
     reference, stable : the model that it is fitted to, and what of that has not moved
     north : "grid", "true" or "magnetic", where a table does not say; ``date`` (YYYY-MM-DD),
         ``declination_deg``, ``north_sigma_deg`` : of compass readings
     crs : the projected CRS, "EPSG:n", in which it is placed
+    without : labels of points, readings, photos or lines that are left out
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken that stops the work
     """
@@ -54,6 +67,7 @@ class Known(TypedDict, total=False):
     declination_deg: float | None
     north_sigma_deg: float | None
     crs: str | None
+    without: Sequence[str] | str
     progress: Reported
     cancel: CancelToken | None
 
@@ -81,7 +95,7 @@ def register(
 
     Returns
     -------
-    Placed with the names of the command: ``matrix`` (4 x 4, model to World), ``scale``,
+    Placed with the names of the command: ``matrix`` ((4, 4) float64, model to World), ``scale``,
     ``control`` and ``check`` (``label``, ``dx``, ``dy``, ``dz``: fitted less given, ``error_m``),
     ``rms_control_m``, ``rms_check_m``, ``rotation_error_deg`` (one sigma ``about_up``,
     ``about_east``, ``about_north``), ``rotation_error_95_deg`` (the same three and the ``weakest``
@@ -109,16 +123,19 @@ def register(
     >>> found = vs.register(model, world, check=[False, False, False, False, True])
     >>> round(found.scale, 6), round(found.rms_check_m, 6)
     (0.01, 0.0)
+    >>> corner = found.matrix @ [900, 0, 0, 1]
+    >>> corner.round(2).tolist()
+    [500.0, 109.0, 20.0, 1.0]
 
     A model of a file by the positions of its cameras would be
     ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.
     """
-    if isinstance(model_points, str | Path) and world_points is None:
+    if is_path(model_points) and (world_points is None or known):
         _refuse(
-            {"sigma_m": sigma_m, "check": check},
+            {"world_points": world_points, "sigma_m": sigma_m, "check": check},
             tr("Arrays of points belong to an array of model points. Give a table: pairs."),
         )
-        return _by_file(model_points, known)
+        return _by_file(path_of(model_points, "model_points"), known)
     _refuse(known, tr("This belongs to the path of a model. Give that in place of points."))
     if world_points is None:
         raise InputError(tr("Give the same points in World."), field="world_points")
@@ -139,9 +156,8 @@ def register(
     return found
 
 
-_TEXTS = (
-    "cameras",
-    "attitudes",
+_BESIDE = ("cameras", "attitudes")
+_FILES = (
     "pairs",
     "gcp",
     "marks",
@@ -151,12 +167,11 @@ _TEXTS = (
     "scale_bars",
     "reference",
     "stable",
-    "date",
-    "crs",
 )
+_TEXTS = ("date", "crs")
 
 
-def _by_file(model: str | Path, known: Known) -> Placed:
+def _by_file(model: Path, known: Known) -> Placed:
     given: dict[str, Any] = dict(known)
     progress = told(given.pop("progress", None), given.pop("cancel", None))
     north = given.pop("north", "grid")
@@ -165,13 +180,16 @@ def _by_file(model: str | Path, known: Known) -> Placed:
               for name in ("declination", "north_sigma")]  # fmt: skip
     lines = {
         name: _rows(given.pop(name, ()), name, lengths)
-        for name, lengths in (("scale", (7,)), ("azimuth", (7,)), ("level", (6, 7)))
+        for name, lengths in (("scale", (7, 8)), ("azimuth", (7, 8)), ("level", (6, 7)))
     }
-    texts = {name: _named(given.pop(name, None)) for name in _TEXTS}
+    labels = [words_of(each, "without") for each in items_of(given.pop("without", ()), "without")]
+    texts = {name: _beside(given.pop(name, None), name) for name in _BESIDE}
+    texts |= {name: _file(given.pop(name, None), name) for name in _FILES}
+    texts |= {name: words_of(given.pop(name, None), name) for name in _TEXTS}
     for name in given:
         raise InputError(tr("Nothing of this name is known."), field=name)
     declination, north_sigma = (None if angle is None else str(angle) for angle in angles)
-    values: dict[str, Any] = {**texts, **lines, "declination": declination}
+    values: dict[str, Any] = {**texts, **lines, "declination": declination, "without": labels}
     order = RegisterOrder(str(model), north=north, north_sigma=north_sigma, **values)
     placed = register_model(order, progress).placed
     warn(placed.warnings)
@@ -184,22 +202,23 @@ def _refuse(given: Mapping[str, Any], message: str) -> None:
             raise InputError(message, field=name)
 
 
-def _named(value: str | Path | bool | None) -> str | None:
-    if value is None or value is False:
-        return None
-    return BESIDE if value is True else str(value)
+def _beside(value: Any, name: str) -> str | None:
+    """A file or folder, or True for what lies beside. Raises InputError."""
+    if isinstance(value, bool | np.bool_):
+        return BESIDE if value else None
+    return _file(value, name)
+
+
+def _file(value: Any, name: str) -> str | None:
+    return None if value is None else str(path_of(value, name))
 
 
 def _rows(given: Any, name: str, lengths: tuple[int, ...]) -> list[str]:
     """Rows of numbers as the options of the command take them."""
-    array = np.asarray(given, object)
-    if array.size == 0:
+    if given is None or (isinstance(given, Sized) and len(given) == 0):
         return []
-    rows = (
-        [given]
-        if array.ndim == 1 and not isinstance(array[0], list | tuple | np.ndarray)
-        else (list(given))
-    )
+    array = numbers(given, name) if _is_flat(given) else None
+    rows = items_of(given, name) if array is None else [array]
     found = []
     for row in rows:
         values = numbers(row, name).ravel()
@@ -214,6 +233,14 @@ def _rows(given: Any, name: str, lengths: tuple[int, ...]) -> list[str]:
             )
         found.append(",".join(repr(float(v)) for v in values))
     return found
+
+
+def _is_flat(given: Any) -> bool:
+    """One row, not several: of rows of different lengths NumPy makes no array."""
+    try:
+        return np.ndim(given) < 2
+    except ValueError:
+        return False
 
 
 def _sigma(given: Any, n: int) -> Any:
@@ -234,7 +261,10 @@ def _sigma(given: Any, n: int) -> Any:
 
 
 def _flags(given: Any, n: int) -> Any:
-    array = np.asarray(given)
+    try:
+        array = np.asarray(given)
+    except ValueError:  # Rows of different lengths.
+        array = np.empty(0)
     if array.shape != (n,) or array.dtype != bool:
         raise InputError(
             tr("True or False for each of the {n} points is needed, an array ({n},) of bool.", n=n),

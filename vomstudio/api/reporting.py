@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -43,6 +44,16 @@ class _Cancellable:
         self._progress.step(done)
 
 
+def _takes_three(call: Callable[..., Any]) -> bool:
+    try:
+        inspect.signature(call).bind("", 0, None)
+    except TypeError:
+        return False
+    except ValueError:  # Nothing is known of what a builtin takes.
+        pass
+    return True
+
+
 def told(progress: Reported, cancel: CancelToken | None = None) -> Progress:
     """The Progress for what the user handed over. Raises InputError."""
     if cancel is not None and not isinstance(cancel, CancelToken):
@@ -54,7 +65,7 @@ def told(progress: Reported, cancel: CancelToken | None = None) -> Progress:
         made = Silent()
     elif hasattr(progress, "stage") and hasattr(progress, "step"):
         made = progress
-    elif callable(progress):
+    elif callable(progress) and _takes_three(progress):
         made = _Told(progress)
     else:
         raise InputError(

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vomstudio.api.checking import path_of
+from vomstudio.errors import InputError
+from vomstudio.words import tr
+
 
 def sample(*parts: str) -> Path:
     """The folder of the embedded sample outcrop, a generated cliff whose geology is known exactly,
@@ -21,4 +25,10 @@ def sample(*parts: str) -> Path:
     """
     from vomstudio.paths import resource
 
-    return resource("sample", *parts)
+    names = [str(path_of(part, "parts")) for part in parts]
+    try:
+        return resource("sample", *names)
+    except InputError as error:
+        raise InputError(
+            tr("The sample has no file of this name."), file=error.file, field="parts"
+        ) from error

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import numbers, single_number
+from vomstudio.api.checking import flag, naming, numbers, path_of, single_number
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.errors import InputError, UsageError
@@ -62,9 +62,10 @@ class Section:
     def save(self, path: str | Path, *, force: bool = False) -> WrittenSection:
         """Write .csv, .dxf or .svg, as the command does. Raises vs.errors.UsageError,
         vs.errors.TargetError."""
+        file, replace = path_of(path, "path"), flag(force, "force")
         source = self._model._source
         return write_section(
-            path,
+            file,
             self._cut,
             self._curtain,
             self.figures,
@@ -72,7 +73,7 @@ class Section:
             model=str(source.path),
             metric=source.metric or source.placed,
             north_known=source.placed,
-            force=force,
+            force=replace,
         )
 
     def _named(self) -> dict[str, Any]:
@@ -135,7 +136,9 @@ def section(
         point = numbers(through, "through")
         if point.shape != (3,) or not np.isfinite(point).all():
             raise InputError(tr("A point is three numbers, x, y, z of World."), field="through")
-        curtain = curtain_of_plane(parse_section_plane(str(plane_text(plane))), point)
+        with naming("plane"):
+            attitude = parse_section_plane(str(plane_text(plane)))
+        curtain = curtain_of_plane(attitude, point)
     thick = single_number(slab_m, "slab_m")
     if thick is not None and not 0 < thick < np.inf:
         raise UsageError(tr("A thickness or distance is a length in metres."), field="slab_m")

@@ -6,8 +6,11 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 from vomstudio.api.checking import (
+    attitude_of,
     column_of,
+    flag,
     items_of,
+    naming,
     one_of,
     required_number,
     single_number,
@@ -15,15 +18,12 @@ from vomstudio.api.checking import (
     words_of,
 )
 from vomstudio.api.tables import Azimuth, rows_of, text_of
-from vomstudio.errors import UsageError
 from vomstudio.geology.faults.table_slip import TableSlip, table_slip
-from vomstudio.geology.orientation import Plane
 from vomstudio.geology.populations.error_weights import WEIGHTINGS
 from vomstudio.geology.populations.table_statistics import TableStatistics, table_statistics
 from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
 from vomstudio.io.text.slip_reading import slips_of
-from vomstudio.words import tr
 
 
 def stats(
@@ -74,10 +74,11 @@ def stats(
     >>> round(mean.trend_deg), round(mean.plunge_deg)
     (274, 50)
     """
-    rows = rows_of(table, azimuth)
     if weights is not None:
         one_of(weights, WEIGHTINGS, "weights")
-    found = table_statistics(rows, column_of(by), directed, weights)
+    as_vectors, column = flag(directed, "directed"), column_of(by)
+    rows = rows_of(table, azimuth)
+    found = table_statistics(rows, column, as_vectors, weights)
     warn(found.warnings[len(rows.warnings) :])
     return found
 
@@ -131,9 +132,12 @@ def fold(
     (90.0, 20.0)
     """
     rows = rows_of(table, azimuth)
-    names = None if sets is None else checked_names([str(name) for name in items_of(sets, "sets")])
     waviness = single_number(waviness_deg, "waviness_deg")
-    return table_fold(rows, words_of(kind, "kind"), names, column_of(domain, "domain"), waviness)
+    with naming("sets", "--sets"):
+        names = None if sets is None else checked_names([str(n) for n in items_of(sets, "sets")])
+        return table_fold(
+            rows, words_of(kind, "kind"), names, column_of(domain, "domain"), waviness
+        )
 
 
 def slope(
@@ -184,8 +188,9 @@ def slope(
     >>> found.planar.critical, found.planar.of, found.wedge.critical, found.wedge.of
     (1, 2, 1, 1)
     """
+    one_of(limits, ("curved", "straight"), "limits")
     asked = slope_face(
-        face if isinstance(face, str) else _plane_of(face),
+        attitude_of(face, "face"),
         required_number(friction_deg, "friction_deg"),
         required_number(lateral_deg, "lateral_deg"),
         limits,
@@ -194,16 +199,6 @@ def slope(
     found = table_slope(rows, asked)
     warn(found.warnings[len(rows.warnings) :])
     return found
-
-
-def _plane_of(face: Any) -> Plane:
-    try:
-        azimuth, dip = (float(angle) for angle in face)
-    except (TypeError, ValueError) as error:
-        raise UsageError(
-            tr("The face is its dip direction and dip, such as (135, 70)."), field="face"
-        ) from error
-    return Plane(azimuth, dip)
 
 
 def slip(table: Any) -> TableSlip:

@@ -2,14 +2,31 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from vomstudio.api.checking import one_of, path_of, positive, single_number, warn
+from vomstudio.api.checking import (
+    flag,
+    maybe_path,
+    naming,
+    one_of,
+    path_of,
+    positive,
+    required_number,
+    single_number,
+    warn,
+    words_of,
+)
 from vomstudio.api.reporting import Reported, told
+from vomstudio.errors import InputError
 from vomstudio.io.photos.reading import PhotoFolder
 from vomstudio.survey.folder_check import FolderCheck
 from vomstudio.survey.planning import SurveyPlan
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.survey.plan_camera import PlanCamera
 
 
 def read_photos(folder: str | Path, *, progress: Reported = None) -> PhotoFolder:
@@ -85,7 +102,7 @@ def check(
 
 
 def plan(
-    camera: str,
+    camera: str | Path,
     *,
     width_m: float,
     height_m: float,
@@ -139,28 +156,44 @@ def plan(
     from vomstudio.files.atomic import check_target
     from vomstudio.products.report.field_sheet import check_format, write_field_sheet
     from vomstudio.survey.foretold_plan import foretold
-    from vomstudio.survey.plan_camera import camera_of
     from vomstudio.survey.planning import MANNERS, plan_survey
 
     one_of(manner, MANNERS, "manner")
-    positive(width_m, "width_m")
-    positive(height_m, "height_m")
-    if sheet is not None:
-        check_format(str(sheet))
-        check_target(sheet, force=force)
+    page, replace = maybe_path(sheet, "sheet"), flag(force, "force")
+    with naming("sheet", "--output"):
+        if page is not None:
+            check_format(page)
+            check_target(page, force=replace)
     made = plan_survey(
-        camera_of(str(camera), focal_mm),
-        width_m,
-        height_m,
+        _camera(camera, focal_mm),
+        _length(width_m, "width_m"),
+        _length(height_m, "height_m"),
         distance_m=positive(distance_m, "distance_m"),
         gsd_m=positive(gsd_m, "gsd_m"),
         plane_m=positive(plane_m, "plane_m"),
-        overlap=overlap,
+        overlap=required_number(overlap, "overlap"),
         manner=manner,
-        f_number=aperture,
+        f_number=single_number(aperture, "aperture"),
     )
     made = foretold(made, positive(receiver_m, "receiver_m"), positive(control_m, "control_m"))
-    if sheet is not None:
-        write_field_sheet(str(sheet), made, force=force)
+    if page is not None:
+        write_field_sheet(page, made, force=replace)
     warn(made.warnings)
     return made
+
+
+def _camera(given: Any, focal_mm: Any) -> PlanCamera:
+    """Raises InputError, UsageError."""
+    from vomstudio.survey.plan_camera import camera_of
+
+    words = os.fspath(given) if isinstance(given, os.PathLike) else given
+    if (name := words_of(words, "camera")) is None:
+        raise InputError(tr("The name of a camera is needed."), field="camera")
+    return camera_of(name, single_number(focal_mm, "focal_mm"))
+
+
+def _length(value: float, name: str) -> float:
+    """Metres, which cannot be left out. Raises InputError."""
+    length = positive(required_number(value, name), name)
+    assert length is not None
+    return length

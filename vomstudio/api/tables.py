@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from vomstudio.api.checking import looks_like_radians, pairs, path_of, warn
+from vomstudio.api.checking import is_path, looks_like_radians, one_of, pairs, path_of, warn
 from vomstudio.document import catalogue
 from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
@@ -69,26 +68,37 @@ def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> An
     >>> beds.attrs["convention"]
     "planes as strike (right-hand rule)/dip ('strike', 'dip')"
     """
-    table = orientation_reading.read_orientations(path_of(path, "path"), azimuth)
+    table = orientation_reading.read_orientations(path_of(path, "path"), meaning_of(azimuth))
     said = _noticed(table)
     warn(said)
     return frame_of_table(table, said)
 
 
-def rows_of(table: Any, azimuth: Azimuth | None = None, depth: int = 4) -> OrientationTable:
+def meaning_of(azimuth: Any) -> Azimuth | None:
+    """Raises InputError for what no azimuth means."""
+    if azimuth is None:
+        return None
+    one_of(azimuth, ("strike", "dipdir"), "azimuth")
+    return azimuth  # type: ignore[no-any-return]
+
+
+def rows_of(
+    table: Any, azimuth: Azimuth | None = None, depth: int = 4, name: str = "table"
+) -> OrientationTable:
     """Planes and lines of a DataFrame, a file, or two arrays (dip direction, dip).
 
     Warnings of the table are Python warnings, too; depth : of this call from the user's line.
-    Raises InputError, UsageError.
+    name : of the argument. Raises InputError, UsageError.
     """
-    if isinstance(table, str | os.PathLike):
-        found = orientation_reading.read_orientations(Path(table), azimuth)
+    azimuth = meaning_of(azimuth)
+    if is_path(table):
+        found = orientation_reading.read_orientations(path_of(table, name), azimuth)
     elif hasattr(table, "columns") and hasattr(table, "itertuples"):
-        names, cells = _cells_of(_without_claims(table))
+        names, cells = _cells_of(_without_claims(table), name)
         told = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
         found = orientations_of(table_of_cells(names, cells, _IN_MEMORY, told), azimuth)
     else:
-        found = orientations_of(_arrays(table), None)
+        found = orientations_of(_arrays(table, name), None)
     warn(_noticed(found), depth)
     return found
 
@@ -103,13 +113,13 @@ def _without_claims(frame: Any) -> Any:
     return frame.drop(columns=list(claimed)) if claimed else frame
 
 
-def text_of(table: Any) -> TextTable:
-    """A DataFrame or a file as a table of texts. Raises InputError."""
-    if isinstance(table, str | os.PathLike):
-        return read_table(Path(table))
+def text_of(table: Any, name: str = "table") -> TextTable:
+    """A DataFrame or a file as a table of texts. name : of the argument. Raises InputError."""
+    if is_path(table):
+        return read_table(path_of(table, name))
     if not (hasattr(table, "columns") and hasattr(table, "itertuples")):
-        raise InputError(tr("Give a DataFrame or the path of a file."), field="table")
-    names, cells = _cells_of(table)
+        raise InputError(tr("Give a DataFrame or the path of a file."), field=name)
+    names, cells = _cells_of(table, name)
     return table_of_cells(names, cells, _IN_MEMORY)
 
 
@@ -122,18 +132,18 @@ def _noticed(table: OrientationTable) -> list[str]:
     return [*table.warnings, *said]
 
 
-def _arrays(given: Any) -> Any:
+def _arrays(given: Any, name: str) -> Any:
     names = ("dip_direction", "dip")
     if isinstance(given, Mapping) or not isinstance(given, Sequence | np.ndarray):
-        raise _no_table(given)
+        raise _no_table(given, name)
     if len(given) != 2:
-        raise _no_table(given)
+        raise _no_table(given, name)
     azimuth, dip = pairs(given[0], given[1], names)
     cells = [[repr(float(a)), repr(float(d))] for a, d in zip(azimuth, dip, strict=True)]
     return table_of_cells(names, cells, _IN_MEMORY)
 
 
-def _no_table(given: Any) -> InputError:
+def _no_table(given: Any, name: str) -> InputError:
     kind = type(given).__name__
     return InputError(
         tr(
@@ -141,12 +151,12 @@ def _no_table(given: Any) -> InputError:
             "arrays (dip direction, dip) in degrees. This is a {kind}.",
             kind=kind,
         ),
-        field="table",
+        field=name,
     )
 
 
 # --- DataFrame to cells ---------------------------------------------------------------------------
-def _cells_of(frame: Any) -> tuple[list[str], list[list[str]]]:
+def _cells_of(frame: Any, argument: str) -> tuple[list[str], list[list[str]]]:
     """Names and cells of a DataFrame; columns of shapes are left out."""
     names, columns = [], []
     for place, name in enumerate(frame.columns):
@@ -156,7 +166,7 @@ def _cells_of(frame: Any) -> tuple[list[str], list[list[str]]]:
         names.append(str(name))
         columns.append([_cell(value) for value in values])
     if not names or not len(frame):
-        raise InputError(tr("This DataFrame has no rows."), field="table")
+        raise InputError(tr("This DataFrame has no rows."), field=argument)
     return names, [list(row) for row in zip(*columns, strict=True)]
 
 

@@ -28,7 +28,7 @@ def add_parser(subparsers: Subparsers) -> None:
         type=float,
         default=2.0,
         metavar="N",
-        help=tr("frames per second, 1 to 4 (default 2)"),
+        help=tr("frames per second, 0.05 to 10; 1 to 4 are usual (default 2)"),
     )
 
 

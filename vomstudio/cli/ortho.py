@@ -17,6 +17,7 @@ from vomstudio.cli.common.frames_of_models import add_project
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.text_tables import azimuth
 from vomstudio.errors import UsageError
+from vomstudio.geometry.units import METRES
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -64,7 +65,9 @@ def add_parser(subparsers: Subparsers) -> None:
         choices=["y", "z"],
         help=tr("the model's axis that points up (default z)"),
     )
-    parser.add_argument("--unit", type=float, metavar="M", help=tr("metres per unit of the model"))
+    parser.add_argument(
+        "--unit", choices=list(METRES), help=tr("unit of the model's coordinates (default m)")
+    )
     add_project(parser)
     parser.add_argument(
         "--around",
@@ -76,7 +79,6 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target
-    from vomstudio.geometry.places import is_unit
     from vomstudio.io.models.opening import read_model
     from vomstudio.products.ortho import orthophoto, requests
     from vomstudio.products.ortho.drawn_features import drawing_targets
@@ -84,8 +86,6 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.ortho.sheet import format_of
 
     requests.check_direction(args.trend, args.plunge, args.plane, args.fold)
-    if args.unit is not None and not is_unit(args.unit):
-        raise UsageError(tr("A unit is a length in metres, such as 0.001 for mm."), field="--unit")
     if args.project is not None and (args.up is not None or args.unit is not None):
         raise UsageError(
             tr("With --project the model stands as it does there. Leave out the other option."),
@@ -155,7 +155,7 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
         crs = world_crs(frame.crs, frame.unit_m)
         return _Place(model.to_world, crs, frame.has_north, frame.has_metres)
     stated = loaded.unit_m or 1.0
-    unit = stated if args.unit is None else args.unit
+    unit = stated if args.unit is None else METRES[args.unit]
     up: UpAxis = args.up or "z"
     return _Place(
         Frame(unit_m=unit, up_axis=up).to_world(),

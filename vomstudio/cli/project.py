@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import Run, Subparsers, add_command, progress_of
 from vomstudio.cli.common.output import Output
-from vomstudio.errors import UsageError
+from vomstudio.errors import DocumentError, UsageError
 from vomstudio.geometry.units import METRES
 from vomstudio.words import tr, tr_n
 
@@ -116,7 +116,12 @@ def _add_register(register: argparse.ArgumentParser) -> None:
 
 
 def _run(args: argparse.Namespace, out: Output) -> None:
-    args.act(args, out)
+    try:
+        args.act(args, out)
+    except DocumentError as error:
+        # What cannot be done to a journal is said by what knows no folder.
+        error.file = error.file or args.project
+        raise
 
 
 # --- looking -------------------------------------------------------------------------------------

@@ -78,9 +78,17 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--north-sigma",
         metavar="DEG",
-        help=tr("how far a compass may be off for all photos alike, one sigma (default: 10)"),
-    )
+        help=tr("how far a compass may be off for all its readings alike, one sigma (default: 10 "
+                "for photos, 0.5 for other azimuths from magnetic north, else 0)"),
+    )  # fmt: skip
     _add_lines(parser)
+    parser.add_argument(
+        "--without",
+        metavar="LABEL",
+        action="append",
+        default=[],
+        help=tr("leave out the point, reading, photo or line of this label; may be repeated"),
+    )
     _add_reference(parser)
     parser.add_argument("--crs", metavar="EPSG", help=tr("the projected CRS that it is placed in"))
     add_output(parser, tr("write the placed model"))
@@ -89,18 +97,20 @@ def add_parser(subparsers: Subparsers) -> None:
 def _add_lines(parser: Parser) -> None:
     parser.add_argument(
         "--scale",
-        metavar="X1,Y1,Z1,X2,Y2,Z2,METRES",
+        metavar="X1,Y1,Z1,X2,Y2,Z2,METRES[,SIGMA]",
         action="append",
         default=[],
-        help=tr("two places on the model, and the metres between them"),
-    )
+        help=tr("two places on the model, the metres between them, and where wanted the error of "
+                "these, one sigma (default: 0.5 %%)"),
+    )  # fmt: skip
     parser.add_argument(
         "--azimuth",
-        metavar="X1,Y1,Z1,X2,Y2,Z2,DEG",
+        metavar="X1,Y1,Z1,X2,Y2,Z2,DEG[,SIGMA]",
         action="append",
         default=[],
-        help=tr("two places on the model, and the azimuth from the first to the second"),
-    )
+        help=tr("two places on the model, the azimuth from the first to the second, and where "
+                "wanted its error, degrees, one sigma (default: 3)"),
+    )  # fmt: skip
     parser.add_argument(
         "--level",
         metavar="X1,Y1,Z1,X2,Y2,Z2[,SIGMA]",
@@ -209,4 +219,13 @@ def in_words(found: Placed) -> str:
             ]
             heads = [tr("use"), tr("label"), "dx", "dy", "dz", tr("error")]
             blocks.append(text_tables.table(heads, ["", "", "m", "m", "m", "m"], rows))
+    if found.without:
+        rows = [
+            [w.label, *(text_tables.figures(v) for v in (
+                w.error_deg, w.turned_deg, w.others_deg, w.weakest_95_deg))]
+            for w in found.without
+        ]  # fmt: skip
+        heads = [tr("without"), tr("it is off"), tr("model turns"), tr("others agree"),
+                 tr("worst 95 %")]  # fmt: skip
+        blocks.append(text_tables.table(heads, ["", "°", "°", "°", "°"], rows))
     return "\n".join([*blocks, *said_of_worst(found)])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
@@ -15,6 +14,7 @@ from vomstudio.words import tr
 if TYPE_CHECKING:
     from vomstudio.geology.orientation_rows import OrientationRows
     from vomstudio.products.net.contents import NetContents
+    from vomstudio.products.net.net_wishes import NetWishes
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -153,7 +153,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     colors = colors_of(args)
     check_contouring(args.contour, levels, args.sigma)
     look = Contouring(levels, args.filled, args.each_set, args.sigma)
-    options = _Options(args)
+    wishes = _wishes(args)
     check_target(args.output, force=args.force, inputs=[args.table])
     table = read_orientations(args.table, args.azimuth)
     net = net_of_table(
@@ -164,7 +164,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         contouring=look,
     )
     net = recoloured(net, colors_among(colors, [s.name for s in net.sets]))
-    net = options.of(net, table)
+    net = wishes.net(net, table)
 
     from vomstudio.products.net.figure import write_stereonet
 
@@ -219,47 +219,32 @@ def _tell(args: argparse.Namespace, table: OrientationRows, net: NetContents, ou
         _say_densest(found, out)
 
 
-class _Options:
-    """What is to be done to the net, read before anything else is. Raises UsageError."""
+def _wishes(args: argparse.Namespace) -> NetWishes:
+    """Read before anything else is. Raises UsageError."""
+    from vomstudio.products.net.net_options import (
+        Turning,
+        plane_of,
+        turn_of,
+        typed_cone,
+        typed_plane,
+        typed_slip,
+    )
+    from vomstudio.products.net.net_wishes import FINDINGS, NetWishes
 
-    def __init__(self, args: argparse.Namespace) -> None:
-        from vomstudio.products.net.net_options import (
-            Turning,
-            plane_of,
-            turn_of,
-            typed_cone,
-            typed_plane,
-            typed_slip,
-        )
-
-        self.turning = Turning(
-            None if args.untilt is None else plane_of(args.untilt, "--untilt"),
-            *((None, 0.0) if args.rotate is None else turn_of(args.rotate)),
-        )
-        self.intersections = bool(args.intersections)
-        slips = [typed_slip(text) for text in args.slip_line]
-        self.circles = (
+    plane = None if args.untilt is None else plane_of(args.untilt, "--untilt")
+    slips = [typed_slip(text) for text in args.slip_line]
+    return NetWishes(
+        Turning(plane) if args.rotate is None else Turning(plane, *turn_of(args.rotate)),
+        (
             *map(typed_plane, args.plane),
             *map(typed_cone, args.cone),
             *(circle for circle, _ in slips),
-        )
-        self.marks = tuple(mark for _, mark in slips)
-        self.asked = {n for n in ("girdles", "maxima", "errors", "averages") if getattr(args, n)}
-
-    def of(self, net: NetContents, table: OrientationRows) -> NetContents:
-        """Intersections and errors are turned with the planes; what was typed stays."""
-        from vomstudio.products.net.found_in_sets import with_findings
-        from vomstudio.products.net.net_options import net_after, with_intersections
-        from vomstudio.products.net.table_net import error_ellipses
-
-        if self.intersections:
-            net = with_intersections(net)
-        if "errors" in self.asked:
-            net = replace(net, errors=error_ellipses(table))
-        if self.turning.turns:
-            net = net_after(net, self.turning)
-        net = replace(net, circles_typed=self.circles, marks=self.marks)
-        return with_findings(net, self.asked)
+        ),
+        tuple(mark for _, mark in slips),
+        frozenset(name for name in FINDINGS if getattr(args, name)),
+        args.intersections,
+        args.errors,
+    )
 
 
 def _say_densest(found: dict[str, Any], out: Output) -> None:

@@ -276,8 +276,18 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
             _get(records, values["type_id"], FeatureType)
         if "name" in values and not str(values["name"]).strip():
             raise DocumentError(tr("A feature needs a name."), field="name")
-        for field in values:
-            if not any(a.field == field for a in kind_of(feature).attributes):
+        for field, value in values.items():
+            known = [a for a in kind_of(feature).attributes if a.field == field]
+            if known and known[0].form == "choice" and value not in dict(known[0].choices):
+                raise DocumentError(
+                    tr(
+                        "{value} is none of {choices}.",
+                        value=repr(value),
+                        choices=", ".join(repr(word) for word, _ in known[0].choices),
+                    ),
+                    field=field,
+                )
+            if not known:
                 raise DocumentError(
                     tr(
                         "{feature} has no {field}.",

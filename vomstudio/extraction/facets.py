@@ -26,6 +26,7 @@ from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
+from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
@@ -36,6 +37,7 @@ Labels = npt.NDArray[np.int32]
 
 ANGLE_DEG = 20.0
 FEWEST = 50
+_MOST_POINTS = 2**31 - 1
 # Of the resolution around: what natural faces and the noise of their models need.
 _REACH_OF_SPACING = 1.0
 _REACH_OF_NOISE = 3.0
@@ -96,11 +98,13 @@ def require_limits(limits: Limits) -> None:
     """Raises UsageError for thresholds that are none."""
     if not 0.0 < limits.angle_deg < 90.0:
         raise UsageError(tr("The angle is between 0 and 90 degrees, say 20."), field="--angle")
-    if limits.max_distance is not None and not 0.0 < limits.max_distance < np.inf:
+    if limits.max_distance is not None and not 0.0 < limits.max_distance <= FARTHEST_M:
         raise UsageError(tr("The distance is a positive length in metres."), field="--max-distance")
-    if limits.min_points is not None and limits.min_points < 3:
+    if limits.min_points is not None and not 3 <= limits.min_points <= _MOST_POINTS:
         raise UsageError(
-            tr("A plane needs at least 3 points, so that is the least number."),
+            tr("A plane needs at least 3 points, so that is the least number.")
+            if limits.min_points < 3
+            else tr("No model has so many points."),
             field="--min-points",
         )
     if limits.min_area is not None and not 0.0 <= limits.min_area < np.inf:

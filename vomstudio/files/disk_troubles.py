@@ -35,6 +35,9 @@ def is_read_only(folder: Path, error: BaseException) -> bool:
 def _number(folder: Path, error: BaseException) -> int | None:
     """The number of a failure. Libraries hardly tell it: the same is tried again."""
     number = getattr(error, "errno", None)
+    if number is None:
+        # A sentence of ours, made of what the system said.
+        number = getattr(error.__cause__, "errno", None)
     if isinstance(number, int) and number not in _UNCLEAR:
         return number
     return number_of_failure(folder) or number

@@ -9,6 +9,7 @@ cannot fill, are refused.
 from __future__ import annotations
 
 import io
+import os
 import re
 import struct
 import warnings
@@ -51,19 +52,30 @@ def open_picture(source: str | Path | bytes, formats: tuple[str, ...] = TEXTURES
     picture of these formats, and OSError, ValueError or SyntaxError where it is damaged, as
     Pillow's decoders do.
     """
-    from PIL import Image
+    from PIL import Image, UnidentifiedImageError
 
     # Photos and textures are larger than Pillow's idea of an attack.
     Image.MAX_IMAGE_PIXELS = None
     if not isinstance(source, bytes):
         require_regular(source)
-    with io.BytesIO(source) if isinstance(source, bytes) else open(source, "rb") as file:
-        _check_headers(file)
-        size = file.seek(0, io.SEEK_END)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        given = io.BytesIO(source) if isinstance(source, bytes) else source
-        image = Image.open(given, formats=formats)
+    given = io.BytesIO(source) if isinstance(source, bytes) else _Unmapped(source)
+    try:
+        _check_headers(given)
+        size = given.seek(0, io.SEEK_END)
+        given.seek(0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            image = Image.open(given, formats=formats)
+    except UnidentifiedImageError as error:
+        given.close()
+        if isinstance(source, bytes):
+            raise
+        # Pillow would name the object that is read.
+        said = f"cannot identify image file {os.fspath(source)!r}"
+        raise UnidentifiedImageError(said) from error
+    except BaseException:
+        given.close()
+        raise
     try:
         width, height = image.size
         richest = _RICHEST.get(image.format or "")
@@ -84,6 +96,21 @@ def open_picture(source: str | Path | bytes, formats: tuple[str, ...] = TEXTURES
         image.close()
         raise
     return image
+
+
+class _Unmapped(io.BufferedReader):
+    """A file that nothing maps: Pillow maps pixels that are not packed, libtiff whole files, and
+    one that shrinks under a map, or whose drive is pulled out, ends the process. Closes itself, as
+    Pillow closes only what it has opened."""
+
+    def __init__(self, path: str | Path) -> None:
+        super().__init__(io.FileIO(path))
+
+    def fileno(self) -> int:
+        raise io.UnsupportedOperation("fileno")
+
+    def __del__(self) -> None:
+        self.close()
 
 
 def _check_headers(file: BinaryIO) -> None:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import place_keys, welded
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.outlines.surface_area import area_inside
 from vomstudio.geometry.patches import face_areas, face_points
 from vomstudio.geometry.surface import Surface, VertexSurface
 
@@ -27,6 +28,8 @@ Ints = npt.NDArray[np.int64]
 LINK = 1.8
 _AROUND = 16
 _STEP = 1_000_000
+# Some faces of a model, such as those that close a hole, are far longer than the others.
+_LONG = 8.0
 
 
 class PaintSurface(Surface, Protocol):
@@ -59,6 +62,10 @@ class PaintSurface(Surface, Protocol):
     def border(self, ids: Ints) -> Array:
         """(k, 2, 3) edges of the chosen faces that only one of them has; none for points."""
 
+    def area_inside(self, ring: npt.ArrayLike) -> float | None:
+        """Area of the surface that a ring (n, 3) on it encloses, as in
+        `outlines.surface_area.area_inside`; None for points."""
+
     def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> Array | None:
         """Unit normal (3,) of the surface inside the ball, of either sense; None where nothing is
         known yet."""
@@ -75,6 +82,7 @@ class MeshSurface(VertexSurface):
         self._faces_of: tuple[npt.NDArray[np.int32], npt.NDArray[np.integer]] | None = None
         # Place of each vertex among those that are being looked at, -1 for the others.
         self._place: npt.NDArray[np.int32] | None = None
+        self._lengths: tuple[float, Ints] | None = None
 
     @property
     def count(self) -> int:
@@ -91,6 +99,7 @@ class MeshSurface(VertexSurface):
         # Compressing by columns is a counting sort, in C and without the interpreter's lock.
         columns = csr_array((np.ones(faces.size, np.bool_), faces.ravel(), starts), shape).tocsc()
         self._faces_of = (columns.indices, columns.indptr)
+        self._long_faces()
 
     def within(self, index: int, centre: npt.ArrayLike, radius: float) -> Ints:
         centre = np.asarray(centre, dtype=np.float64)
@@ -150,6 +159,29 @@ class MeshSurface(VertexSurface):
         if found is not None:
             return found
         return own / size if size > 0.0 else None
+
+    def area_inside(self, ring: npt.ArrayLike) -> float | None:
+        xyz = np.asarray(ring, np.float64).reshape(-1, 3)
+        if len(xyz) < 3 or not self.count:
+            return None
+        middle = xyz.mean(axis=0)
+        radius = float(np.linalg.norm(xyz - middle, axis=1).max())
+        usual, long = self._long_faces()
+        # A face that reaches into the ball has a corner within its own length of it.
+        near = self._faces_at(self._in_ball(middle, radius + usual))
+        return area_inside(self.corners(_join(near, long)), xyz)
+
+    def _long_faces(self) -> tuple[float, Ints]:
+        """Length that most faces' edges do not surpass, and the sorted ids of those that do."""
+        if self._lengths is None:
+            longest = np.empty(self.count)
+            for start in range(0, self.count, _STEP):
+                corners = self.corners(np.arange(start, min(start + _STEP, self.count)))
+                edges = corners - np.roll(corners, 1, axis=1)
+                longest[start : start + _STEP] = np.sqrt((edges**2).sum(axis=2).max(axis=1))
+            usual = _LONG * float(np.median(longest)) if len(longest) else 0.0
+            self._lengths = usual, np.flatnonzero(longest > usual)
+        return self._lengths
 
     def _places(self) -> npt.NDArray[np.int32]:
         if self._place is None:
@@ -233,6 +265,9 @@ class CloudSurface(VertexSurface):
 
     def border(self, ids: Ints) -> Array:
         return np.zeros((0, 2, 3))
+
+    def area_inside(self, ring: npt.ArrayLike) -> float | None:
+        return None
 
     def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> Array | None:
         return self._normal(np.asarray(centre, dtype=np.float64), radius)

@@ -18,13 +18,6 @@ FARTHEST_M = 1e12
 enough, and no frame on Earth reaches there, in millimetres either."""
 FARTHEST_DIAMETERS = 10.0
 """How far from the box of a model a place on it may be asked for, in diagonals of that box."""
-UNITS_M = (1e-9, 1e6)
-"""Metres in one unit of a model: from a nanometre to a thousand kilometres."""
-
-
-def is_unit(metres: float) -> bool:
-    """Whether one unit of a model can have so many metres."""
-    return bool(UNITS_M[0] <= metres <= UNITS_M[1])
 
 
 def no_places(points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:

@@ -64,7 +64,7 @@ class ModelFile:
 
 @dataclass(frozen=True)
 class CachedModel:
-    """folder : in the cache, from where it is mapped; crs and content_hash : the file's own;
+    """folder : in the cache, from where it is read; crs and content_hash : the file's own;
     resolution : usual spacing, None where there is none"""
 
     folder: Path
@@ -95,7 +95,7 @@ def _load_model(asked: ModelFile, progress: Progress) -> CachedModel:
 
 
 LOAD_MODEL = Job("load_model", Lane.MODELS, ModelFile, CachedModel, _load_model)
-"""Read a model into a cache folder, from where the window maps it."""
+"""Read a model into a cache folder, from where the window reads it."""
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from typing import Any, TextIO
 from vomstudio.errors import VomError, WorkerError
 from vomstudio.failures import crashes, exception_hooks
 from vomstudio.failures.error_collector import ERRORS
+from vomstudio.files import memory_limit
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, Stage, Step, to_line
 from vomstudio.jobs.tasks import TASKS
 from vomstudio.progress import CancelToken
@@ -48,6 +49,7 @@ def main() -> int:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     _end_with_supervisor()
+    memory_limit.take_charge()
     # A comma locale makes some native readers misread decimal points.
     locale.setlocale(locale.LC_NUMERIC, "C")
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")

@@ -1,18 +1,31 @@
-"""Whether control points and positions of cameras place a model alike.
+"""Whether what is known of a model's place agrees: control points with positions of cameras, and
+the north of a compass with that of everything else.
 
-Each places it alone; turn and scale of the two are compared beside their errors. They differ where
-one is in another system, and where the lens is wrong: a focal length that is 5 % off moves the
-cameras by as much of their distance, and leaves a scene that fits its points."""
+Points and cameras place it alone; turn and scale of the two are compared beside their errors. They
+differ where one is in another system, and where the lens is wrong: a focal length that is 5 % off
+moves the cameras by as much of their distance, and leaves a scene that fits its points. What all
+azimuths of a compass are off is estimated together with the placement, as if nothing were known of
+it beforehand."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.errors import GeometryError
 from vomstudio.registration.adjustment import Adjusted, adjust
-from vomstudio.registration.observations import Observed, Points
+from vomstudio.registration.combined import Combined
+from vomstudio.registration.observations import (
+    COMPASS,
+    Attitudes,
+    Azimuths,
+    Directions,
+    Observed,
+    Points,
+)
 from vomstudio.registration.similarity import nearly_on_a_line
 from vomstudio.words import tr
 
@@ -21,6 +34,11 @@ Array = npt.NDArray[np.float64]
 _FEWEST = 4
 # Of right registrations one in a thousand is called contradictory.
 _BY_CHANCE = 0.001
+# Of an angle that is as good as not known beforehand, and that is not worth a word.
+_ANY_NORTH_RAD = np.radians(60.0)
+_NOT_SEEN_DEG = 20.0
+_LITTLE_DEG = 0.5
+_STEPS = 6
 
 
 def said_of_disagreement(kinds: Sequence[Observed], centre: Array, size: float) -> list[str]:
@@ -63,3 +81,67 @@ def said_of_disagreement(kinds: Sequence[Observed], centre: Array, size: float) 
 
 def _of_turn_and_scale(found: Adjusted) -> Array:
     return found.covariance[:4, :4]
+
+
+@dataclass(frozen=True, eq=False)
+class CompassTurn:
+    """What all azimuths of a compass are too large by, and its 95 % error, degrees. freed : the
+    kinds with a north that is not known beforehand, against which single readings are judged"""
+
+    turn_deg: float
+    error95_deg: float
+    freed: list[Observed]
+
+    def in_words(self) -> str:
+        return tr(
+            "All compass readings are turned by {turn:+.1f}° ± {error:.1f}° (95 %) against what "
+            "else places the model: the declination may have been applied twice or not at all, or "
+            "iron is near. Correct it (--declination), or state how far north may be off "
+            "(--north-sigma).",
+            turn=self.turn_deg,
+            error=self.error95_deg,
+        )
+
+
+def compass_turn(kinds: Sequence[Observed], centre: Array, size: float) -> CompassTurn | None:
+    """By how much a compass is off for all readings alike, where something else determines north
+    and it is more than chance; None where not."""
+    from scipy.stats import norm
+
+    if not any(isinstance(kind, Points | Attitudes | Combined) for kind in kinds):
+        return None
+    turned = 0.0
+    freed = [_freed(kind, 0.0) for kind in kinds]
+    if not any(isinstance(kind, Directions | Azimuths) for kind in kinds):
+        return None
+    for _ in range(_STEPS):
+        try:
+            found = adjust(freed, centre, size)
+        except GeometryError:
+            return None
+        at = found.rows.shared_names.index(COMPASS)
+        # The rows turn what is placed, against the clock; readings run with it.
+        step = -float(np.degrees(found.common[at]))
+        turned += step
+        error = float(np.degrees(np.sqrt(found.common_covariance[at, at])))
+        if error > _NOT_SEEN_DEG:
+            return None
+        freed = [_freed(kind, turned) for kind in kinds]
+        if abs(step) < 0.01:
+            break
+    if abs(turned) < max(_LITTLE_DEG, float(norm.isf(_BY_CHANCE / 2.0)) * error):
+        return None
+    return CompassTurn(turned, 1.959963984540054 * error, freed)
+
+
+def _freed(kind: Observed, turned_deg: float) -> Observed:
+    """A kind of compass readings with this taken off its azimuths, and with a north that is not
+    known beforehand."""
+    by = np.radians(turned_deg)
+    if isinstance(kind, Azimuths):
+        return replace(kind, azimuth=kind.azimuth - by, north_sigma=_ANY_NORTH_RAD)
+    if isinstance(kind, Directions):
+        c, s = np.cos(by), np.sin(by)
+        back = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        return replace(kind, world=kind.world @ back, north_sigma=_ANY_NORTH_RAD)
+    return kind

@@ -9,16 +9,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError
-from vomstudio.registration.adjustment import Adjusted, adjust, weighed_rows
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.registration.adjustment import AS_GOOD, Adjusted, adjust, weighed_rows
 from vomstudio.registration.combined import Combined
-from vomstudio.registration.observations import Observed, Points
+from vomstudio.registration.compass_checks import azimuth_that_fits
+from vomstudio.registration.observations import (
+    Azimuths,
+    Directions,
+    LevelLines,
+    Observed,
+    Points,
+    Verticals,
+)
 from vomstudio.registration.similarity import fit_robustly
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -28,6 +38,14 @@ _ROUNDING = 1e-9
 _BY_CHANCE = 0.001
 # Points: of fewer nobody can say which agree.
 _FEWEST_TO_HIDE = 7
+# Directions that are left out one by one: of fewer none can be wrong, of more the misses tell.
+_FEWEST_DIRECTIONS, _FEW_DIRECTIONS = 4, 12
+# What a reading is usually off, and how many misses that counts as beside those that are there: by
+# four planes alone nobody could say that one of them is wrong.
+_USUAL_RAD, _USUAL_COUNTS = np.radians(3.0), 4.0
+_FITS_DEG = (10.0, 20.0)
+# Misses that are so many times the usual are looked into.
+_LARGE = 1.5
 
 
 @dataclass(frozen=True)
@@ -56,6 +74,23 @@ class _Judged:
     strength: float
     of: int
     blunder: Blunder
+
+
+@dataclass(frozen=True)
+class Without:
+    """The placement without one of a few directions. error_deg : how far that is from where the
+    others put it; turned_deg : by how much the model turns without it; others_deg : how well the
+    others then agree (RMS); weakest_95_deg : the worst error of the rotation then, None where that
+    is not known; suspect : it is too far off to be chance; azimuth_off_deg : of a suspect,
+    what added to its azimuth would make it agree, None where neither 90 nor 180 degrees would"""
+
+    label: str
+    error_deg: float
+    turned_deg: float
+    others_deg: float
+    weakest_95_deg: float | None
+    suspect: bool
+    azimuth_off_deg: float | None = None
 
 
 def find_blunders(
@@ -218,3 +253,110 @@ def _described(kind: Observed, label: str, error: Array) -> Blunder:
     if isinstance(kind, Points) or hasattr(kind, "length"):
         return Blunder(label, None, size)
     return Blunder(label, None, None, float(np.degrees(size)))
+
+
+def left_out(
+    kinds: Sequence[Observed], check: Points | None, labels: Sequence[str]
+) -> tuple[list[Observed], Points | None]:
+    """The observations and check points without those of the labels. Raises UsageError for a label
+    that is none of theirs."""
+    every = [label for kind in kinds for label in kind.labels]
+    every += [] if check is None else list(check.labels)
+    for label in labels:
+        if label not in every:
+            near = get_close_matches(label, every, 3) or every[:8]
+            raise UsageError(
+                tr(
+                    "There is no {label} that could be left out. There are {known}.",
+                    label=label,
+                    known=", ".join(near),
+                ),
+                field="--without",
+            )
+
+    def rest(kind: Observed) -> Observed:
+        return chosen(kind, [label not in labels for label in kind.labels])
+
+    left = [rest(kind) for kind in kinds]
+    judges = None if check is None else rest(check)
+    assert judges is None or isinstance(judges, Points)
+    return [kind for kind in left if len(kind.labels)], judges
+
+
+# --- few directions ---------------------------------------------------------------------------
+def leave_one_out(
+    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float
+) -> list[Without]:
+    """A placement by a few directions alone, without each of them, the most suspicious first; empty
+    where they agree, or where they are more, and misses tell.
+
+    One wrong one of a few pulls the placement to itself and hides in what is left over; where no
+    accuracies are stated, it also makes these seem as bad. So each is left out, and held against
+    the others' own agreement, to which the usual error of a compass adds a few misses' worth.
+    """
+    total = sum(len(kind.labels) for kind in kinds if isinstance(kind, Directions))
+    alone = all(isinstance(k, Directions | Azimuths | LevelLines | Verticals) for k in kinds)
+    if not alone or not _FEWEST_DIRECTIONS <= total <= _FEW_DIRECTIONS:
+        return []
+    usual = np.where(np.isfinite(found.rows.sigma), found.rows.sigma, _USUAL_RAD)
+    whole = float(((found.rows.misses / usual) ** 2).sum())
+    if found.redundancy < 3.0 or whole <= _LARGE**2 * found.redundancy:
+        return []
+    if found.ambiguous:
+        # Of rotations that fit alike it is the one that tilts least, not the one that fits best.
+        whole -= AS_GOOD
+    return _one_by_one(kinds, found, centre, size, whole)
+
+
+def _one_by_one(
+    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float, whole: float
+) -> list[Without]:
+    from scipy.spatial.transform import Rotation
+    from scipy.stats import chi2, f
+
+    stated = bool(np.isfinite(found.rows.sigma).all())
+    tried: list[tuple[float, float, Without]] = []
+    singles = [
+        (at, row)
+        for at, kind in enumerate(kinds)
+        if isinstance(kind, Directions)
+        for row in range(len(kind.labels))
+    ]
+    for single in singles:
+        kind = kinds[single[0]]
+        assert isinstance(kind, Directions)
+        try:
+            again = _adjusted(kinds, [single], centre, size)
+        except GeometryError:
+            continue
+        usual = np.where(np.isfinite(again.rows.sigma), again.rows.sigma, _USUAL_RAD)
+        rest = float(((again.rows.misses / usual) ** 2).sum())
+        free = again.redundancy
+        gain = max(whole - rest, 0.0)
+        if stated:
+            chance = float(chi2.sf(gain, 2))
+        else:
+            pooled = (rest + _USUAL_COUNTS) / (free + _USUAL_COUNTS)
+            chance = float(f.sf(gain / 2.0 / pooled, 2, free + _USUAL_COUNTS))
+        placed = again.fit.rotation @ kind.model[single[1]]
+        others = float(np.degrees(np.sqrt((again.rows.misses**2).mean())))
+        cosine = float(placed @ kind.world[single[1]])
+        turned = Rotation.from_matrix(again.fit.rotation @ found.fit.rotation.T).magnitude()
+        worst = 1.96 * float(np.degrees(np.sqrt(np.linalg.eigvalsh(again.rotation)[-1])))
+        # The others, being few, do not say well where it should be.
+        limit = float(np.clip(max(3.0 * others, 2.0 * worst), *_FITS_DEG))
+        fits = azimuth_that_fits(placed, kind.world[single[1]], limit)
+        tried.append((rest, chance, Without(
+            kind.labels[single[1]],
+            float(np.degrees(np.arccos(np.clip(abs(cosine) if kind.axial else cosine, -1.0, 1.0)))),
+            float(np.degrees(turned)),
+            others,
+            None if again.free[:3].size and np.abs(again.free[:3]).max() > 1e-6 else worst,
+            suspect=False,
+            azimuth_off_deg=fits,
+        )))  # fmt: skip
+    tried.sort(key=lambda each: each[0])
+    found_out = [replace(each, azimuth_off_deg=None) for _, _, each in tried]
+    if tried and tried[0][1] < _BY_CHANCE / len(tried):
+        found_out[0] = replace(tried[0][2], suspect=True)
+    return found_out

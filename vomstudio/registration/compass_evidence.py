@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,15 +14,28 @@ from vomstudio.registration.observations import Azimuths, Directions
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
-Segment = tuple[tuple[float, float, float], tuple[float, float, float], float]
 
 _READING_DEG = 3.0
 
 
-def compass_directions(table: CompassTable, turn_deg: float) -> list[Directions]:
+class Segment(NamedTuple):
+    """Two places on the model, and the azimuth from the first to the second (degrees) or the metres
+    between them. sigma : of that value, one sigma, None for what is usual; label : "" for its
+    number"""
+
+    first: tuple[float, float, float]
+    second: tuple[float, float, float]
+    value: float
+    sigma: float | None = None
+    label: str = ""
+
+
+def compass_directions(
+    table: CompassTable, turn_deg: float, north_doubt_deg: float = 0.0
+) -> list[Directions]:
     """Planes and lines that were read, each kind by itself, the planes first.
 
-    turn_deg : added to all azimuths
+    turn_deg : added to all azimuths; north_doubt_deg : one sigma of what these may be off alike
     """
     c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
     # Azimuths run clockwise.
@@ -32,21 +46,30 @@ def compass_directions(table: CompassTable, turn_deg: float) -> list[Directions]
         if len(rows):
             sigma = np.repeat(np.radians(table.sigma[rows])[:, None], 2, axis=1)
             labels = [table.read.ids[i] for i in rows]
-            kinds.append(Directions(labels, table.model[rows], world[rows], sigma))
+            doubt = float(np.radians(north_doubt_deg))
+            kinds.append(
+                Directions(labels, table.model[rows], world[rows], sigma, north_sigma=doubt)
+            )
     return kinds
 
 
-def azimuth_lines(given: Sequence[Segment]) -> Azimuths:
-    """Lines from one place on the model to another whose azimuth (degrees) is known. Raises
-    UsageError for places that are above each other."""
-    vectors = np.array([np.subtract(b, a) for a, b, _ in given], np.float64)
+def azimuth_lines(given: Sequence[Segment], north_doubt_deg: float = 0.0) -> Azimuths:
+    """Lines from one place on the model to another whose azimuth (degrees) is known.
+
+    north_doubt_deg : as of `compass_directions`. Raises UsageError for places that are above each
+    other.
+    """
+    vectors = np.array([np.subtract(b, a) for a, b, *_ in given], np.float64)
     length = np.linalg.norm(vectors, axis=1)
     if not (np.hypot(vectors[:, 0], vectors[:, 1]) > 1e-6 * np.maximum(length, 1e-300)).all():
         raise UsageError(
             tr("A line with an azimuth needs two places that are not above each other."),
             field="--azimuth",
         )
-    labels = [tr("azimuth {number}", number=i + 1) for i in range(len(given))]
-    angles = np.radians([azimuth for _, _, azimuth in given])
-    sigma = np.full(len(given), np.radians(_READING_DEG))
-    return Azimuths(labels, vectors / length[:, None], angles, sigma)
+    labels = [
+        line.label or tr("azimuth {number}", number=number) for number, line in enumerate(given, 1)
+    ]
+    angles = np.radians([line.value for line in given])
+    sigma = [_READING_DEG if line.sigma is None else line.sigma for line in given]
+    doubt = float(np.radians(north_doubt_deg))
+    return Azimuths(labels, vectors / length[:, None], angles, np.radians(sigma), doubt)

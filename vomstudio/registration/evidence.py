@@ -34,9 +34,10 @@ from vomstudio.registration.attitude_evidence import (
     held,
     misses,
 )
+from vomstudio.registration.blunders import left_out
 from vomstudio.registration.combined import Combined
-from vomstudio.registration.compass_checks import said_of_azimuths
-from vomstudio.registration.compass_evidence import azimuth_lines, compass_directions
+from vomstudio.registration.compass_checks import said_of_azimuths, said_of_lone_compass
+from vomstudio.registration.compass_evidence import Segment, azimuth_lines, compass_directions
 from vomstudio.registration.coordinate_checks import (
     doubts_about_points,
     far_from_others,
@@ -50,6 +51,7 @@ from vomstudio.registration.coordinate_checks import (
 )
 from vomstudio.registration.level_evidence import LevelLine, level_lines_of, said_of_level_lines
 from vomstudio.registration.observations import (
+    Directions,
     Lengths,
     LevelLines,
     Observed,
@@ -63,7 +65,6 @@ from vomstudio.registration.wrong_marks import agreeing
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
-Segment = tuple[tuple[float, float, float], tuple[float, float, float], float]
 Marked = tuple[str, str, float, float]
 
 _TAPE = 0.005
@@ -95,6 +96,8 @@ class Evidence:
     compass: CompassTable | None = None
     compass_turn_deg: float = 0.0
     """Added to all azimuths of `compass`."""
+    compass_doubt_deg: float = 0.0
+    """One sigma of what all azimuths, of `compass` and `azimuths`, may be off alike."""
     lengths: Sequence[Segment] = ()
     """Two ends on the model, and the metres between them."""
     azimuths: Sequence[Segment] = ()
@@ -103,6 +106,8 @@ class Evidence:
     """Of control points in photos: label, photo, x, y."""
     reference: Combined | None = None
     """The model as it was fitted to another one."""
+    without: Sequence[str] = ()
+    """Labels of what is left out."""
 
     @property
     def empty(self) -> bool:
@@ -152,19 +157,27 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     if evidence.level_lines:
         kinds.append(level_lines_of(evidence.level_lines))
     if evidence.compass is not None:
-        read = compass_directions(evidence.compass, evidence.compass_turn_deg)
-        if evidence.compass.read.is_plane.any():
-            said += said_of_azimuths(read[0].labels, read[0].model, read[0].world)
+        doubt = evidence.compass_doubt_deg
+        read = compass_directions(evidence.compass, evidence.compass_turn_deg, doubt)
         kinds += read
     if evidence.azimuths:
-        kinds.append(azimuth_lines(evidence.azimuths))
+        kinds.append(azimuth_lines(evidence.azimuths, evidence.compass_doubt_deg))
     if evidence.reference is not None:
         kinds.append(evidence.reference)
+    if evidence.without:
+        kinds, check = left_out(kinds, check, evidence.without)
+        said.append(tr("Left out as asked: {names}.", names=", ".join(evidence.without)))
+    if evidence.compass is not None and evidence.compass.read.is_plane.any():
+        planes = next((kind for kind in kinds if isinstance(kind, Directions)), None)
+        if planes is not None:
+            said += said_of_azimuths(planes.labels, planes.model, planes.world)
     try:
         placed = place(kinds, check, extent)
     except GeometryError as error:
         # What looks wrong with the values is the cause: where points lie follows from it.
         raise GeometryError(" ".join(said if doubted else [*said, str(error)])) from error
+    if evidence.compass is not None and len(kinds) == len(read) and not evidence.compass_doubt_deg:
+        said += said_of_lone_compass()
     said += said_of_feet(placed.scale, placed.scale_error_95)
     said += _said_of_cameras(evidence, kinds, placed)
     if evidence.positions is not None and len(kinds) == 1:
@@ -232,12 +245,12 @@ def _lengths(evidence: Evidence, said: list[str]) -> list[Observed]:
         second.append(places[bar.second])
         length.append(bar.length_m)
         sigma.append(np.nan if bar.sigma_m is None else bar.sigma_m)
-    for number, (a, b, metres) in enumerate(evidence.lengths, 1):
-        labels.append(tr("length {number}", number=number))
-        first.append(np.asarray(a))
-        second.append(np.asarray(b))
-        length.append(metres)
-        sigma.append(_TAPE * metres)
+    for number, line in enumerate(evidence.lengths, 1):
+        labels.append(line.label or tr("length {number}", number=number))
+        first.append(np.asarray(line.first))
+        second.append(np.asarray(line.second))
+        length.append(line.value)
+        sigma.append(_TAPE * line.value if line.sigma is None else line.sigma)
     if not labels:
         return []
     ends = np.array(first, np.float64), np.array(second, np.float64)

@@ -29,11 +29,13 @@ _LEVEL_DEG = 0.5
 @dataclass(frozen=True)
 class LevelLine:
     """Two places on the model that are at one height. sigma_deg : how level that is known to be,
-    one sigma; None for what a water line, a spirit level or a built edge gives"""
+    one sigma; None for what a water line, a spirit level or a built edge gives; label : "" for its
+    number"""
 
     first: tuple[float, float, float]
     second: tuple[float, float, float]
     sigma_deg: float | None = None
+    label: str = ""
 
 
 def level_lines_of(lines: Sequence[LevelLine]) -> LevelLines:
@@ -47,7 +49,10 @@ def level_lines_of(lines: Sequence[LevelLine]) -> LevelLines:
             field="--level",
         )
     sigma = [_LEVEL_DEG if line.sigma_deg is None else line.sigma_deg for line in lines]
-    names = [tr("level line {number}", number=k + 1) for k in range(len(lines))]
+    names = [
+        line.label or tr("level line {number}", number=number)
+        for number, line in enumerate(lines, 1)
+    ]
     return LevelLines(names, along / length[:, None], np.radians(sigma))
 
 

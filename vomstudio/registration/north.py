@@ -14,6 +14,11 @@ from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
+DECLINATION_DOUBT_DEG = 0.5
+"""One sigma of a declination from a model of the Earth's main field, which knows nothing of the
+rocks' own: the error model of the World Magnetic Model (Chulliat et al. 2015, Technical Report,
+section 3) has 0.3 to 0.5 degrees at middle latitudes."""
+
 
 @dataclass(frozen=True)
 class North:

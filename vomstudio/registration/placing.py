@@ -12,8 +12,8 @@ from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.adjustment import Adjusted, adjust
-from vomstudio.registration.agreement import said_of_disagreement
-from vomstudio.registration.blunders import find_blunders
+from vomstudio.registration.agreement import compass_turn, said_of_disagreement
+from vomstudio.registration.blunders import Blunder, find_blunders, leave_one_out
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import Observed, Points
 from vomstudio.registration.remarks import (
@@ -23,6 +23,7 @@ from vomstudio.registration.remarks import (
     said_of_fit,
     said_of_mirrors,
     said_of_points,
+    said_of_without,
 )
 from vomstudio.registration.results import (
     Known,
@@ -71,7 +72,15 @@ def place(
     centre, size = _extent(kinds, extent)
     found = adjust(kinds, centre, size)
     known = _known(found)
-    blunders = find_blunders(kinds, found, centre, size)
+    turned = compass_turn(kinds, centre, size)
+    judged, by = (kinds, found) if turned is None else (turned.freed, found)
+    if turned is not None:
+        # Readings that are all off alike are none of them wrong beside the others.
+        by = adjust(judged, centre, size)
+    blunders = find_blunders(judged, by, centre, size)
+    without = leave_one_out(judged, by, centre, size)
+    if without and without[0].suspect:
+        blunders = [Blunder(without[0].label, None, None, without[0].error_deg)]
     control = _residuals(points, found.fit)
     checked = _residuals(check, found.fit)
     rotation, rotation95 = _rotation_errors(found, known)
@@ -79,9 +88,10 @@ def place(
     warnings = [
         *said_of_fit(found, kinds),
         *said_of_disagreement(kinds, centre, size),
+        *([] if turned is None else [turned.in_words()]),
         *said_of_points(control, checked, points),
         *said_of_errors(rotation, scale95, known, points),
-        *said_of_blunders(kinds, blunders, found, centre, size),
+        *(said_of_without(without) or said_of_blunders(judged, blunders, by, centre, size)),
         *said_of_mirrors(points, found.fit),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
@@ -90,7 +100,7 @@ def place(
     matrix[:3, :3] = found.fit.scale * found.fit.rotation
     matrix[:3, 3] = found.fit.translation
     return Placed(
-        matrix=tuple(tuple(row) for row in matrix.tolist()),
+        matrix=matrix,
         scale=found.fit.scale,
         control=control,
         check=checked,
@@ -102,6 +112,7 @@ def place(
         worth_adding=_worth_adding(found, points, extent, known),
         known=known,
         blunders=tuple(blunders),
+        without=tuple(without),
         warnings=tuple(warnings),
         covariance=tuple(tuple(row) for row in found.covariance.tolist()),
         centre=(float(found.centre[0]), float(found.centre[1]), float(found.centre[2])),

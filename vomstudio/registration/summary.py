@@ -19,6 +19,7 @@ _METHODS = {
     "gps": to_translate("GPS positions of the cameras"),
     "control": to_translate("control points marked in photos"),
     "points": to_translate("control points picked on the model"),
+    "lines": to_translate("lines on the model that are level, or of known azimuth or length"),
     "reference": to_translate("another model, to which it was fitted"),
     "local": to_translate("nothing outside of the photos"),
 }

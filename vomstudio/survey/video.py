@@ -102,9 +102,7 @@ def take_frames(
     Raises InputError for what is no video, UsageError, TargetError, Cancelled.
     """
     if not 0.05 <= fps <= 10.0:
-        raise UsageError(
-            tr("Take 1 to 4 frames per second (0.05 to 10 are possible)."), field="--fps"
-        )
+        raise UsageError(tr("Frames per second are 0.05 to 10; 1 to 4 are usual."), field="--fps")
     progress = progress or Silent()
     target = _checked_target(Path(folder), force)
     with _Video(Path(video)) as source:

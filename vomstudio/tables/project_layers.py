@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from vomstudio.document import catalogue
 from vomstudio.document.figures import Figure, Form, Subject
-from vomstudio.document.kind import GisLayer, Kind
+from vomstudio.document.kind import GisLayer, Kind, color_of
 from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
@@ -26,13 +26,28 @@ _POINTS = {"plane": "planes", "line": "lines"}
 @dataclass(frozen=True, eq=False)
 class Layer:
     """shapes : one (n, 3) float64 array per feature; of a point n = 1, of a ring the first point is
-    not repeated at the end. columns : one value per feature, by name. main : as in GisLayer."""
+    not repeated at the end. columns : one value per feature, by name. main, by : as in GisLayer.
+    colors : of each feature, "#rrggbb" or ""; none for the points of orientations"""
 
     name: str
     kind: Literal["point", "line", "ring"]
     shapes: list[npt.NDArray[np.float64]]
     columns: dict[str, npt.NDArray[Any]]
     main: bool = False
+    by: str = "kind"
+    colors: Sequence[str] = ()
+
+    @property
+    def classes(self) -> list[str]:
+        """By what features have their colours; empty words where the layer does not say."""
+        return [str(word) for word in self.columns.get(self.by, [""] * len(self.shapes))]
+
+    def colors_of(self, types: Mapping[str, str], otherwise: str) -> dict[str, str]:
+        """The colour of each class. types : of the feature types, by their names in lower case."""
+        if self.by == "kind":
+            return {word: types.get(word.casefold(), otherwise) for word in self.classes}
+        own = zip(self.classes, self.colors, strict=True)
+        return {word: color or otherwise for word, color in own}
 
 
 def project_layers(
@@ -73,7 +88,8 @@ def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:
             continue
         columns[figure.name] = _column(values, figure)
     shapes = [shape for _, shape in drawn]
-    return Layer(layer.name, layer.geometry, shapes, columns, layer.main)
+    colors = [color_of(s.feature, s.records) for s, _ in drawn]
+    return Layer(layer.name, layer.geometry, shapes, columns, layer.main, layer.by, colors)
 
 
 def _column(values: list[Any], figure: Figure) -> npt.NDArray[Any]:

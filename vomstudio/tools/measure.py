@@ -11,8 +11,9 @@ import numpy.typing as npt
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.kinds.dimension import KIND, Dimension, DimensionKind, words
+from vomstudio.document.kinds.dimension import KIND, Dimension, DimensionKind
 from vomstudio.document.kinds.dimension import KINDS as DIMENSION_KINDS
+from vomstudio.document.length_figures import words
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError

@@ -13,18 +13,16 @@ from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import SURROUNDINGS_RULE, Model, Point
-from vomstudio.geometry import transform
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.tools.fit_summary import WIDTH, error_text, first_reason, indices_text
-from vomstudio.tools.followed_line import FollowedLine
+from vomstudio.tools.following import FollowingTool
 from vomstudio.tools.local_surface import around
-from vomstudio.tools.polyline import PolylineTool, points_text, type_of_draft
-from vomstudio.tools.tool_context import ToolContext
+from vomstudio.tools.polyline import points_text, type_of_draft
 from vomstudio.tools.tool_entry import ToolEntry
 from vomstudio.words import to_translate, tr, tr_n
 
 
-class TraceTool(PolylineTool[Trace]):
+class TraceTool(FollowingTool[Trace]):
     """Picks three points or more; a plane is fitted to them as they come.
 
     Where it follows a contact its vertices are way-points, and the trace is the path through them.
@@ -32,41 +30,6 @@ class TraceTool(PolylineTool[Trace]):
 
     name = "trace"
     record = Trace
-
-    def __init__(self, context: ToolContext) -> None:
-        super().__init__(context)
-        self._line = FollowedLine(context.paths, self._leg_came, context.say)
-        self._finish_when_found = False
-
-    @property
-    def cost(self) -> str | None:
-        """What is followed between clicks; None for straight pieces."""
-        return self._line.cost
-
-    def follow(self, cost: str | None) -> None:
-        """Follow something else between clicks, or nothing. A continued trace is picked point by
-        point."""
-        if cost == self._line.cost:
-            return
-        self._line.cost = cost
-        if self._feature is not None:
-            self._keep(self._feature, self._steps, self.current_vertex)
-        else:
-            self._context.tool_changed()
-
-    @property
-    def followed(self) -> bool:
-        """The open trace is a path between its way-points."""
-        return self._line.cost is not None and not self._continued and self.open
-
-    @property
-    def searching(self) -> bool:
-        """A piece of the open trace is still being searched for."""
-        return (
-            self._feature is not None
-            and self.followed
-            and self._line.searching(self._feature.model_id, self.vertices)
-        )
 
     @property
     def trace(self) -> Trace | None:
@@ -126,43 +89,11 @@ class TraceTool(PolylineTool[Trace]):
             axis="auto",
         )
 
-    def finish(self) -> str | None:
-        """As of all; while a piece is searched for it is finished when that has come."""
-        self._finish_when_found = self.searching
-        return None if self._finish_when_found else super().finish()
-
-    def _reset(self) -> None:
-        self._line.forget()
-        self._finish_when_found = False
-        super()._reset()
-
-    def _leg_came(self) -> None:
-        if self._feature is None:
-            return
-        self._look()
-        self._show()
-        self._context.tool_changed()
-        if self._finish_when_found and not self.searching:
-            self.finish()
-
-    def _whole(self, feature: Trace) -> Trace:
-        """With all vertices of the path; itself where it is picked point by point."""
-        if not self.followed:
-            return feature
-        dragged = self._drag_from is not None
-        path = self._line.path(feature.model_id, feature.vertices, live=dragged)
-        return replace(feature, vertices=tuple(map(tuple, path.tolist())))
-
     def _edit(self, feature: Trace) -> Edit:
         records = self._context.session.records
         if not self._continued:
             if self.followed:
-                said = tr(
-                    "Followed by {cost} through {count} way-points.",
-                    cost=self._line.cost,
-                    count=len(feature.vertices),
-                )
-                feature = replace(self._whole(feature), notes=said)
+                feature = replace(self._whole(feature), notes=self._followed_words(feature))
             return edits.add_trace(records, feature)
         return edits.set_vertices(
             records,
@@ -176,7 +107,7 @@ class TraceTool(PolylineTool[Trace]):
     # --- drafts ------------------------------------------------------------------------------
     def _more_state(self, feature: Trace) -> dict[str, Any]:
         state = {"type_id": feature.type_id, "set_name": feature.set_name}
-        return {**state, "cost": self._line.cost} if self.followed or self._line.cost else state
+        return {**state, **self._cost_state()}
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Trace:
         return Trace(
@@ -191,8 +122,6 @@ class TraceTool(PolylineTool[Trace]):
         )
 
     def restore(self, state: Mapping[str, Any]) -> bool:
-        cost = state.get("cost")
-        self._line.cost = cost if isinstance(cost, str) else None
         if not super().restore(state):
             return False
         if self._feature is not None:
@@ -225,19 +154,6 @@ class TraceTool(PolylineTool[Trace]):
             super()._look()
             return
         self.measurement = self._context.measure(whole) if whole.vertices else None
-
-    def _drawn(self) -> tuple[np.ndarray | None, np.ndarray | None]:
-        feature, model = self._feature, self._model()
-        if feature is None or model is None or not self.followed:
-            return None, None
-        path = np.asarray(self._whole(feature).vertices, np.float64)
-        at, ahead = self._hovered(), None
-        if at is not None and feature.vertices and self._drag_from is None:
-            ahead = self._line.leg(feature.model_id, feature.vertices[-1], at, live=True)
-        to_world = model.to_world
-        return transform.apply(to_world, path), (
-            None if ahead is None else transform.apply(to_world, ahead)
-        )
 
     def _patch(self) -> np.ndarray | None:
         fit = self.measurement.fit if self.measurement else None

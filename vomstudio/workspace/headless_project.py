@@ -170,13 +170,14 @@ class HeadlessProject:
         folder = model_cache.folder_of(path, self.project.cache)
         loaded = model_cache.load(path, folder, self._progress)
         models = self.session.of(Model)
+        # Looked at first: what cannot be is refused of a file that is there already, too.
+        placement = declared_frame(
+            path, loaded.crs, loaded.turned_about is not None, declared or DeclaredFrame()
+        )
         same = [m for m in models if m.content_hash == loaded.content_hash]
         if same:
             warning = tr("The project already contains this file, as {model}.", model=same[0].name)
             return AddedModel(same[0], False, (warning,))
-        placement = declared_frame(
-            path, loaded.crs, loaded.turned_about is not None, declared or DeclaredFrame()
-        )
         model = new_model(
             name_of(path),
             self.project.model_path(path),
@@ -223,7 +224,11 @@ class HeadlessProject:
             message = tr("None of the picked lines ({count}) defines a plane.", count=len(picks))
             if skipped:
                 name, reason = skipped[0]
-                first = tr("The first is {name}: {reason}", name=name, reason=reason)
+                first = (
+                    tr("The first is {name}: {reason}", name=name, reason=reason)
+                    if name
+                    else reason
+                )
                 message = f"{message} {first}"
             raise GeometryError(message)
         after: dict[str, Record | None] = {trace.id: trace for trace in traces}

@@ -1,4 +1,4 @@
-"""Loading of models: a worker process reads the file, a thread maps what it has cached."""
+"""Loading of models: a worker process reads the file, a thread fetches what it has cached."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ class ModelLoader:
             LOAD_MODEL,
             ModelFile(path, cache),
             title=tr("Opening {file}", file=path.name),
-            on_done=lambda result: self._map(key, path, result, then),
+            on_done=lambda result: self._fetch(key, path, result, then),
             on_failed=failed,
         )
 
@@ -229,14 +229,14 @@ class ModelLoader:
                 self._jobs.cancel(job)
         self._running.clear()
 
-    def _map(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
+    def _fetch(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
         if key not in self._running:
             return
-        # Checking a large cache touches every page of it: not in the owner's thread.
+        # Reading a large cache takes its time: not in the owner's thread.
         self._running[key] = None
-        threading.Thread(target=self._map_in_thread, args=(key, path, cached, then)).start()
+        threading.Thread(target=self._fetch_in_thread, args=(key, path, cached, then)).start()
 
-    def _map_in_thread(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
+    def _fetch_in_thread(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
         try:
             loaded = model_cache.open_cached(cached.folder)
         except VomError as error:

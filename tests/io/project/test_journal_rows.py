@@ -3,7 +3,6 @@ do not."""
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import json
 import sqlite3
@@ -31,6 +30,7 @@ from vomstudio.io.project.journal import (
     read_replay,
     read_schema_and_replay,
 )
+from vomstudio.io.project.journal_connection import JournalConnection
 from vomstudio.version import __version__
 
 COLUMNS = "seq, kind, of_seq, label, before, after, time, version, settings"
@@ -205,7 +205,7 @@ def test_a_row_is_on_the_disk_before_its_effect_is_seen(journal: SqliteJournal, 
     assert asked(path, "PRAGMA journal_mode") == [("delete",)]
 
 
-class _NetworkDrive(sqlite3.Connection):
+class _NetworkDrive(JournalConnection):
     """A connection to a file where no log can be kept beside it."""
 
     def execute(self, statement: str, *values: Any) -> sqlite3.Cursor:
@@ -217,11 +217,10 @@ class _NetworkDrive(sqlite3.Connection):
 def test_where_no_log_can_be_kept_rows_are_written_as_safely_without(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    connect = functools.partial(sqlite3.connect, factory=_NetworkDrive)
     SqliteJournal(path, create=True).close()
     # As a kill on another drive leaves it.
     changed(path, "PRAGMA journal_mode = WAL")
-    monkeypatch.setattr(journals.sqlite3, "connect", connect)
+    monkeypatch.setattr(journals, "JournalConnection", _NetworkDrive)
     journal = SqliteJournal(path)
     journal.append("save")
     assert journal._db.execute("PRAGMA journal_mode").fetchone() == ("delete",)

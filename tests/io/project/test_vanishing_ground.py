@@ -241,6 +241,80 @@ def test_masks_are_saved_elsewhere_though_their_folder_is_gone(disk: Path) -> No
     assert verify(disk.parent / "rescued.vom").sound
 
 
+def masked(project: Project, name: str, content: bytes) -> Mask:
+    """A mask is drawn, as the window has it done."""
+    session = project.session
+    file = project.assets.keep(content, ".png")
+    session.apply(set_masks(session.records, "p", {name: file}, "Mask"))
+    assert project.assets.path(file).read_bytes() == content
+    return next(m for m in session.of(Mask) if m.file == file)
+
+
+@pytest.mark.parametrize("how", GOES)
+def test_masks_drawn_while_the_ground_is_gone_are_saved_elsewhere(disk: Path, how: str) -> None:
+    project, told = begun(disk)
+    session, folder = project.session, project.folder
+    session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere/photos")))
+    first = masked(project, "1.jpg", b"before")
+    go, cause = GOES[how]
+    go(folder, disk.parent / "older.vom")
+    there = sorted(p.name for p in disk.rglob("*.png"))
+    second = masked(project, "2.jpg", b"while it is gone")
+    third = masked(project, "3.jpg", b"undone and done again")
+    session.undo()
+    session.redo()
+    assert [t and t.cause for t in told] == [cause]
+    if how in ("deleted", "renamed", "folder replaced"):
+        assert sorted(p.name for p in disk.rglob("*.png")) == there
+    rescued = disk.parent / "rescued.vom"
+    project.save_as(rescued)
+    for mask, content in (
+        (first, b"before"), (second, b"while it is gone"), (third, b"undone and done again")
+    ):  # fmt: skip
+        assert (rescued / mask.file.path).read_bytes() == content
+        assert session.records[mask.id] == mask
+    project.close()
+    assert verify(rescued).sound
+    assert len([r for r in read_replay(rescued).records.values() if isinstance(r, Mask)]) == 3
+
+
+def test_masks_that_waited_are_written_before_the_rows_that_name_them(disk: Path) -> None:
+    project, told = begun(disk)
+    session, folder = project.session, project.folder
+    session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere/photos")))
+    folder.rename(disk / "away.vom")
+    mask = masked(project, "1.jpg", b"while it is away")
+    (disk / "away.vom").rename(folder)
+    add(project, "d")
+    assert [t and t.cause for t in told] == ["gone", None]
+    assert (folder / mask.file.path).read_bytes() == b"while it is away"
+    project.close()
+    assert verify(folder).sound
+
+
+def test_a_mask_without_room_keeps_its_row_in_memory(tmp_path: Path) -> None:
+    with small_disk(tmp_path / "disk", 1024) as disk:
+        project, told = begun(disk)
+        session = project.session
+        session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere/photos")))
+        filler = fill(disk)
+        with filler.open("r+b") as file:
+            # Enough for a row.
+            file.truncate(filler.stat().st_size - 100_000)
+        content = os.urandom(300_000)
+        mask = masked(project, "1.jpg", content)
+        assert project.journal.waits
+        assert [t and t.cause for t in told] == ["full"]
+        with pytest.raises(NotWritten, match="full"):
+            session.save()
+        assert mask.id not in read_replay(project.folder).records
+        filler.unlink()
+        session.save()
+        assert (project.folder / mask.file.path).read_bytes() == content
+        project.close()
+        assert verify(disk / "cliff.vom").sound
+
+
 # --- disks ------------------------------------------------------------------------------------
 def test_a_full_disk(tmp_path: Path) -> None:
     with small_disk(tmp_path / "disk", 1024) as disk:

@@ -42,7 +42,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         found = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)
-        field, said = found.groups() if found else (None, message)
+        field, said = found.groups() if found else (_last_words(message), message)
         said = " ".join(said.split())
         raise UsageError(
             tr(
@@ -55,6 +55,12 @@ class Parser(argparse.ArgumentParser):
 
     def _print_message(self, message: str, file: object = None) -> None:
         raise HelpWanted(message.rstrip("\n"))
+
+
+def _last_words(message: str) -> str | None:
+    """Which arguments are missing, or not known, or exclude each other."""
+    found = re.search(r"(?:required|arguments): (.+)$|^one of the arguments (.+) is", message)
+    return None if found is None else found[1] or found[2]
 
 
 def add_command(subparsers: Subparsers, name: str, run: Run, *, help_: str) -> Parser:

@@ -12,7 +12,7 @@ from vomstudio.words import tr
 COMMANDS = (
     "demo", "info", "convert", "fit", "stats", "fold", "sets", "stereonet", "rose", "slope",
     "slip", "fractures", "displacement", "threepoint", "log", "ortho", "dem", "section", "extend",
-    "surface", "facets", "trace", "plan",
+    "surface", "measurable", "facets", "trace", "plan",
     "check", "frames", "reconstruct", "register", "compare", "project", "export",
 )  # fmt: skip
 """The words after `vomstudio` that are commands, each the name of its module here."""

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
 from vomstudio.document.dimension_errors import registration_errors, thickness_error
-from vomstudio.document.figures import Figure, Subject
+from vomstudio.document.figures import Subject
 from vomstudio.document.kind import (
     Attribute,
     GisLayer,
@@ -25,6 +25,17 @@ from vomstudio.document.kind import (
     plane_below,
     plane_named,
 )
+from vomstudio.document.length_figures import (
+    AREA,
+    AREA_REGISTRATION,
+    LENGTH,
+    LENGTH_REGISTRATION,
+    PERIMETER,
+    PERIMETER_REGISTRATION,
+    headline,
+    length_figure,
+    words,
+)
 from vomstudio.document.measurement import (
     Floats,
     Measurement,
@@ -36,7 +47,6 @@ from vomstudio.document.records import Picked, Point, get_feature
 from vomstudio.document.registration_errors import model_of
 from vomstudio.geology.intersections import stray95, t95
 from vomstudio.geometry.lines import path_length, ring_area
-from vomstudio.geometry.units import area_text, length_text
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
 
@@ -149,159 +159,38 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
     return Sketch(line, half_way(line) if len(line) > 1 else centre(subject.measured))
 
 
-# --- in words --------------------------------------------------------------------------------
-def _of_registration(figure: str) -> str:
-    """The name of the registration's error of a figure."""
-    name, unit = figure.rsplit("_", 1)
-    return f"{name}_registration95_{unit}"
-
-
-def _thickness_error(figures: Mapping[str, float]) -> float | None:
-    """With the registration, where that is known."""
-    error = figures.get("thickness_total95_m")
-    return figures.get("thickness_error95_m") if error is None else error
-
-
-def _area(figures: Mapping[str, float], *, metric: bool) -> str:
-    text = area_text(figures["area_m2"], metric=metric)
-    error = figures.get(_of_registration("area_m2"))
-    return text if error is None else f"{text} ± {area_text(error, metric=metric)}"
-
-
-# The figure that a dimension is made for, first in this order where it has it.
-_MAIN: tuple[str, ...] = ("thickness_m", "area_m2", "length_m", "distance_m")
-
-
-def headline(measured: Measurement) -> str | None:
-    """The main figure of a dimension, with its error where that is known."""
-    figures, metric = measured.dimension, measured.metric
-    if not figures:
-        return None
-    for name in _MAIN:
-        if name in figures:
-            if name == "area_m2":
-                return _area(figures, metric=metric)
-            error = figures.get(_of_registration(name))
-            if name == "thickness_m":
-                error = _thickness_error(figures)
-            text = length_text(figures[name], metric=metric)
-            return text if error is None else f"{text} ± {length_text(error, 2, metric=metric)}"
-    return "–"
-
-
-def words(measured: Measurement) -> list[str]:
-    """The figures of a dimension, the one it is made for first."""
-    figures = measured.dimension or {}
-
-    def length(value: float, digits: int = 3) -> str:
-        return length_text(value, digits, metric=measured.metric)
-
-    def said_with_error(name: str) -> str:
-        error = figures.get(_of_registration(name))
-        text = length(abs(figures[name]))
-        return text if error is None else f"{text} ± {length(error, 2)}"
-
-    lines = []
-    if (value := figures.get("thickness_m")) is not None:
-        error = _thickness_error(figures)
-        lines.append(
-            tr("Thickness {length}, 95 % error unknown", length=length(value))
-            if error is None
-            else tr(
-                "Thickness {length}, 95 % error ± {error}",
-                length=length(value),
-                error=length(error, 2),
-            )
-        )
-        if (registered := figures.get("thickness_registration95_m")) is not None:
-            lines.append(
-                tr("Of that by the registration ± {error}", error=length(registered, 2))
-                if error is not None
-                else tr("By the registration ± {error}", error=length(registered, 2))
-            )
-    if "area_m2" in figures:
-        lines.append(_area(figures, metric=measured.metric))
-    for name, said in (
-        ("length_m", _("Length along the line {length}")),
-        ("distance_m", _("Distance {length}")),
-        ("perimeter_m", _("Perimeter {length}")),
-    ):
-        if name in figures:
-            lines.append(tr(said, length=said_with_error(name)))
-    if "horizontal_m" in figures:
-        up = figures["vertical_m"]
-        lines.append(
-            tr(
-                "Horizontal {horizontal}, upward {vertical}"
-                if up >= 0.0
-                else "Horizontal {horizontal}, downward {vertical}",
-                horizontal=said_with_error("horizontal_m"),
-                vertical=said_with_error("vertical_m"),
-            )
-        )
-    if any(_of_registration(name) in figures for name in ("area_m2", "distance_m")):
-        lines.append(tr("± is the 95 % error of the registration, in scale and attitude."))
-    return lines
-
-
-def _figure(name: str) -> Callable[[Subject], Any]:
-    return lambda s: (s.measured.dimension or {}).get(name)
-
-
-def _length(name: str, title: str, explanation: str, short: str = "") -> Figure:
-    return Figure(name, title, explanation, _figure(name), "length", "m", short=short)
-
-
 WHAT = replace(
     of.KIND, title=_("Kind"), explanation=_("What is measured"), value=lambda s: s.feature.kind,
     words=(),
     shown=None,
 )  # fmt: skip
 """Of files alone: elsewhere `kind` is the feature type."""
-AREA = replace(of.AREA, explanation=_("Area inside the points"), value=_figure("area_m2"))
-
 FIGURES = (
     AREA,
-    Figure(
-        "area_registration95_m2",
-        _("Reg. ± area"),
-        _("95 % error of the area by the scale of the registration"),
-        _figure("area_registration95_m2"),
-        "area",
-        "m2",
-        short="reg_area",
+    AREA_REGISTRATION,
+    length_figure(
+        "distance_m", _("Distance"), _("Straight distance from the first point to the last")
     ),
-    _length("distance_m", _("Distance"), _("Straight distance from the first point to the last")),
-    _length(
+    length_figure(
         "distance_registration95_m",
         _("Reg. ± dist."),
         _("95 % error of the distance by the scale of the registration"),
         short="reg_distan",
     ),
-    _length("horizontal_m", _("Horizontal"), _("Horizontal component of the distance")),
-    _length(
+    length_figure("horizontal_m", _("Horizontal"), _("Horizontal component of the distance")),
+    length_figure(
         "horizontal_registration95_m",
         _("Reg. ± horiz."),
         _("95 % error of the horizontal component by scale and rotation of the registration"),
         short="reg_horizo",
     ),
-    _length("length_m", _("Length"), _("Length of the line through all points")),
-    _length(
-        "length_registration95_m",
-        _("Reg. ± length"),
-        _("95 % error of the length by the scale of the registration"),
-        short="reg_length",
-    ),
-    _length("perimeter_m", _("Perimeter"), _("Perimeter of the area")),
-    _length(
-        "perimeter_registration95_m",
-        _("Reg. ± perim."),
-        _("95 % error of the perimeter by the scale of the registration"),
-        short="reg_perime",
-    ),
-    _length("thickness_error95_m", _("± thickness"), _("95 % error of the thickness")),
-    _length("thickness_m", _("Thickness"), _("Distance at right angles to the plane")),
-    _length(
+    LENGTH,
+    LENGTH_REGISTRATION,
+    PERIMETER,
+    PERIMETER_REGISTRATION,
+    length_figure("thickness_error95_m", _("± thickness"), _("95 % error of the thickness")),
+    length_figure("thickness_m", _("Thickness"), _("Distance at right angles to the plane")),
+    length_figure(
         "thickness_registration95_m",
         _("Reg. ± thick."),
         _(
@@ -310,14 +199,16 @@ FIGURES = (
         ),
         short="reg_thick",
     ),
-    _length(
+    length_figure(
         "thickness_total95_m",
         _("Total ± thick."),
         _("95 % error of the thickness by plane, roughness and registration together"),
         short="tot_thick",
     ),
-    _length("vertical_m", _("Vertical"), _("Vertical component of the distance, positive upward")),
-    _length(
+    length_figure(
+        "vertical_m", _("Vertical"), _("Vertical component of the distance, positive upward")
+    ),
+    length_figure(
         "vertical_registration95_m",
         _("Reg. ± vert."),
         _("95 % error of the vertical component by scale and rotation of the registration"),

@@ -33,7 +33,7 @@ from vomstudio.document.measurement import (
     rows_of,
     world_points,
 )
-from vomstudio.document.records import Picked, Point, Typed, get_feature
+from vomstudio.document.records import Picked, Point, Repeatable, Typed, get_feature
 from vomstudio.document.registration_errors import model_of, turns_of
 from vomstudio.document.slip_figures import SLIP
 from vomstudio.errors import GeometryError
@@ -49,7 +49,7 @@ from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
-class Lineation(Picked, Typed):
+class Lineation(Picked, Repeatable, Typed):
     """Two vertices or more.
 
     plane_id: the feature on whose plane it lies, "" for none: its direction is then projected onto
@@ -69,6 +69,8 @@ class Lineation(Picked, Typed):
     set_name: str = ""
     notes: str = ""
     slip_confidence: SlipConfidence = ""
+    repeat_of: str | None = None
+    interpreter: str | None = None
 
 
 def measure(at: Measuring, lines: Sequence[Lineation]) -> list[Measurement]:

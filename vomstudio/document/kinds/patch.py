@@ -23,7 +23,7 @@ from vomstudio.document.measurement import (
     rows_of,
     told_of_rule,
 )
-from vomstudio.document.records import Painted, Point, Surrounded, Typed
+from vomstudio.document.records import Painted, Point, Repeatable, Surrounded, Typed
 from vomstudio.errors import GeometryError
 from vomstudio.geology.quality import judge
 from vomstudio.geometry import transform
@@ -34,7 +34,7 @@ from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
-class Patch(Painted, Surrounded, Typed):
+class Patch(Painted, Surrounded, Repeatable, Typed):
     """element, runs, n, mean, outline: as in Painted. scatter, n_effective: with n and mean the
     moments of its points in the file frame (geometry/patches.py), so that the plane survives a
     missing model. area: of the faces, in file units squared, None for points. rule: by which the
@@ -59,6 +59,8 @@ class Patch(Painted, Surrounded, Typed):
     overturned: bool = False
     notes: str = ""
     rule: int = 0
+    repeat_of: str | None = None
+    interpreter: str | None = None
 
 
 def measure(at: Measuring, patches: Sequence[Patch]) -> list[Measurement]:

@@ -30,7 +30,7 @@ from vomstudio.document.measurement import (
     told_of_rule,
     world_lines,
 )
-from vomstudio.document.records import Picked, Point, Surrounded, Typed
+from vomstudio.document.records import Picked, Point, Repeatable, Surrounded, Typed
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.plane_figures import Method
@@ -45,7 +45,7 @@ METHODS = (
 
 
 @dataclass(frozen=True)
-class Trace(Picked, Surrounded, Typed):
+class Trace(Picked, Surrounded, Repeatable, Typed):
     """vertices: in order, model file frame. resolution: effective, of the model's vertices or
     points around the pick, in file units, None where unknown. outcrop_normal: unit normal of the
     outcrop face around the trace, file frame, None where unknown. rule: by which these two were
@@ -67,6 +67,8 @@ class Trace(Picked, Surrounded, Typed):
     method: Literal["pca", "regression"] = "pca"
     rule: int = 0
     axis: Axis = "z"
+    repeat_of: str | None = None
+    interpreter: str | None = None
 
 
 def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:

@@ -48,6 +48,17 @@ class OnAModel(Feature):
     model_hash: str
 
 
+class Repeatable(OnAModel):
+    """A feature that may have been picked a second time, without sight of the first.
+
+    repeat_of: the id of the feature that it repeats; interpreter: who picked it. None where that is
+    not so, or not said.
+    """
+
+    repeat_of: str | None
+    interpreter: str | None
+
+
 class Surrounded(OnAModel):
     """A feature with a plane that is judged by the surface around it.
 

@@ -11,7 +11,7 @@ from vomstudio.document.records.basics import Matrix
 from vomstudio.geometry.units import Axes
 from vomstudio.words import tr
 
-FrameKind = Literal["crs", "local", "scaled", "undeclared"]
+FrameKind = Literal["crs", "local", "oriented", "scaled", "undeclared"]
 UpAxis = Literal["z", "y"]
 
 
@@ -20,8 +20,9 @@ class Frame:
     """What is known of a model's frame.
 
     kind: "crs" (World is the projected CRS `crs`), "local" (metres, up and north are known, the
-    place is not), "scaled" (metres are known, up and north are not) or "undeclared" (no north, no
-    up, no metre: angles are shown as local frame, lengths in units).
+    place is not), "oriented" (up and north are known, metres are not), "scaled" (metres are known,
+    north is not) or "undeclared" (no north, no metre: angles are shown as local frame, lengths in
+    units). level: up is known, though north is not.
     unit_m: metres per unit of the file. up_axis: the file's axis that points up; with "y" the file
     is taken as x East, y Up, z South (glTF).
     """
@@ -30,14 +31,20 @@ class Frame:
     crs: str | None = None
     unit_m: float = 1.0
     up_axis: UpAxis = "z"
+    level: bool = False
 
     @property
     def has_north(self) -> bool:
-        return self.kind in ("crs", "local")
+        """And up with it."""
+        return self.kind in ("crs", "local", "oriented")
+
+    @property
+    def has_up(self) -> bool:
+        return self.level or self.has_north
 
     @property
     def has_metres(self) -> bool:
-        return self.kind != "undeclared"
+        return self.kind in ("crs", "local", "scaled")
 
     @property
     def axes(self) -> Axes:
@@ -67,9 +74,31 @@ class Frame:
             return tr("{crs}, grid north", crs=crs_label(self.crs or ""))
         if self.kind == "local":
             return tr("local, north known")
+        if self.kind == "oriented":
+            return tr("local, north known, scale not known")
         if self.kind == "scaled":
+            if self.level:
+                return tr("local frame in metres, level: north not known")
             return tr("local frame in metres: not registered")
+        if self.level:
+            return tr("local frame, level: north and scale not known")
         return tr("local frame: not registered")
+
+    def known_in_words(self) -> str:
+        """Which of north, vertical, scale and position are known, as sentences."""
+        each = (
+            (tr("north"), self.has_north),
+            (tr("vertical"), self.has_up),
+            (tr("scale"), self.has_metres),
+            (tr("position"), self.kind == "crs"),
+        )
+        known = ", ".join(name for name, there in each if there)
+        lacking = ", ".join(name for name, there in each if not there)
+        if not lacking:
+            return tr("Known: {what}.", what=known)
+        if not known:
+            return tr("Not known: {what}.", what=lacking)
+        return tr("Known: {known}. Not known: {lacking}.", known=known, lacking=lacking)
 
 
 @lru_cache(maxsize=64)

@@ -35,7 +35,8 @@ class Registration:
 
     method: "gps", "control" or "local" for a reconstruction placed by its cameras, by control
     points, or by nothing outside of the photos; "points" for a model placed by points that were
-    found on it, "reference" for one fitted to another model. frame: what is known of World
+    found on it, "lines" by lines alone of which something is known, "reference" for one fitted to
+    another model. frame: what is known of World
     afterwards. matrix: 4x4 from the file to World. reconstruction_id: the one that it came with, ""
     for none.
     rotation_error_deg: about up, east and north, one sigma, None where not known; scale_error: one
@@ -50,7 +51,7 @@ class Registration:
 
     id: str
     name: str
-    method: Literal["gps", "control", "local", "points", "reference"]
+    method: Literal["gps", "control", "local", "points", "lines", "reference"]
     frame: Frame = UNDECLARED
     matrix: Matrix = IDENTITY
     reconstruction_id: str = ""

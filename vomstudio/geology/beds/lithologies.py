@@ -21,6 +21,11 @@ VOLCANICLASTIC = (
 ORGANIC = ("amber", "peat", "lignite", "subbituminous", "bituminous", "coal ball", "tar", "coal")
 EVAPORITE = ("gypsum", "anhydrite", "halite")
 COVERED = ("covered", "unexposed")
+WORDS = (
+    *SILICICLASTIC, *(word.replace("_", " ") for word in PRIMARY), "lime mudstone", *DUNHAM,
+    *VOLCANICLASTIC, *ORGANIC, *EVAPORITE, "covered",
+)  # fmt: skip
+"""What a rock may be called, each once."""
 FIELDS = ("primary_lithology", "siliciclastic_type", "dunham_classification", "other_type")
 
 
@@ -32,6 +37,25 @@ def words() -> tuple[str, ...]:
         *(name for name in primary if name not in ("limestone", "dolostone")),
         *EVAPORITE, *ORGANIC, *VOLCANICLASTIC, *COVERED,
     )  # fmt: skip
+
+
+_COLORS = {
+    "siliciclastic": "#d9fdd3", "claystone": "#d5e6cc", "mudstone": "#cfefdf", "shale": "#ace4c8",
+    "siltstone": "#d6fe9a", "sandstone": "#cdffd9", "conglomerate": "#b7d9cc",
+    "breccia": "#a7ba86", "limestone": "#43aff9", "dolostone": "#6bc3ff",
+    "organic_coal": "#820041", "peat": "#ffcf81", "evaporite": "#019ccd", "chert": "#9abfc0",
+    "ironstone": "#b99598", "phosphatic": "#bfe3dc", "volcaniclastic": "#ffe0de",
+    "bentonite": "#c0d0c0", "tuff": "#f9d3d3", "welded tuff": "#fff3c9", "ignimbrite": "#ffe5c3",
+}  # fmt: skip
+"""The colours of lithologies on the state geologic maps of the U.S. Geological Survey."""
+
+
+def color_of_rock(word: str) -> str:
+    """The colour of a rock on a map, "#rrggbb": its own, else that of its class; "" for what is
+    covered, and for words that StraboSpot's forms do not have."""
+    fields = in_strabospot(word) or {}
+    told = [value for value in fields.values() if value]
+    return next((_COLORS[value] for value in reversed(told) if value in _COLORS), "")
 
 
 def in_strabospot(word: str) -> dict[str, str] | None:

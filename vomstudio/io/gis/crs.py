@@ -43,7 +43,7 @@ def parse_crs(text: str) -> tuple[str, float]:
         plain = f"EPSG:{(32600 if half == 'N' else 32700) + number}"
     try:
         crs = CRS.from_user_input(plain)
-    except CRSError as error:
+    except (CRSError, UnicodeError) as error:
         raise InputError(
             tr(
                 "“{crs}” is not a known coordinate reference system. Write a code such as "

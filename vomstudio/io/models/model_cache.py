@@ -1,17 +1,22 @@
 """Models as folders of .npy files: how arrays cross from a worker process to the window.
 
 The folder is written beside its place and renamed, so that it is whole or absent. It may be deleted
-at any time, and is never trusted: what does not agree with itself or its source is read anew.
+at any time, and is never trusted: what does not agree with itself or its source is read anew. It
+lies in the project, on a drive that may be pulled out: files that shrink or vanish under a map end
+the process, so they are read into memory and not mapped.
 """
 
 from __future__ import annotations
 
 import contextlib
+import io
 import json
+import math
 import os
 import shutil
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -39,11 +44,15 @@ VERSION = 5
 META = "meta.json"
 _BESIDE = {"offset_mtime_ns": offset_path, "prj_mtime_ns": sidecar_path}
 """Files beside a model that move, or scale, what is read from it."""
+_BLOCK = 64 << 20
 _ORDER = ("rows", "starts", "bounds", "spacing", "parents")
 
 
-def save(loaded: LoadedModel, folder: Path) -> None:
-    """Write `loaded` as `folder`, replacing what is there. Raises TargetError."""
+def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
+    """Write `loaded` as `folder`, replacing what is there; returns what `open_cached` would.
+
+    Raises TargetError.
+    """
     folder = Path(folder)
     data = loaded.data
     arrays: dict[str, npt.NDArray[Any]] = {}
@@ -97,14 +106,16 @@ def save(loaded: LoadedModel, folder: Path) -> None:
             spacing = pool.submit(resolution, data)
             order = pool.submit(_order_of, data)
             _write(draft, arrays)
-            added = order.result()
+            arrangement = order.result()
+            added = {} if arrangement is None else _stored_order(arrangement)
             _write(draft, added)
             found = spacing.result()
         arrays |= added
         meta["arrays"] = {
             n: {"shape": list(a.shape), "dtype": a.dtype.str} for n, a in arrays.items()
         }
-        meta["resolution"] = found if found == found else None
+        usual = found if found == found else None
+        meta["resolution"] = usual
         (draft / META).write_text(json.dumps(meta), encoding="utf-8")
         _put_in_place(draft, folder)
     except OSError as error:
@@ -117,6 +128,10 @@ def save(loaded: LoadedModel, folder: Path) -> None:
         ) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
+    if isinstance(data, PointCloud):
+        data = replace(data, arrangement=arrangement)
+    where = Path(loaded.path).absolute()
+    return replace(loaded, data=data, path=where, resolution=usual, height_unit=None)
 
 
 def _stored(material: Material) -> dict[str, object]:
@@ -124,10 +139,11 @@ def _stored(material: Material) -> dict[str, object]:
     return {"name": material.name, "texture": texture, "diffuse": material.diffuse}
 
 
-def _order_of(data: Mesh | PointCloud) -> dict[str, npt.NDArray[Any]]:
-    if isinstance(data, Mesh):
-        return {}
-    order = data.arrangement or arrange(data.points)
+def _order_of(data: Mesh | PointCloud) -> Arrangement | None:
+    return None if isinstance(data, Mesh) else data.arrangement or arrange(data.points)
+
+
+def _stored_order(order: Arrangement) -> dict[str, npt.NDArray[Any]]:
     return {f"order_{name}": getattr(order, name) for name in _ORDER}
 
 
@@ -138,7 +154,7 @@ def _write(folder: Path, arrays: dict[str, npt.NDArray[Any]]) -> None:
 
 
 def _put_in_place(draft: Path, folder: Path) -> None:
-    """Rename over an old folder; a reader that has mapped the old one keeps its files on POSIX."""
+    """Rename over an old folder; a reader of the old one keeps its files on POSIX."""
     if folder.exists():
         old = Path(tempfile.mkdtemp(prefix=f".{folder.name}.old.", dir=folder.parent))
         os.rename(folder, old / "old")
@@ -170,7 +186,7 @@ def _lost_an_image(meta: dict[str, Any]) -> bool:
 
 
 def open_cached(folder: Path) -> LoadedModel:
-    """The model in a cache folder, its arrays mapped read-only.
+    """The model in a cache folder, its arrays in memory and read-only.
 
     Shapes, types, file sizes and face indices are checked; images that have gone are dropped with a
     warning. Raises InputError where the folder cannot be used: read the model's own file then.
@@ -193,8 +209,8 @@ def folder_of(path: Path, cache: Path) -> Path:
 def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedModel:
     """The model of `path` from the cache in `folder`, which is made anew where it does not fit.
 
-    It fits if the file has the size and time it had, or else the same sha256. What comes back is
-    always mapped, unless the cache cannot be written. Raises as `read_model`.
+    It fits if the file has the size and time it had, or else the same sha256. Raises as
+    `read_model`.
     """
     path = Path(path)
     try:
@@ -216,9 +232,8 @@ def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedMo
         pass
     loaded = read_model(path, progress)
     try:
-        save(loaded, folder)
-        return open_cached(folder)
-    except (TargetError, InputError):
+        return save(loaded, folder)
+    except TargetError:
         return loaded
 
 
@@ -249,18 +264,7 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         shape, kind = tuple(promise["shape"]), np.dtype(promise["dtype"])
         if kind.hasobject:
             raise _damaged(folder, tr("{file} holds Python objects", file=file.name))
-        if 0 in shape:
-            array = np.load(file, allow_pickle=False)
-        else:
-            # numpy's own check is only that the file is not too short.
-            array = np.load(file, mmap_mode="r", allow_pickle=False)
-        if array.shape != shape or array.dtype != kind or not array.flags.c_contiguous:
-            raise _damaged(
-                folder, tr("{file} does not agree with {index}", file=file.name, index=META)
-            )
-        if file.stat().st_size - array.nbytes not in range(64, 65536):
-            raise _damaged(folder, tr("{file} has a wrong size", file=file.name))
-        arrays[name] = array
+        arrays[name] = _read_array(folder, file, shape, kind)
     warnings = [str(w) for w in meta["warnings"]]
     fields = {str(name): arrays[f"field_{i}"] for i, name in enumerate(meta["fields"])}
     data: Mesh | PointCloud
@@ -300,6 +304,41 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         units=_units(meta["units"]),
         unit_m=None if meta["unit_m"] is None else float(meta["unit_m"]),
     )
+
+
+def _read_array(
+    folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype[Any]
+) -> npt.NDArray[Any]:
+    """Raises InputError, OSError, ValueError."""
+    wrong_size = tr("{file} has a wrong size", file=path.name)
+    head = _head(shape, kind)
+    with open(path, "rb", buffering=0) as file:
+        size = math.prod(shape) * kind.itemsize
+        # Before room is made for it.
+        if os.fstat(file.fileno()).st_size != len(head) + size:
+            raise _damaged(folder, wrong_size)
+        if file.read(len(head)) != head:
+            raise _damaged(
+                folder, tr("{file} does not agree with {index}", file=path.name, index=META)
+            )
+        array = np.empty(shape, kind)
+        view, at = array.reshape(-1).view(np.uint8).data, 0
+        # Less comes back where the file has become shorter since it was looked at.
+        while at < size and (n := file.readinto(view[at : at + _BLOCK])):
+            at += n
+    if at < size:
+        raise _damaged(folder, wrong_size)
+    array.flags.writeable = False
+    return array
+
+
+def _head(shape: tuple[int, ...], kind: np.dtype[Any]) -> bytes:
+    """How a file of such an array begins: of one that is damaged numpy parses it as a program."""
+    made = io.BytesIO()
+    descr = np.lib.format.dtype_to_descr(kind)
+    told = {"descr": descr, "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(made, told)
+    return made.getvalue()
 
 
 def _units(stored: Any) -> Units:

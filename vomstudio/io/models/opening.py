@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.memory_limit import limited_by
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.resolution import FewPoints, effective_resolution
@@ -66,7 +67,7 @@ def _read(path: Path, progress: Progress | None) -> LoadedModel:
     hasher.start()
     try:
         # Damaged files hold NaN of every kind; readers look for them themselves.
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"), limited_by(path):
             loaded = reader.read(path, progress)
     except MemoryError:
         hasher.stop()

@@ -26,7 +26,7 @@ from vomstudio.files.user_folders import state_folder
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.io.project import compaction
 from vomstudio.io.project.assets import FOLDER as ASSETS
-from vomstudio.io.project.assets import HeldAssets
+from vomstudio.io.project.assets import Assets
 from vomstudio.io.project.comparisons import FOLDER as COMPARISONS
 from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.io.project.journal import SqliteJournal, read_replay
@@ -58,7 +58,7 @@ class Project:
         self.folder = folder
         self._lock = lock
         self._tell_trouble: Callable[[Trouble | None], object] | None = None
-        self._kept_assets = HeldAssets()
+        self.assets = Assets(lambda: self.folder, lambda: self.journal.is_in_place)
         self._take(journal)
         self._settings = settings
         self.session = Session(journal, settings)
@@ -71,15 +71,15 @@ class Project:
     def _take(self, journal: SqliteJournal) -> None:
         self.journal = journal
         if self._tell_trouble is not None:
-            journal.wait_in_memory(self._tell_trouble, self._hold_again)
+            journal.wait_in_memory(self._tell_trouble, self._hold_again, self.assets.write_waiting)
 
     def wait_in_memory(self, tell: Callable[[Trouble | None], object]) -> None:
         """From now on steps that cannot be written wait in memory, as `SqliteJournal` has it; for
         programs that stay open, and say so."""
         self._tell_trouble = tell
         self._take(self.journal)
-        self._kept_assets.hold_all(self.folder)
-        self.session.changed.connect(lambda edit: self._kept_assets.hold(self.folder, edit))
+        self.assets.hold_all()
+        self.session.changed.connect(self.assets.hold)
 
     def _hold_again(self) -> None:
         """The folder is back, with a lock file of its own. Raises InputError, TargetError."""
@@ -213,7 +213,7 @@ class Project:
             part.mkdir(parents=True)
             numbers = self._copy_journal(part / JOURNAL)
             moves = self._copy_files(part) if there else False
-            self._kept_assets.write(part)
+            self.assets.write(part)
             if folder.exists():
                 folder.rmdir()
             part.rename(folder)
@@ -294,6 +294,7 @@ class Project:
         worthless = self.untitled and empty
         there = self._is_there
         self.session.close()
+        self.assets.close()
         if there:
             compaction.forget(self.folder)
         self._lock.release()

@@ -19,6 +19,7 @@ from vomstudio.document.journal import Replay, Row, RowKind, replay
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.disk_troubles import not_written
 from vomstudio.files.inside import check_beside
+from vomstudio.io.project.journal_connection import JournalConnection
 from vomstudio.io.project.journal_ground import (
     Ground,
     copy_database,
@@ -86,6 +87,7 @@ class SqliteJournal:
         self._trouble: Trouble | None = None
         self._tell: Callable[[Trouble | None], object] | None = None
         self._come_back: Callable[[], object] = lambda: None
+        self._write_first: Callable[[], object] = lambda: None
         self._open(create)
 
     def _open(self, create: bool) -> None:
@@ -101,7 +103,11 @@ class SqliteJournal:
             checked = create or _checked(path)
             # A window has it read in a thread of its own; two threads never use it at a time.
             self._db = sqlite3.connect(
-                path, isolation_level=None, timeout=5.0, check_same_thread=False
+                path,
+                isolation_level=None,
+                timeout=5.0,
+                check_same_thread=False,
+                factory=JournalConnection,
             )
             self._db.text_factory = text_of
             if create:
@@ -183,6 +189,7 @@ class SqliteJournal:
         if (trouble := self._ground.trouble(self._head)) is not None and not self._returned():
             raise self._not_written(trouble)
         try:
+            self._write_first()
             self._db.execute("BEGIN IMMEDIATE")
             try:
                 self._db.executemany(INSERT_ROW, [(*r.values, r.head.checksum) for r in rows])
@@ -192,7 +199,7 @@ class SqliteJournal:
                 if self._db.in_transaction:
                     self._db.execute("ROLLBACK")
                 raise
-        except sqlite3.Error as error:
+        except (sqlite3.Error, VomError, OSError) as error:
             raise self._not_written(trouble_of(error, self.path)) from error
         self._head = rows[-1].head
         self._waiting = []
@@ -224,7 +231,10 @@ class SqliteJournal:
 
     # --- where the file cannot be written ----------------------------------------------------
     def wait_in_memory(
-        self, tell: Callable[[Trouble | None], object], come_back: Callable[[], object]
+        self,
+        tell: Callable[[Trouble | None], object],
+        come_back: Callable[[], object],
+        write_first: Callable[[], object],
     ) -> None:
         """From now on rows that cannot be written wait in memory, and are written with the next one
         that can be.
@@ -232,8 +242,9 @@ class SqliteJournal:
         tell : is called when that begins, and with None when it is over
         come_back : is called before the file is opened again at its place; raises VomError where
             another program holds it
+        write_first : writes the files that rows name and that wait too; raises VomError
         """
-        self._tell, self._come_back = tell, come_back
+        self._tell, self._come_back, self._write_first = tell, come_back, write_first
 
     def _told(self, trouble: Trouble | None) -> None:
         if self._tell is not None and trouble != self._trouble:
@@ -243,6 +254,11 @@ class SqliteJournal:
     def trouble(self) -> Trouble | None:
         """Why the next row cannot be written, as far as that is known."""
         return (self._ground.trouble(self._head) if self._is_open else None) or self._trouble
+
+    @property
+    def is_in_place(self) -> bool:
+        """Whether the file at the journal's place is the one that is open; from any thread."""
+        return self._is_open and self._ground.is_ours()
 
     @property
     def waits(self) -> bool:

@@ -79,6 +79,8 @@ class Ground:
         same = _same_file(self._file_stamp, now) and (
             self._log_stamp is None or _same_file(self._log_stamp, log)
         )
+        # Of the pages that were cut off those may be missing which have not been read yet.
+        same = same and not _is_shorter(now, self._file_stamp)
         # The log hides what is beneath it: an older copy written into the file is not seen through
         # it until the log is folded in.
         if same and self._beneath() == self._first_page and holds(self._path, head):
@@ -111,7 +113,10 @@ class Ground:
 
     def is_back(self, head: Head) -> bool:
         """Whether the rows up to `head` are at the journal's place, be it in another file."""
-        untouched = not self.is_ours() or self._beneath() == self._first_page
+        untouched = not self.is_ours() or (
+            self._beneath() == self._first_page
+            and not _is_shorter(_stamp(self._file), self._file_stamp)
+        )
         return untouched and holds(self._path, head)
 
     def has_log_of_ours(self) -> bool:
@@ -123,8 +128,8 @@ class Ground:
         return self._file_stamp is not None and _same_file(self._file_stamp, _stamp(self._file))
 
 
-def trouble_of(error: sqlite3.Error, path: Path) -> Trouble:
-    """What an error of SQLite means for a journal."""
+def trouble_of(error: Exception, path: Path) -> Trouble:
+    """What an error of SQLite, or of a file beside a journal, means for it."""
     words = str(error)
     if is_full(path.parent, error):
         return Trouble("full", tr("The disk of the project is full."))
@@ -236,6 +241,10 @@ def _same_file(one: _Stamp | None, other: _Stamp | None) -> bool:
     if one is None or other is None:
         return one is other
     return one[:2] == other[:2]
+
+
+def _is_shorter(now: _Stamp | None, was: _Stamp | None) -> bool:
+    return now is not None and was is not None and now[2] < was[2]
 
 
 def _data_version(db: sqlite3.Connection) -> int:

@@ -9,7 +9,7 @@ from vomstudio.document.journal import replay
 from vomstudio.io.project.journal_ground import copy_database
 from vomstudio.io.project.journal_rows import COLUMNS, SET_HEAD, Head, checksum, read_rows
 
-SCHEMA_VERSION = 7
+SCHEMA_VERSION = 8
 TAKING_IN = "taking in the files of schema 1"
 """A view that is true from the migration on until `folder.Project` has made records of them."""
 
@@ -58,5 +58,7 @@ def _read_as_they_are(db: sqlite3.Connection) -> None:
 
 # _STEPS[n] brings schema n to n + 1. 3: lines say how sure their sense of slip is. 4: profiles of
 # verdicts, and the rule by which surroundings were measured. 5: a registration's points and
-# covariance. 6: control points among the features. 7: how far a model reaches, and its lenses.
+# covariance. 6: control points among the features. 7: how far a model reaches, and its lenses. 8:
+# stations, contacts, lithologies and known lines among the features; repeats of a feature, and by
+# whom; frames of which a part is known.
 _STEPS = {1: _to_schema_2, **dict.fromkeys(range(2, SCHEMA_VERSION), _read_as_they_are)}

@@ -11,8 +11,9 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.document.kind import color_of, kind_of
 from vomstudio.document.measurement_cache import Measurements
-from vomstudio.document.records import Feature, FeatureType, Record
+from vomstudio.document.records import Feature, Record
 from vomstudio.geology.orientation import lines_to_vectors, planes_to_normals
 from vomstudio.io.project.export import refuse_empty, thresholds_of
 from vomstudio.io.project.journal import read_replay
@@ -66,13 +67,12 @@ def read_items(folder: Path) -> tuple[Item, ...]:
 
 
 def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple[Item, ...]:
-    types = {r.id: r for r in records.values() if isinstance(r, FeatureType)}
     table = project_table(records, measurements)
     colors = {}
     for record in records.values():
         if isinstance(record, Feature):
-            kind = types.get(getattr(record, "type_id", ""))
-            colors[record.id] = NO_COLOR if kind is None else kind.color
+            typed = kind_of(record).typed or bool(kind_of(record).tint(record))
+            colors[record.id] = (color_of(record, records) if typed else "") or NO_COLOR
     found: list[Item] = []
     for layer in project_layers(records, table, measurements):
         columns = layer.columns

@@ -64,12 +64,14 @@ class View:
 
 
 def view_along_line(trend_deg: float, plunge_deg: float) -> View:
-    """A view as typed. Raises UsageError for a plunge beyond 90 degrees."""
-    if not (math.isfinite(trend_deg) and math.isfinite(plunge_deg)) or abs(plunge_deg) > 90:
-        raise UsageError(
-            tr("A view needs a trend in degrees and a plunge from -90 (up) to 90 (down)."),
-            field="--plunge",
-        )
+    """A view as typed. Raises UsageError for a plunge beyond 90 degrees, and a trend beyond two
+    turns."""
+    for angle, most, field in ((trend_deg, 720.0, "--trend"), (plunge_deg, 90.0, "--plunge")):
+        if not abs(angle) <= most:
+            raise UsageError(
+                tr("A view needs a trend in degrees and a plunge from -90 (up) to 90 (down)."),
+                field=field,
+            )
     return View(
         wrap360(trend_deg),
         plunge_deg,

@@ -1,10 +1,12 @@
-"""A combo box of what a trace follows between clicks."""
+"""A combo box of what a line follows between clicks."""
 
 from __future__ import annotations
 
+from typing import Any
+
 from PySide6.QtCore import QSignalBlocker
 
-from vomstudio.tools.trace import TraceTool
+from vomstudio.tools.following import FollowingTool
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.words import to_translate, tr
@@ -22,9 +24,9 @@ _COSTS = (
 class FollowBox(ComboBox):
     """`currentData` is a cost, None for none; the fields of the open models stand below."""
 
-    def __init__(self, studio: Studio, tool: TraceTool) -> None:
+    def __init__(self, studio: Studio, tool: FollowingTool[Any]) -> None:
         super().__init__()
-        self.setObjectName("trace_follow")
+        self.setObjectName(f"{tool.name}_follow")
         self._studio, self._tool = studio, tool
         self._shown: tuple[str, ...] | None = None
         self.refresh()
@@ -46,7 +48,7 @@ class FollowBox(ComboBox):
             self.setCurrentIndex(max(0, self.findData(self._tool.cost)))
         self.setEnabled(not self._tool.continued)
         self.setToolTip(
-            tr("Not now: a continued trace is picked point by point.")
+            tr("Not now: what is continued is picked point by point.")
             if self._tool.continued
-            else tr("What a trace follows over the surface from click to click (Shift+T).")
+            else tr("What the line follows over the surface from click to click (Shift+T).")
         )

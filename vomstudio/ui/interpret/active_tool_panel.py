@@ -29,7 +29,7 @@ class ActiveToolPanel(QStackedWidget):
         self._studio, self.panels = studio, dict(panels)
         self._choice = _ToolChoice([actions[entry.name] for entry in TOOLS])
         self.addWidget(self._choice)
-        for panel in self.panels.values():
+        for panel in dict.fromkeys(self.panels.values()):
             self.addWidget(panel)
         self._titles = {entry.name: entry.title for entry in TOOLS}
         self._told: Callable[[str], None] = lambda _: None

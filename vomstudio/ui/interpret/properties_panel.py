@@ -101,7 +101,7 @@ class PropertiesPanel(QWidget):
             flag = QCheckBox(tr(attribute.text))
             flag.clicked.connect(lambda on: self._change(**{name: bool(on)}))
             return flag
-        if attribute.form == "choice":
+        if attribute.form in ("choice", "word"):
             box = ComboBox()
             for value, text in attribute.choices:
                 box.addItem(tr(text), value)
@@ -301,6 +301,8 @@ def _show(widget: QWidget, value: Any) -> None:
         widget.show_plane(value)
     elif isinstance(widget, ComboBox):
         widget.setCurrentIndex(widget.findData(value))
+        if widget.currentIndex() < 0 and value:
+            widget.show_text(str(value))
     elif isinstance(widget, QCheckBox):
         widget.setTristate(False)
         widget.setChecked(value)

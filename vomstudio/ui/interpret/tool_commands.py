@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from vomstudio.errors import VomError
+from vomstudio.tools.following import FollowingTool
 from vomstudio.tools.polyline import PolylineTool
 from vomstudio.tools.registry import TOOLS
 from vomstudio.tools.tool_entry import ToolEntry
@@ -55,7 +56,11 @@ class _OpenFeature:
     def why_not_continue(self) -> str | None:
         if self._studio.open_tool is not None:
             return tr("Finish or cancel the open feature first.")
-        return None if self._to_continue() else tr("Select a trace, a line or a measurement first.")
+        return (
+            None
+            if self._to_continue()
+            else tr("Select a trace, a line, a rock area, a station or a measurement first.")
+        )
 
     def _to_continue(self) -> tuple[str, str] | None:
         """Id and tool of the last selected feature that was picked vertex by vertex."""
@@ -99,19 +104,21 @@ class _OpenFeature:
 
 
 class _Following:
-    """Whether traces follow contacts, and what of them."""
+    """Whether lines follow contacts, and what of them: those of the tool that is active, else
+    traces."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
         self._last = "colour"
 
     @property
-    def tool(self) -> TraceTool:
-        return self._studio.tool_of(TraceTool)
+    def tool(self) -> FollowingTool[Any]:
+        active = self._studio.tool
+        return active if isinstance(active, FollowingTool) else self._studio.tool_of(TraceTool)
 
     def why_not(self) -> str | None:
         if self.tool.continued:
-            return tr("A continued trace is picked point by point.")
+            return tr("What is continued is picked point by point.")
         return why_no_model(self._studio)
 
     def toggle(self) -> None:
@@ -139,7 +146,8 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
                 checked=lambda: studio.tool_name == "navigate"),
         *(_choose_tool(studio, entry) for entry in TOOLS),
         Command("follow", tr("&Follow contacts"), following.toggle, "vector-curve", "Shift+T",
-                tr("A trace follows the contact from click to click, or goes straight."),
+                tr("A trace, contact line or outline follows the contact from click to click, or "
+                   "goes straight."),
                 following.why_not, in_viewport=True,
                 checked=lambda: following.tool.cost is not None),
         Command("finish", tr("Finish"), studio.finish_tool, "check", ("Return", "Enter"),
@@ -149,8 +157,8 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
                 tr("Discard the open feature; a continued one stays as it was."),
                 picking.why_not_cancel, in_viewport=True),
         Command("continue_trace", tr("Continue"), picking.continue_feature, "vector-polyline-plus",
-                (), tr("Continue the selected trace, line or measurement: add, move, insert or "
-                       "delete vertices."),
+                (), tr("Continue the selected trace, line, area or measurement: add, move, insert "
+                       "or delete vertices."),
                 picking.why_not_continue),
         Command("delete_vertex", tr("Delete vertex"), picking.delete_vertex,
                 "vector-polyline-remove", (),

@@ -26,7 +26,6 @@ from vomstudio.document.photo_edits import (
 from vomstudio.document.records import Asset, ImageMark, MarkedPoint, Mask, PhotoSet, Record
 from vomstudio.errors import VomError
 from vomstudio.io.control.points import ControlPoint, Mark
-from vomstudio.io.project.assets import asset_path
 from vomstudio.io.project.sidecar_import import stored_path
 from vomstudio.photogrammetry.place.mark_prediction import Marking
 from vomstudio.ui.common.studio import Studio
@@ -127,7 +126,7 @@ class PhotoDocument(QObject):
     def mask_path(self, photo: str) -> Path | None:
         """Where a photo's mask is. Raises InputError where it is gone."""
         file = self._masks.get(photo)
-        return None if file is None else asset_path(self._studio.project.folder, file)
+        return None if file is None else self._studio.project.assets.path(file)
 
     def states(self) -> tuple[list[PointState], dict[tuple[str, str], tuple[float, float]]]:
         """Points and marks as edits take them."""
@@ -175,6 +174,10 @@ class PhotoDocument(QObject):
             return set_points(records, set_id, points, marks, words, crs=crs)
 
         return self._apply(make, join)
+
+    def keep_mask(self, png: bytes) -> Asset:
+        """The file of a mask, for `set_masks`; from any thread. Raises TargetError."""
+        return self._studio.project.assets.keep(png, ".png")
 
     def set_masks(self, words: str, masks: Mapping[str, Asset | None]) -> bool:
         return self._apply(lambda records, set_id: set_masks(records, set_id, masks, words), None)

@@ -13,7 +13,6 @@ from vomstudio.document.records import Asset
 from vomstudio.errors import VomError
 from vomstudio.geometry.pixel_areas import Area, changed_by
 from vomstudio.io.photos.drawn_masks import load_mask, mask_png
-from vomstudio.io.project.assets import keep_asset
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
@@ -192,7 +191,7 @@ class PhotoMasks(QObject):
         try:
             if used.all():
                 return None
-            file = keep_asset(self._document.project_folder, mask_png(used), ".png")
+            file = self._document.keep_mask(mask_png(used))
         except VomError as error:
             return error
         self._states.keep(file, used)

@@ -135,7 +135,7 @@ class OtherModelBox(QWidget):
         self.said.emit(tr("Reading {file}…", file=path.name))
 
         def read(cached: CachedModel) -> None:
-            self._background.run(lambda: _mapped(path, cached), arrived)
+            self._background.run(lambda: _fetched(path, cached), arrived)
 
         def arrived(made: object) -> None:
             self._job = None
@@ -170,7 +170,7 @@ class OtherModelBox(QWidget):
         self.models.setCurrentIndex(self.models.findData(key))
 
 
-def _mapped(path: Path, cached: CachedModel) -> OtherModel | str:
+def _fetched(path: Path, cached: CachedModel) -> OtherModel | str:
     """In a thread; the reason where it cannot be."""
     from vomstudio.io.models import model_cache
     from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame

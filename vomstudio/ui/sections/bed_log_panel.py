@@ -235,7 +235,8 @@ class BedLogPanel(SeenPanel):
                 "Pick the boundaries of the beds on the outcrop, or select a measured polyline or "
                 "trace that runs across the beds and take it."
             )
-        traces = [f for f in self.group.features() if isinstance(f, Trace)]
+        each = (get(studio.records, f.id, Trace) for f in self.group.features())
+        traces = [trace for trace in each if trace is not None]
         measured = studio.measured({f.id for f in traces} | {line.id, self.bed.id} - {""})
         bed = measured[self.bed.id] if self.bed.id else None
         if bed is not None and bed.plane is None:

@@ -88,12 +88,16 @@ class StatusLine(QStatusBar):
         self._selected.setText(tr("{count} selected", count=count) if count else "")
         self._badge.setVisible(bool(studio.session.of(Model)))
         known = studio.north_known()
-        self._badge.setText(studio.frame_name() if known else tr("⚠ Local frame: not registered"))
-        self._badge.setToolTip(
+        frames = list(dict.fromkeys(m.frame for m in studio.session.of(Model)))
+        nothing = not any(frame.has_up or frame.has_metres for frame in frames)
+        warned = tr("⚠ Local frame: not registered") if nothing else f"⚠ {studio.frame_name()}"
+        self._badge.setText(studio.frame_name() if known else warned)
+        what = (
             tr("The frame of the displayed coordinates and orientations. Click to change it.")
             if known
             else tr("Orientations are not geographic yet. Click to declare the model's frame.")
         )
+        self._badge.setToolTip("\n".join([*(each.known_in_words() for each in frames), what]))
         self._badge.setStyleSheet(
             "" if known else "background: #e69f00; color: black; padding: 1px 6px;"
         )

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from vomstudio.io.models.reader import LoadedModel
     from vomstudio.io.photos.own_cameras.result import OwnCameras
     from vomstudio.registration.attitude_evidence import AttitudeMiss
-    from vomstudio.registration.evidence import Segment
+    from vomstudio.registration.compass_evidence import Segment
     from vomstudio.registration.north import North
     from vomstudio.registration.results import Placed
     from vomstudio.workspace.placing.reference_fitting import ReferenceFit
@@ -58,6 +58,7 @@ class RegisterOrder:
     declination: str | None = None
     north_sigma: str | None = None
     crs: str | None = None
+    without: Sequence[str] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,11 +192,14 @@ def _evidence(
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.coordinate_checks import said_of_area
-    from vomstudio.registration.north import on_grid
+    from vomstudio.registration.north import DECLINATION_DOUBT_DEG, on_grid
 
-    evidence = Evidence()
+    evidence = Evidence(without=tuple(asked.without))
     if asked.north_sigma is not None:
-        evidence.north_doubt_deg = _angle(asked.north_sigma, "--north-sigma")
+        doubt = _angle(asked.north_sigma, "--north-sigma", zero=True)
+        evidence.north_doubt_deg = evidence.compass_doubt_deg = doubt
+    elif asked.north == "magnetic":
+        evidence.compass_doubt_deg = DECLINATION_DOUBT_DEG
     if asked.marks is not None and asked.gcp is None:
         raise UsageError(tr("Marks need their points: give --gcp too."), field="--marks")
     seen = (asked.cameras, asked.attitudes, asked.horizon, asked.gcp)
@@ -230,8 +234,8 @@ def _evidence(
     evidence.level_lines = [_level_line(text) for text in asked.level]
     evidence.azimuths = [_segment(text, "--azimuth") for text in asked.azimuth]
     _turn_to_grid(asked, evidence, north, said)
-    for _, _, metres in evidence.lengths:
-        if not metres > 0:
+    for line in evidence.lengths:
+        if not line.value > 0:
             raise UsageError(tr("A length must be positive. Correct it."), field="--scale")
     if evidence.empty and asked.reference is None:
         raise UsageError(
@@ -311,16 +315,18 @@ def _turn_to_grid(asked: RegisterOrder, evidence: Evidence, north: North, said: 
         return
     turn, sentence = turn_of(asked.north, north, "--north")
     said.append(sentence)
-    evidence.azimuths = [(a, b, (deg + turn) % 360.0) for a, b, deg in evidence.azimuths]
+    evidence.azimuths = [
+        line._replace(value=(line.value + turn) % 360.0) for line in evidence.azimuths
+    ]
     evidence.compass_turn_deg = turn
 
 
-def _angle(text: str, option: str, *, signed: bool = False) -> float:
+def _angle(text: str, option: str, *, signed: bool = False, zero: bool = False) -> float:
     try:
         value = float(text.strip().rstrip("°").replace(",", "."))
     except ValueError:
         value = math.nan
-    if not (abs(value) <= 180.0 and (signed or value > 0)):
+    if not (abs(value) <= 180.0 and (signed or value > 0 or (zero and value == 0))):
         raise UsageError(
             tr("'{text}' is no angle in degrees that is possible here.", text=text[:40]),
             field=option,
@@ -346,27 +352,36 @@ def _photos(given: str | Path, own: OwnCameras, option: str) -> dict[str, Path]:
 
 
 def _segment(text: str, option: str) -> Segment:
-    try:
-        x1, y1, z1, x2, y2, z2, value = (float(cell) for cell in text.split(","))
-    except ValueError as error:
+    from vomstudio.registration.compass_evidence import Segment
+
+    cells = _numbers(text)
+    if len(cells) not in (7, 8):
         raise UsageError(
             tr(
-                "'{text}' is not seven numbers with commas between them: x1,y1,z1,x2,y2,z2,value.",
+                "'{text}' is not seven numbers with commas between them, x1,y1,z1,x2,y2,z2,value, "
+                "and where wanted the error of the value (one sigma).",
                 text=text[:60],
             ),
             field=option,
-        ) from error
-    if not all(map(math.isfinite, (x1, y1, z1, x2, y2, z2, value))):
-        raise UsageError(tr("'{text}' is not finite.", text=text[:60]), field=option)
-    return (x1, y1, z1), (x2, y2, z2), value
+        )
+    x1, y1, z1, x2, y2, z2, value, *sigma = cells
+    if sigma and not sigma[0] > 0:
+        raise UsageError(tr("An error must be positive. Correct it."), field=option)
+    return Segment((x1, y1, z1), (x2, y2, z2), value, sigma[0] if sigma else None)
 
 
-def _level_line(text: str) -> LevelLine:
+def _numbers(text: str) -> list[float]:
+    """Finite ones between commas; none where something else is among them."""
     try:
         cells = [float(cell) for cell in text.split(",")]
     except ValueError:
-        cells = []
-    if len(cells) not in (6, 7) or not all(map(math.isfinite, cells)):
+        return []
+    return cells if all(map(math.isfinite, cells)) else []
+
+
+def _level_line(text: str) -> LevelLine:
+    cells = _numbers(text)
+    if len(cells) not in (6, 7):
         raise UsageError(
             tr(
                 "'{text}' is not six numbers with commas between them, x1,y1,z1,x2,y2,z2, and "

@@ -13,10 +13,10 @@ from scipy.spatial.transform import Rotation
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.edits import new_id
 from vomstudio.document.kinds.control_point import ControlPoint
+from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import (
     FeatureType,
-    Frame,
     Model,
     Record,
     Registration,
@@ -34,6 +34,12 @@ from vomstudio.registration.placing import with_warnings
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import jacobian
 from vomstudio.words import tr, tr_n
+from vomstudio.workspace.placing.known_lines import (
+    covariance_after,
+    frame_after,
+    placed_by_known,
+    usable,
+)
 
 _SETS_TOLD = 5
 _Z95 = 1.959963984540054
@@ -101,7 +107,7 @@ def _by_two(points: Sequence[ControlPoint], model: Model) -> npt.NDArray[np.floa
     """4 x 4 from the coordinates of the points to the model as it stands: a turn about the
     vertical, a scale and a shift, which two points determine that are not one above the other."""
     pairs = pairs_of(points)
-    if len(pairs.labels) != 2 or model.frame.kind == "undeclared":
+    if len(pairs.labels) != 2 or not model.frame.has_up:
         return None
     here, there = transform.apply(model.to_world, pairs.model), pairs.world
     (x, y, z), (u, v, w) = here[1] - here[0], there[1] - there[0]
@@ -122,18 +128,26 @@ def placed_by_points(
     model: Model,
     crs: str | None,
     extent: npt.NDArray[np.float64] | None = None,
+    lines: Sequence[KnownLine] = (),
+    north_doubt_deg: float = 0.0,
 ) -> Placed:
-    """The placement by points on a model, with what their coordinates look like.
+    """The placement by points and known lines on a model, with what coordinates look like.
 
     bounds : (2, 3) of the model in its file's frame, None where they are not known; crs : of the
-    points; extent : (n, 3) points all over the model, in its file's frame. Raises GeometryError,
-    also for points that are far off the model.
+    points; extent : (n, 3) points all over the model, in its file's frame
+    north_doubt_deg : one sigma of what all azimuths may be off alike. Raises GeometryError, also
+    for points that are far off the model.
     """
     require_on_model(pairs.model, bounds)
-    placed = register(Evidence(pairs=pairs), extent)
+    if not usable(lines):
+        placed = register(Evidence(pairs=pairs), extent)
+    else:
+        placed = placed_by_known(pairs, lines, model, extent, north_doubt_deg)
+    if not len(pairs.labels):
+        return placed
     said = said_of_area(pairs.world, crs)
     # A model that was registered before stands there by that, not by its file.
-    by_file = model.registration is None and model.frame.crs == crs
+    by_file = model.registration is None and model.frame.crs == crs and placed.known.position
     if bounds is not None and crs is not None and by_file:
         said += said_of_move(transform.apply(model.to_world, bounds), placed(bounds), crs)
     return with_warnings(placed, said)
@@ -142,18 +156,21 @@ def placed_by_points(
 def registration_of(
     placed: Placed, pairs: Pairs | None, model: Model, crs: str | None, reference: str = ""
 ) -> Registration:
-    """The record of a placement by pairs, or by a reference of this name and pairs where there are
-    some, in `crs` or in a local frame with metres and north.
+    """The record of a placement by pairs and known lines, or by a reference of this name and pairs
+    where there are some, in `crs` or in a local frame, with what is known of it.
 
     A model that was placed in the same way before keeps its registration, with other figures.
     """
     before = model.registration
-    method: Literal["points", "reference"] = "reference" if reference else "points"
+    method: Literal["points", "lines", "reference"] = "reference" if reference else "points"
     name = tr("points on {model}", model=model.name)
+    if not reference and (pairs is None or not len(pairs.labels)):
+        method, name = "lines", tr("known lines on {model}", model=model.name)
     if reference:
         name = tr("{model} fitted to {reference}", model=model.name, reference=reference)
     id_ = before.id if before is not None and before.method == method else new_id("registration")
     error = placed.rotation_error_deg
+    covariance = covariance_after(placed, before)
     known = None
     if (
         error.about_up is not None
@@ -165,14 +182,14 @@ def registration_of(
         id_,
         name,
         method,
-        Frame("crs", crs=crs) if crs is not None else Frame("local"),
+        frame_after(placed, model, crs),
         _matrix(placed),
         rotation_error_deg=known,
-        scale_error=float(np.sqrt(placed.covariance[3][3])),
+        scale_error=float(np.sqrt(covariance[3, 3])),
         rms_control_m=placed.rms_control_m,
         rms_check_m=placed.rms_check_m,
         control=() if pairs is None else _points(placed, pairs),
-        covariance=placed.covariance,
+        covariance=tuple(tuple(row) for row in covariance.tolist()),
         centre=placed.centre,
         reach_m=placed.reach_m,
         normal=placed.normal,
@@ -278,7 +295,7 @@ def _turn(before: Model, after: Model) -> npt.NDArray[np.float64]:
 
 
 def _matrix(placed: Placed) -> Matrix:
-    rows = [(row[0], row[1], row[2], row[3]) for row in placed.matrix]
+    rows = [(row[0], row[1], row[2], row[3]) for row in placed.matrix.tolist()]
     return (rows[0], rows[1], rows[2], rows[3])
 
 

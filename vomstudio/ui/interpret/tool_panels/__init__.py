@@ -1,5 +1,6 @@
 """The panels of the tools. A module of this package that has the name of a tool holds its `PANEL`,
-a widget made with the studio and the actions. `COMMANDS`, where there are any, takes the studio and
+a widget made with the studio and the actions, or `SHARES`, the name of the tool whose panel it
+shares. `COMMANDS`, where there are any, takes the studio and
 gives what else the tool can do; they stand in the menu behind what all tools can do. Nothing has to
 be entered anywhere.
 """
@@ -25,7 +26,13 @@ _MODULES = {
 
 def make_panels(studio: Studio, actions: dict[str, QAction]) -> dict[str, QWidget]:
     """The panels by the names of their tools."""
-    return {name: module.PANEL(studio, actions) for name, module in _MODULES.items()}
+    made = {
+        name: module.PANEL(studio, actions)
+        for name, module in _MODULES.items()
+        if hasattr(module, "PANEL")
+    }
+    shared = {name: getattr(module, "SHARES", "") for name, module in _MODULES.items()}
+    return made | {name: made[other] for name, other in shared.items() if other}
 
 
 def commands(studio: Studio) -> dict[str, list[Command]]:

@@ -1,8 +1,9 @@
-"""The panel of the control points: their coordinates, what is left over at each, the map, and what
-the placement by them is worth, live as points are clicked and ticked."""
+"""The panel of control points and known lines: coordinates and values, what is left over at each,
+the map, and what the placement by them is worth, live as they are clicked and ticked."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
+    QLineEdit,
     QPushButton,
     QTableWidgetItem,
     QWidget,
@@ -20,21 +22,31 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document import edits
 from vomstudio.document.kinds.control_point import ControlPoint
+from vomstudio.document.kinds.known_line import KINDS, KnownKind, KnownLine
 from vomstudio.document.records import Model
 from vomstudio.errors import GeometryError, VomError
 from vomstudio.registration.results import Placed
 from vomstudio.tools.control import ControlTool
+from vomstudio.tools.known_line import KnownLineTool
 from vomstudio.ui.common import file_filters, theme
 from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_with_file
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.forms.copied_command import (
+    CopyCommandButton,
+    Word,
+    copy_command,
+    copy_with_file,
+    numbers_text,
+)
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.interpret.tool_panels.control_map import ControlMap, MapPoint
 from vomstudio.ui.interpret.tool_panels.control_table import LABEL, TICK, ControlTable
-from vomstudio.words import tr
+from vomstudio.ui.interpret.tool_panels.known_table import KnownTable, typed, typed_doubt
+from vomstudio.words import tr, tr_n
 
 _FEW = 20
 """So many points are placed in less time than a thread takes to hand over."""
@@ -44,15 +56,17 @@ _RING = 0.04
 
 
 class ControlPanel(QWidget):
-    """`placed` is the placement by the points that are ticked, None where they give none; `crs`
-    that of their coordinates, None for a local frame."""
+    """`placed` is the placement by the points and lines that are ticked, None where they give none;
+    `crs` that of the coordinates, None for a local frame."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
         explain(self, "registration.md")
         self._studio = studio
         self._tool = studio.tool_of(ControlTool)
+        self._lines_tool = studio.tool_of(KnownLineTool)
         self._points: list[ControlPoint] = []
+        self._lines: list[KnownLine] = []
         self._found, self._reach = 0, 0.0
         self._solving = NewestResult(self, self._solved, self._say_solving)
         self.model: Model | None = None
@@ -66,9 +80,26 @@ class ControlPanel(QWidget):
         self.table = ControlTable()
         self.table.itemChanged.connect(self._typed)
         self.table.itemSelectionChanged.connect(self._chosen)
+        self.clicked = ComboBox()
+        self.clicked.setObjectName("what_is_clicked")
+        self.clicked.addItem(tr("Control points"), "")
+        for kind, name in KINDS:
+            self.clicked.addItem(tr(name), kind)
+        self.clicked.activated.connect(self._choose_clicked)
+        self.lines = KnownTable()
+        self.lines.itemChanged.connect(self._line_typed)
+        self.lines.itemSelectionChanged.connect(self._line_chosen)
         self.field = CrsField()
         self.field.setPlaceholderText(tr("none: local metres, x east, y north"))
         self.field.textChanged.connect(self._solve)
+        self.doubt = QLineEdit()
+        self.doubt.setObjectName("north_doubt")
+        self.doubt.setPlaceholderText(tr("0°: azimuths are not all off alike"))
+        self.doubt.setToolTip(
+            tr("What all azimuths may be off alike, one standard error, such as 0.5° for the "
+               "declination of a model of the field.")
+        )  # fmt: skip
+        self.doubt.textChanged.connect(self._solve)
         self.map = ControlMap()
         self.said = hint_label()
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -81,14 +112,20 @@ class ControlPanel(QWidget):
         row.addWidget(self.load)
         row.addWidget(self.register)
         row.addWidget(self.copy)
-        form = QFormLayout()
+        self._form = form = QFormLayout()
+        form.addRow(tr("Click"), self.clicked)
         form.addRow(tr("CRS of x, y, z"), self.field)
+        form.addRow(tr("North ± (1σ)"), self.doubt)
+        form.setRowVisible(self.doubt, False)
         column = narrow_column(self)
         column.addLayout(row)
-        column.addWidget(self.table, 3)
         column.addLayout(form)
+        column.addWidget(self.table, 3)
+        column.addWidget(self.lines)
         column.addWidget(self.said)
         column.addWidget(self.map, 2)
+        # Without points there is nothing that fills the panel.
+        column.addStretch(0)
         for signal in (studio.project_opened, studio.edited, studio.selection_changed):
             signal.connect(self.refresh)
         studio.tool_changed_signal.connect(self._show_current)
@@ -96,29 +133,54 @@ class ControlPanel(QWidget):
 
     # --- what is there -----------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
-        """Show the points of the current model."""
-        if self._studio.tool_name != self._tool.name:
+        """Show the points and lines of the current model."""
+        if self._studio.tool_name not in (self._tool.name, self._lines_tool.name):
             # Nobody sees it; it is brought up to date when the tool is chosen.
             return
         model = current_model(self._studio)
         points = [] if model is None else self._points_on(model)
-        if model == self.model and points == self._points:
+        lines = [] if model is None else self._lines_on(model)
+        if model == self.model and points == self._points and lines == self._lines:
             return
+        there = {line.id for line in self._lines}
+        same = model is not None and self.model is not None and model.id == self.model.id
+        new = [row for row, line in enumerate(lines) if line.id not in there and not line.complete]
         if model is None or self.model is None or model.id != self.model.id:
             with QSignalBlocker(self.field):
                 self.field.setText("" if model is None else model.frame.crs or "")
-        self.model, self._points = model, points
-        self.table.show_points(points)
+        if lines != self._lines:
+            self.lines.show_lines(lines)
+        if points != self._points:
+            self.table.show_points(points)
+        for points_alone in (self.table, self.map):
+            points_alone.setVisible(bool(points) or not lines)
+        self._form.setRowVisible(self.doubt, any(line.kind == "azimuth" for line in lines))
+        self.model, self._points, self._lines = model, points, lines
         self._solve()
         self._show_current()
+        if same and len(new) == 1 and self._studio.tool_name == self._lines_tool.name:
+            self.lines.ask_for_value(new[0])
 
     def _points_on(self, model: Model) -> list[ControlPoint]:
         return [p for p in self._studio.session.of(ControlPoint) if p.model_id == model.id]
 
+    def _lines_on(self, model: Model) -> list[KnownLine]:
+        return [line for line in self._studio.session.of(KnownLine) if line.model_id == model.id]
+
     def _tool_chosen(self, name: str) -> None:
         if name == self._tool.name:
             self._tool.begin()
+        if name in (self._tool.name, self._lines_tool.name):
+            kind = self._lines_tool.kind if name == self._lines_tool.name else ""
+            self.clicked.setCurrentIndex(self.clicked.findData(kind))
             self.refresh()
+
+    def _choose_clicked(self) -> None:
+        kind: KnownKind | str = self.clicked.currentData()
+        for each, _ in KINDS:
+            if each == kind:
+                self._lines_tool.choose(each)
+        self._studio.activate(self._lines_tool.name if kind else self._tool.name)
 
     def _solve(self) -> None:
         """Place the model anew by what is ticked, and say what that is worth: at once where that is
@@ -129,7 +191,7 @@ class ControlPanel(QWidget):
         model = self.model
         opened = None if model is None else self._studio.models.get(model.id)
         bounds = None if opened is None else opened.data.bounds
-        pairs = pairs_of(self._points)
+        pairs, lines = pairs_of(self._points), tuple(self._lines)
         self._reach = float(np.ptp(pairs.model, axis=0).max()) if len(pairs.labels) > 1 else 0.0
         self._found = len(pairs.labels)
 
@@ -138,12 +200,14 @@ class ControlPanel(QWidget):
                 if model is None:
                     return GeometryError(tr("Open an outcrop model first."))
                 extent = None if opened is None else some_points(opened.data)
-                return placed_by_points(pairs, bounds, model, self.crs, extent)
+                return placed_by_points(pairs, bounds, model, self.crs, extent, lines, doubt)
             except VomError as error:
                 return error
 
+        doubt = 0.0
         try:
             self.crs = self._typed_crs()
+            doubt = typed_doubt(self.doubt.text())
         except VomError as error:
             self._solving.drop()
             self._solved(error)
@@ -169,12 +233,21 @@ class ControlPanel(QWidget):
             said = made.message if self.model is None else self._in_short(self._found, made)
             self.said.setText(said)
         elif self.placed is not None:
-            self.said.setText(_in_words(self.placed))
-        self.table.show_residuals(self._points, self.placed)
+            self.said.setText(self._in_words(self.placed))
+        self._show_residuals()
         self._show_map()
         places = {} if self.model is None else expected(self._points, self.placed, self.model)
         self._tool.expect(places, _RING * self._reach * self._metres())
         self._explain_button("" if self.placed is not None else self.said.text())
+
+    def _show_residuals(self) -> None:
+        from vomstudio.workspace.placing.known_lines import line_misses
+
+        placed = self.placed
+        self.table.show_residuals(self._points, placed)
+        off = [] if placed is None else line_misses(self._lines, placed)
+        wrong = set() if placed is None else {blunder.label for blunder in placed.blunders}
+        self.lines.show_residuals(self._lines, {miss.id: miss.off for miss in off}, wrong)
 
     def _explain_button(self, why_not: str) -> None:
         self.register.setEnabled(not why_not)
@@ -187,10 +260,17 @@ class ControlPanel(QWidget):
         return 1.0 if self.model is None else transform.scale_of(self.model.to_world)
 
     def _in_short(self, found: int, error: VomError) -> str:
+        from vomstudio.workspace.placing.known_lines import usable
+
+        if usable(self._lines):
+            return error.message
         if not self._points:
+            if any(not line.complete for line in self._lines):
+                return tr("Type what is known of the line in the list.")
             return tr(
                 "Read the coordinates of control points from a file, or click a point on the "
-                "outcrop and type its coordinates."
+                "outcrop and type its coordinates. Lines that are level, or whose azimuth or "
+                "length is known, place the model in part."
             )
         if not found and not any(p.position for p in self._points):
             return tr("Type the coordinates of the points in the list, or read them from a file.")
@@ -246,7 +326,13 @@ class ControlPanel(QWidget):
         if path is None:
             return
         pairs = pairs_of(self._points)
-        crs: list[tuple[str, str]] = [] if self.crs is None else [("--crs", self.crs)]
+        crs: list[tuple[str, Word]] = [] if self.crs is None else [("--crs", self.crs)]
+        crs += _options(self._lines)
+        if doubt := typed_doubt(self.doubt.text()):
+            crs.append(("--north-sigma", doubt))
+        if not len(pairs.labels):
+            copy_command(studio, ["register", path, *crs])
+            return
         copy_with_file(
             self, studio, "pairs.csv", lambda file: write_pairs(file, pairs),
             lambda file: ["register", path, ("--pairs", file), *crs],
@@ -292,6 +378,24 @@ class ControlPanel(QWidget):
         if rows:
             self._tool.choose(self._points[rows[0].row()].id)
 
+    def _line_chosen(self) -> None:
+        rows = self.lines.selectionModel().selectedRows()
+        if rows:
+            self._studio.selection.set([self._lines[rows[0].row()].id])
+
+    def _line_typed(self, item: QTableWidgetItem) -> None:
+        line = self._lines[item.row()]
+        try:
+            changed = typed(line, item.column(), item)
+        except VomError as error:
+            self._studio.warn(error.message)
+            changed = line
+        if changed != line:
+            self._studio.attempt(edits.change_feature, changed)
+            return
+        self.lines.show_lines(self._lines)
+        self._show_residuals()
+
     def _typed(self, item: QTableWidgetItem) -> None:
         point = self._points[item.row()]
         if item.column() == TICK:
@@ -319,7 +423,8 @@ class ControlPanel(QWidget):
             self._studio.attempt(edits.change_feature, changed)
 
     def apply(self) -> None:
-        """Register the model by the points."""
+        """Register the model by the points and lines."""
+        from vomstudio.workspace.placing.known_lines import usable
         from vomstudio.workspace.placing.registering import (
             pairs_of,
             registration_of,
@@ -339,18 +444,50 @@ class ControlPanel(QWidget):
         studio = self._studio
         measured = studio.measured(f.id for f in studio.session.features())
         sets = set_words(sets_turned_deg(studio.records, before, after, measured))
+        by = (
+            [tr_n("{count} point", "{count} points", len(placed.control))] if placed.control else []
+        )
+        if used := usable(self._lines):
+            by.append(tr_n("{count} line", "{count} lines", len(used)))
         said = tr(
-            "{model} was placed by {count} points; it turned by {turn:.1f} degrees, and what was "
+            "{model} was placed by {what}; it turned by {turn:.1f} degrees, and what was "
             "measured on it with it.",
             model=before.name,
-            count=len(placed.control),
+            what=tr(" and ").join(by),
             turn=turned_deg(before, after),
         )
         studio.warn(f"{said} {sets}".strip(), "info")
 
+    def _in_words(self, placed: Placed) -> str:
+        """What a geologist must know of it."""
+        from vomstudio.registration.remarks import said_of_vertical
+        from vomstudio.workspace.placing.known_lines import frame_after
 
-def _in_words(placed: Placed) -> str:
-    """What a geologist must know of it."""
+        said = [_worth(placed)]
+        if self.model is not None and not placed.known.all:
+            known = frame_after(placed, self.model, self.crs).known_in_words()
+            said = [tr("After registering: {known}", known=known), *said_of_vertical(placed), *said]
+        return "\n".join(said)
+
+
+def _options(lines: Sequence[KnownLine]) -> list[tuple[str, Word]]:
+    """As the command takes them."""
+    from vomstudio.workspace.placing.known_lines import usable
+
+    names = {"level": "--level", "azimuth": "--azimuth", "length": "--scale"}
+    return [
+        (
+            names[line.kind],
+            numbers_text(
+                [*line.vertices[0], *line.vertices[-1],
+                 *(v for v in (line.value, line.sigma) if v is not None)]
+            ),
+        )
+        for line in usable(lines)
+    ]  # fmt: skip
+
+
+def _worth(placed: Placed) -> str:
     from vomstudio.registration.remarks import said_of_worst
 
     said = []

@@ -8,7 +8,8 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.document.kinds.dimension import KINDS, words
+from vomstudio.document.kinds.dimension import KINDS
+from vomstudio.document.length_figures import words
 from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.plane_box import PlaneBox

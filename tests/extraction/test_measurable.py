@@ -1,0 +1,368 @@
+"""The map of how well a plane could be measured: against closed forms, laws, and traces that are
+picked on the same surface by other means."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.stats import spearmanr
+
+from vomstudio.errors import Cancelled, GeometryError, UsageError
+from vomstudio.extraction.finer_faces import finer
+from vomstudio.extraction.measurable import CLASSES, Asked, Measurable, measurable
+from vomstudio.geology.orientation import Plane
+from vomstudio.geology.quality import total_error_deg
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.plane_sizes import PlaneSizes
+from vomstudio.geometry.planes import fit_plane
+from vomstudio.geometry.surface import VertexSurface
+from vomstudio.progress import Silent
+
+Floats = npt.NDArray[np.float64]
+UP = (0.0, 0.0, 1.0)
+
+
+def walls(*quads: tuple[Floats, Floats, Floats]) -> Mesh:
+    """Of two triangles each: a corner and two sides."""
+    corners, faces = [], []
+    for at, one, other in quads:
+        n = len(corners)
+        corners += [at, at + one, at + one + other, at + other]
+        faces += [[n, n + 1, n + 2], [n, n + 2, n + 3]]
+    return Mesh(np.array(corners, np.float64), np.array(faces, np.int32))
+
+
+def axis(x: float, y: float, z: float) -> Floats:
+    return np.array([x, y, z], np.float64)
+
+
+CORNER = (
+    (axis(0, 0, 0), axis(2, 0, 0), axis(0, 0, 4)),
+    (axis(0, 0, 0), axis(0, 2, 0), axis(0, 0, 4)),
+)
+WALL = (CORNER[0],)
+
+
+def at(found: Measurable, place: Floats) -> int:
+    places = found.elements.places + found.elements.origin
+    return int(np.argmin(np.linalg.norm(places - place, axis=1)))
+
+
+def turned(data: Mesh, degrees: float) -> Mesh:
+    """About up, clockwise as azimuths count."""
+    a = np.radians(degrees)
+    turn = np.array([[np.cos(a), np.sin(a), 0], [-np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    return Mesh(data.vertices @ turn.T, data.faces)
+
+
+# --- closed forms -----------------------------------------------------------------------------
+def test_on_a_planar_face_no_trace_tells_its_plane() -> None:
+    found = measurable(walls(*WALL), Asked(UP, 1.0, resolution=0.01))
+    assert np.all(found.trace_deg == 90.0)
+    assert np.all(found.classes == CLASSES.index("none"))
+    assert np.all(found.relief < 1e-6)
+    middle = at(found, axis(1, 0, 2))
+    assert found.extent[middle] == pytest.approx(1.0, rel=0.05)
+
+
+@pytest.mark.parametrize("away", [0.03, 0.1, 0.2, 0.3, 0.4])
+def test_at_a_right_angled_corner_the_line_has_two_arms(away: float) -> None:
+    found = measurable(walls(*CORNER), Asked(UP, 1.0, resolution=0.01))
+    row = at(found, axis(away, 0, 2))
+    x = found.elements.places[row, 0] + found.elements.origin[0]
+    # Arms from the corner, cut by a circle of half a metre about the place.
+    arms = x + 0.5, np.sqrt(0.25 - x * x)
+    both = sum(arms)
+    means = [arm**2 / 2 / both for arm in arms]
+    squares = [arm**3 / 3 / both - mean**2 for arm, mean in zip(arms, means, strict=True)]
+    mixed = -means[0] * means[1]
+    smaller, larger = np.linalg.eigvalsh([[squares[0], mixed], [mixed, squares[1]]])
+    assert found.extent[row] == pytest.approx(np.sqrt(12 * larger), rel=0.06)
+    assert found.relief[row] == pytest.approx(np.sqrt(12 * smaller), rel=0.12)
+    # What the resolution can tilt over the shorter axis is more than the noise can.
+    wanted = np.degrees(np.arctan2(0.005, np.sqrt(12 * smaller)))
+    assert found.trace_deg[row] == pytest.approx(wanted, rel=0.12)
+    assert CLASSES[found.classes[row]] == "good"
+
+
+def test_around_a_pillar_the_line_is_an_arc() -> None:
+    radius, turn = 1.0, np.linspace(0, 2 * np.pi, 241)[:-1]
+    ring = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    levels = np.linspace(0, 3, 121)
+    vertices = np.concatenate([np.column_stack([ring, np.full(240, z)]) for z in levels])
+    a = (np.arange(120)[:, None] * 240 + np.arange(240)).ravel()
+    b = (np.arange(120)[:, None] * 240 + (np.arange(240) + 1) % 240).ravel()
+    faces = np.concatenate([np.stack([a, b, a + 240], 1), np.stack([b, b + 240, a + 240], 1)])
+    found = measurable(Mesh(vertices, faces.astype(np.int32)), Asked(UP, 1.0, resolution=0.026))
+    row = at(found, axis(1, 0, 1.5))
+    # The chord from the place to the end of the arc is half of the length.
+    half = 2.0 * np.arcsin(0.25 / radius)
+    across = radius**2 * (0.5 + np.sin(2 * half) / (4 * half) - (np.sin(half) / half) ** 2)
+    along = radius**2 * (0.5 - np.sin(2 * half) / (4 * half))
+    assert found.extent[row] == pytest.approx(np.sqrt(12 * along), rel=0.05)
+    assert found.relief[row] == pytest.approx(np.sqrt(12 * across), rel=0.15)
+    # Along the pillar's axis the line is straight.
+    upright = measurable(Mesh(vertices, faces.astype(np.int32)), Asked((0, 1, 0), 1.0))
+    assert upright.trace_deg[at(upright, axis(1, 0, 1.5))] >= 30.0
+
+
+def test_a_face_of_that_attitude_exposes_the_plane_as_a_patch() -> None:
+    ledge = walls(
+        (axis(0, 0, 0), axis(2, 0, 0), axis(0, 2, 0)), (axis(0, 2, 0), axis(2, 0, 0), axis(0, 0, 2))
+    )
+    found = measurable(ledge, Asked(UP, 1.0, resolution=0.02, noise=0.001))
+    row = at(found, axis(1, 1, 0))
+    assert np.isnan(found.trace_deg[row])
+    # Four square metres.
+    wanted = PlaneSizes(0.02, 0.001).error_deg(2.0 * np.sqrt(4.0 / np.pi))
+    assert found.patch_deg[row] == pytest.approx(wanted, rel=1e-6)
+    assert found.patches[row] == 0
+    wall = at(found, axis(1, 2, 1))
+    assert np.isnan(found.patch_deg[wall])
+    assert found.patches[wall] == -1
+
+
+def test_a_patch_under_ten_resolutions_tells_nothing() -> None:
+    ledge = walls((axis(0, 0, 0), axis(2, 0, 0), axis(0, 2, 0)))
+    found = measurable(ledge, Asked(UP, 2.0, resolution=0.3))
+    assert np.isnan(found.patch_deg).all()
+    assert np.all(found.classes == 0)
+
+
+# --- laws ---------------------------------------------------------------------------------------
+def waves(seed: int = 0, count: int = 120) -> Mesh:
+    """A steep wall with relief at several scales, 3 x 3 m."""
+    rng = np.random.default_rng(seed)
+    z, x = np.mgrid[0:count, 0:count] * (3.0 / count)
+    y = np.zeros_like(x)
+    for _ in range(12):
+        length = 10 ** rng.uniform(-0.4, 0.5)
+        angle, phase = rng.uniform(0, 2 * np.pi, 2)
+        k = 2 * np.pi / length
+        y += 0.05 * length * np.sin(k * (x * np.cos(angle) + z * np.sin(angle)) + phase)
+    points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+    a = (np.arange(count - 1)[:, None] * count + np.arange(count - 1)).ravel()
+    faces = np.concatenate(
+        [np.stack([a, a + 1, a + count], 1), np.stack([a + 1, a + count + 1, a + count], 1)]
+    )
+    return Mesh(points, faces.astype(np.int32))
+
+
+def test_the_map_turns_with_the_world() -> None:
+    mesh = waves()
+    one = measurable(mesh, Asked(tuple(Plane(40, 30).normal()), 1.0))
+    other = measurable(turned(mesh, 30), Asked(tuple(Plane(70, 30).normal()), 1.0))
+    ratio = other.best_deg / one.best_deg
+    # Strips and cells lie otherwise; the surface does not.
+    assert np.percentile(np.abs(np.log(ratio)), 90) < 0.25
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_normal_and_its_opposite_are_one_plane() -> None:
+    mesh, normal = waves(), Plane(40, 30).normal()
+    one = measurable(mesh, Asked(tuple(normal), 1.0))
+    other = measurable(mesh, Asked(tuple(-normal), 1.0))
+    assert np.median(other.best_deg / one.best_deg) == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_longer_trace_and_less_noise_are_better() -> None:
+    mesh, normal = waves(), tuple(Plane(40, 30).normal())
+    short = measurable(mesh, Asked(normal, 0.6))
+    long = measurable(mesh, Asked(normal, 1.8))
+    noisy = measurable(mesh, Asked(normal, 1.8, noise=0.05))
+    assert np.median(long.best_deg) < 0.8 * np.median(short.best_deg)
+    assert np.median(noisy.best_deg) > 1.5 * np.median(long.best_deg)
+    few = measurable(mesh, Asked(normal, 1.8, noise=0.05, points=5))
+    assert np.median(few.best_deg) > 1.5 * np.median(noisy.best_deg)
+
+
+def test_the_registration_is_added_in_quadrature() -> None:
+    mesh, normal = waves(), tuple(Plane(40, 30).normal())
+    one = measurable(mesh, Asked(normal, 1.0)).trace_deg
+    other = measurable(mesh, Asked(normal, 1.0, registration_deg=3.0)).trace_deg
+    told = one < 80.0
+    assert np.allclose(other[told], np.hypot(one[told], 3.0))
+
+
+def test_a_cloud_of_the_surface_has_the_map_of_its_mesh() -> None:
+    mesh, normal = waves(), tuple(Plane(40, 30).normal())
+    of_mesh = measurable(mesh, Asked(normal, 1.0))
+    cloud = measurable(PointCloud(mesh.vertices), Asked(normal, 1.0))
+    corners = mesh.vertices[mesh.faces[of_mesh.elements.rows]].mean(axis=1)
+    own = np.array([cloud.best_deg[at(cloud, place)] for place in corners[::37]])
+    theirs = of_mesh.best_deg[::37]
+    assert spearmanr(own, theirs).statistic > 0.8
+    assert np.median(own / theirs) == pytest.approx(1.0, abs=0.2)
+
+
+# --- what then comes --------------------------------------------------------------------------
+def picked(mesh: Mesh, normal: Floats, place: Floats, length: float) -> Floats:
+    """Points all along the line in which the plane through a place cuts the mesh, in the order
+    along its longest axis."""
+    off = (mesh.vertices - place) @ normal
+    corners, own = mesh.vertices[mesh.faces], off[mesh.faces]
+    near = (np.linalg.norm(corners.mean(axis=1) - place, axis=1) < length) & (
+        (own.min(axis=1) < 0.0) & (own.max(axis=1) > 0.0)
+    )
+    ends = []
+    for tri, s in zip(corners[near], own[near], strict=True):
+        cut = [
+            tri[k] + (tri[(k + 1) % 3] - tri[k]) * s[k] / (s[k] - s[(k + 1) % 3])
+            for k in range(3)
+            if (s[k] < 0.0) != (s[(k + 1) % 3] < 0.0)
+        ]
+        ends.append(cut)
+    lines = np.array(ends)
+    # From piece to piece, starting at the nearest.
+    hold = np.linalg.norm(lines.mean(axis=1) - place, axis=1)
+    reached = np.zeros(len(lines), bool)
+    reached[np.argmin(hold)] = True
+    while True:
+        tips = lines[reached].reshape(-1, 3)
+        gap = np.linalg.norm(lines.reshape(-1, 1, 3) - tips, axis=2).min(axis=1).reshape(-1, 2)
+        more = ~reached & (gap.min(axis=1) < 1e-6) & (hold <= length / 2)
+        if not more.any():
+            break
+        reached |= more
+    kept = lines[reached]
+    share = np.linspace(0.05, 0.95, 8)[:, None]
+    points = np.concatenate([a + share * (b - a) for a, b in kept])
+    along = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
+    return np.asarray(points[np.argsort(points @ along, kind="stable")])
+
+
+SAMPLE = Path(__file__).parents[2] / "resources" / "sample" / "sample.obj"
+
+
+def agreement(mesh: Mesh, planes: list[Plane], length: float, each: int) -> tuple[Floats, Floats]:
+    """What the map tells at random places, and what simulated traces there state."""
+    rng = np.random.default_rng(5)
+    near = VertexSurface(np.asarray(mesh.vertices))
+    near.build()
+    told, stated = [], []
+    for plane in planes:
+        normal = plane.normal()
+        found = measurable(mesh, Asked(tuple(normal), length))
+        places = found.elements.places + found.elements.origin
+        share = found.areas / found.areas.sum()
+        for row in rng.choice(len(places), each, p=share):
+            if np.isnan(found.trace_deg[row]):
+                continue
+            line = picked(mesh, normal, places[row] + 1e-6, length)
+            own = near.resolution_near(line)
+            assert own is not None
+            gaps = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
+            rows = np.unique(np.linspace(0, len(line) - 1, max(int(gaps / own), 5)).astype(int))
+            points = line[rows] + found.noise * rng.standard_normal((len(rows), 3))
+            error = total_error_deg(fit_plane(points), own)
+            told.append(found.trace_deg[row])
+            stated.append(90.0 if error is None else error)
+    return np.array(told), np.array(stated)
+
+
+def test_simulated_traces_state_what_the_map_tells() -> None:
+    planes = [Plane(40, 30), Plane(200, 70), Plane(310, 45)]
+    told, stated = agreement(waves(), planes, 1.0, 25)
+    assert spearmanr(told, stated).statistic > 0.85
+    known = stated < 80.0
+    assert 0.7 < np.median(told[known] / stated[known]) < 1.4
+
+
+@pytest.mark.slow
+def test_on_the_sample_simulated_traces_state_what_the_map_tells() -> None:
+    from vomstudio.workspace.world_models import read_in_world
+
+    mesh = read_in_world(SAMPLE).data
+    assert isinstance(mesh, Mesh)
+    planes = [Plane(315.3, 38.3), Plane(94.3, 23.4), Plane(305.9, 66.5), Plane(140, 79)]
+    told, stated = agreement(mesh, planes, 4.0, 40)
+    known = stated < 80.0
+    assert spearmanr(told, stated).statistic > 0.8
+    assert 0.7 < np.median(told[known] / stated[known]) < 1.7
+
+
+# --- bad input ----------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    "asked",
+    [
+        Asked(UP, 0.0),
+        Asked(UP, -1.0),
+        Asked(UP, float("nan")),
+        Asked(UP, 1.0, resolution=0.0),
+        Asked(UP, 1.0, noise=float("inf")),
+        Asked(UP, 1.0, points=3),
+        Asked(UP, 1.0, angle_deg=60.0),
+        Asked(UP, 1.0, registration_deg=90.0),
+    ],
+)
+def test_figures_that_are_none_are_refused(asked: Asked) -> None:
+    with pytest.raises(UsageError):
+        measurable(walls(*CORNER), asked)
+
+
+def test_a_length_under_the_resolution_is_refused() -> None:
+    with pytest.raises(GeometryError, match="longer"):
+        measurable(waves(), Asked(UP, 0.05))
+
+
+def test_a_length_that_would_need_too_many_faces_is_refused() -> None:
+    with pytest.raises(GeometryError, match="longer"):
+        measurable(walls(*CORNER), Asked(UP, 0.01, resolution=0.001))
+
+
+def test_empty_flat_and_broken_surfaces_get_a_plain_answer() -> None:
+    with pytest.raises(GeometryError):
+        measurable(PointCloud(np.zeros((3, 3))), Asked(UP, 1.0))
+    flat = Mesh(np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]]), np.array([[0, 1, 2]], np.int32))
+    with pytest.raises(GeometryError):
+        measurable(flat, Asked(UP, 1.0))
+    mesh = waves()
+    vertices = np.array(mesh.vertices)
+    vertices[7] = np.nan
+    twice = np.concatenate([mesh.faces, mesh.faces[:50], [[5, 5, 6]]]).astype(np.int32)
+    found = measurable(Mesh(vertices, twice), Asked(tuple(Plane(40, 30).normal()), 1.0))
+    whole = measurable(mesh, Asked(tuple(Plane(40, 30).normal()), 1.0))
+    assert np.median(found.best_deg) == pytest.approx(np.median(whole.best_deg), rel=0.1)
+
+
+def test_islands_do_not_help_each_other() -> None:
+    # A second wall at right angles that the first does not hang together with.
+    apart = walls(WALL[0], (axis(-0.1, 0.1, 0), axis(0, 2, 0), axis(0, 0, 4)))
+    found = measurable(apart, Asked(UP, 1.0, resolution=0.01))
+    assert np.all(found.trace_deg == 90.0)
+
+
+def test_it_can_be_cancelled() -> None:
+    class Stop(Silent):
+        def step(self, done: int) -> None:
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        measurable(waves(), Asked(UP, 1.0), Stop())
+
+
+# --- cutting large faces --------------------------------------------------------------------
+def test_faces_are_cut_without_gaps() -> None:
+    mesh = walls(*CORNER)
+    from vomstudio.geometry.coincident_points import welded
+
+    number = welded(mesh.vertices)
+    places = np.zeros((number.max() + 1, 3))
+    places[number] = mesh.vertices
+    vertices, faces, of = finer(places, number[mesh.faces], 0.3)
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    lengths = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
+    assert lengths.max() <= 0.3
+    # Every edge inside belongs to two faces; those of the rim, 16 m of it, to one.
+    _, first, count = np.unique(edges, axis=0, return_index=True, return_counts=True)
+    assert set(count.tolist()) == {1, 2}
+    assert lengths[first[count == 1]].sum() == pytest.approx(16.0)
+    own = np.cross(
+        vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
+    )
+    areas = np.bincount(of, 0.5 * np.linalg.norm(own, axis=1))
+    assert np.allclose(areas, 4.0)

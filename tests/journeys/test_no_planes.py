@@ -1,0 +1,151 @@
+"""Stations, contact lines and rock areas with mouse and keyboard, in the window that people use."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+
+from tests import driver
+from tests.driver import click, drag, key, look_at, wait
+from vomstudio.document.kinds.contact import Contact
+from vomstudio.document.kinds.lithology import Lithology
+from vomstudio.document.kinds.station import Station
+from vomstudio.tools.contact import ContactTool
+from vomstudio.tools.lithology import LithologyTool
+from vomstudio.ui.interpret.tool_panels.contact import ContactPanel
+from vomstudio.ui.interpret.tool_panels.lithology import LithologyPanel
+from vomstudio.ui.interpret.tool_panels.station import StationPanel
+
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.fixture
+def opened(window, outcrop, picks):
+    """The outcrop with a bed in view."""
+    driver.open_outcrop(window, outcrop)
+    look_at(window, picks["B01"], 0.0, 10.0)
+    return window
+
+
+def spots(window, *steps: tuple[int, int]) -> list[QPoint]:
+    """Pixels about the middle of the outcrop, all on it."""
+    middle = window.viewport.rect().center()
+    found = [middle + QPoint(*step) for step in steps]
+    assert all(window.viewport.pick(p.x(), p.y()) is not None for p in found)
+    return found
+
+
+def world(window, spot: QPoint) -> np.ndarray:
+    return np.asarray(window.viewport.world_of(window.viewport.pick(spot.x(), spot.y())))
+
+
+def type_in(field, text: str) -> None:
+    field.setFocus()
+    field.setText(text)
+    field.editingFinished.emit()
+
+
+def test_each_click_is_a_station_and_numbers_go_on(opened):
+    window, studio = opened, opened.studio
+    key(window, Qt.Key.Key_D)
+    panel = driver.tool_panel(window, StationPanel)
+    assert not panel.visibleRegion().isEmpty()
+    type_in(panel.number_edit, "KB-09")
+    type_in(panel.photo_edit, "DSC_0412.jpg")
+    driver.focus(window)
+    at = spots(window, (-80, -10), (60, 10), (0, 0))
+    click(window.viewport, at[0])
+    panel.what_box.setCurrentIndex(panel.what_box.findData("sample"))
+    panel.what_box.activated.emit(panel.what_box.currentIndex())
+    driver.focus(window)
+    click(window.viewport, at[1])
+    first, second = studio.session.of(Station)
+    assert (first.what, first.number, first.photo) == ("station", "KB-09", "DSC_0412.jpg")
+    assert (second.what, second.number, second.photo) == ("sample", "KB-10", "")
+    assert panel.number_edit.text() == "KB-11"
+    assert first.name != second.name
+    measured = studio.measured([first.id])[first.id]
+    assert measured.points[0] == pytest.approx(world(window, at[0]), abs=1e-9)
+    assert measured.plane is measured.line is measured.verdict is measured.problem is None
+    driver.keep_picture(window, "no-planes-1-stations")
+    # A click with no tool selects it; its fields are edits.
+    key(window, Qt.Key.Key_N)
+    click(window.viewport, at[0])
+    assert studio.selection.ids == (first.id,) or list(studio.selection.ids) == [first.id]
+    window.properties.fields["notes"].setText("ripple marks")
+    window.properties.fields["notes"].setModified(True)
+    window.properties.fields["notes"].editingFinished.emit()
+    assert studio.records[first.id].notes == "ripple marks"
+    # It is moved by the same command as the others.
+    window.actions_table.all["continue_trace"].trigger()
+    click(window.viewport, at[2])
+    key(window, Qt.Key.Key_Return)
+    moved = studio.measured([first.id])[first.id].points
+    assert moved[0] == pytest.approx(world(window, at[2]), abs=1e-9)
+    for _ in range(4):
+        key(window, Qt.Key.Key_Z, driver.CTRL)
+    assert studio.session.of(Station) == []
+
+
+def test_a_contact_is_drawn_and_has_no_plane(opened, picks):
+    window, studio = opened, opened.studio
+    key(window, Qt.Key.Key_E)
+    assert not driver.tool_panel(window, ContactPanel).visibleRegion().isEmpty()
+    at = spots(window, (-90, -20), (-30, -5), (40, 10), (90, 20))
+    for spot in at:
+        click(window.viewport, spot)
+    drag(window.viewport, at[1], at[1] + QPoint(0, 9))
+    driver.keep_picture(window, "no-planes-2-contact")
+    key(window, Qt.Key.Key_Return)
+    (made,) = studio.session.of(Contact)
+    assert made.type_id == "contact"
+    measured = studio.measured([made.id])[made.id]
+    steps = np.diff(measured.points, axis=0)
+    assert measured.dimension["length_m"] == pytest.approx(np.linalg.norm(steps, axis=1).sum())
+    assert measured.plane is measured.line is measured.verdict is None
+    key(window, Qt.Key.Key_Z, driver.CTRL)
+    assert studio.session.of(Contact) == []
+    key(window, Qt.Key.Key_Z, driver.CTRL | SHIFT)
+    assert studio.session.of(Contact) == [made]
+
+
+def test_a_contact_line_follows_the_contact(opened, picks):
+    window, studio = opened, opened.studio
+    key(window, Qt.Key.Key_E)
+    tool = studio.tool_of(ContactTool)
+    box = driver.tool_panel(window, ContactPanel).follow_box
+    box.setCurrentIndex(box.findData("dark"))
+    points = picks["B01"]
+    for i in (0, -1):
+        click(window.viewport, driver.pixel(window, points[i]))
+    wait(lambda: tool.open and not tool.searching, "the way between the clicks")
+    key(window, Qt.Key.Key_Return)
+    (made,) = studio.session.of(Contact)
+    assert len(made.vertices) > 20
+    assert "2 way-points" in made.notes
+
+
+def test_a_rock_area_is_measured_on_the_surface(opened):
+    window, studio = opened, opened.studio
+    key(window, Qt.Key.Key_K)
+    panel = driver.tool_panel(window, LithologyPanel)
+    panel.lithology_box.setCurrentIndex(panel.lithology_box.findData("sandstone"))
+    panel.lithology_box.activated.emit(panel.lithology_box.currentIndex())
+    driver.focus(window)
+    for spot in spots(window, (-90, -30), (90, -20), (80, 40), (-70, 45)):
+        click(window.viewport, spot)
+    wait(lambda: studio.tool_of(LithologyTool).open, "the outline")
+    driver.keep_picture(window, "no-planes-3-rock")
+    key(window, Qt.Key.Key_Return)
+    (made,) = studio.session.of(Lithology)
+    assert made.lithology == "sandstone"
+    figures = studio.measured([made.id])[made.id].dimension
+    # A face is rough: its surface is larger than its outline laid flat, and not by much.
+    assert 1.0 <= figures["area_m2"] / figures["outline_m2"] < 2.0
+    studio.selection.set([made.id])
+    driver.keep_picture(window, "no-planes-4-selected")
+    field = window.properties.fields["lithology"]
+    field.setCurrentIndex(field.findData("shale"))
+    field.activated.emit(field.currentIndex())
+    assert studio.records[made.id].lithology == "shale"

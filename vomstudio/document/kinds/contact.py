@@ -1,0 +1,81 @@
+"""A line where one rock meets another, or a fault goes through, that is drawn and not fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from vomstudio.document import catalogue as of
+from vomstudio.document import kind
+from vomstudio.document.dimension_errors import registration_errors
+from vomstudio.document.figures import Subject
+from vomstudio.document.kind import GisLayer, Kind, Lookup, Sketch, centre, half_way, line_of
+from vomstudio.document.length_figures import LENGTH, LENGTH_REGISTRATION, headline, words
+from vomstudio.document.measurement import (
+    Measurement,
+    Measuring,
+    is_metric,
+    world_lines,
+)
+from vomstudio.document.records import Picked, Point, Repeatable, Typed
+from vomstudio.geometry.lines import path_length
+from vomstudio.words import to_translate as _
+from vomstudio.words import tr
+
+
+@dataclass(frozen=True)
+class Contact(Picked, Repeatable, Typed):
+    """vertices: in order, model file frame. It is no plane, however it lies."""
+
+    id: str
+    name: str
+    type_id: str
+    model_id: str
+    model_hash: str
+    vertices: tuple[Point, ...]
+    set_name: str = ""
+    notes: str = ""
+    repeat_of: str | None = None
+    interpreter: str | None = None
+
+
+def measure(at: Measuring, contacts: Sequence[Contact]) -> list[Measurement]:
+    """Their lengths."""
+    models = [at.model(contact.model_id) for contact in contacts]
+    measured = []
+    for points, model in zip(world_lines(contacts, models), models, strict=True):
+        problem = None if len(points) > 1 else tr("A line needs at least 2 points.")
+        figures = {} if problem else {"length_m": path_length(points)}
+        figures |= registration_errors(figures, model, None)
+        measured.append(
+            Measurement(
+                points, None, None, None, None, problem, dimension=figures or None,
+                metric=is_metric(model), kind="contact",
+            )
+        )  # fmt: skip
+    return measured
+
+
+def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    points = subject.measured.points
+    if not len(points):
+        return None
+    return Sketch(points, half_way(points) if len(points) > 1 else centre(subject.measured))
+
+
+KIND = Kind(
+    name="contact",
+    order=15,
+    record=Contact,
+    title=_("Contact line"),
+    icon="vector-line",
+    measure=measure,
+    figures=(*of.NAMED, *of.PLACE, LENGTH, LENGTH_REGISTRATION, *of.ON_A_MODEL, of.NOTES),
+    attributes=(kind.NAME, kind.TYPE, kind.SET, kind.NOTES),
+    sketch=sketch,
+    words=words,
+    headline=headline,
+    tool="contact",
+    layer=GisLayer("contacts", "line", line_of, (*of.NAMED, LENGTH, of.NOTES)),
+    listed=True,
+)

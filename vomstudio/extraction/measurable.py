@@ -1,0 +1,329 @@
+"""How well a plane of a given attitude could be measured, place by place, before anyone picks.
+
+Exercise 6 of the textbook: the same beds are known well where the outcrop's face turns, and not at
+all where it is one flat wall, since their traces there are straight. For each place of a surface
+the plane of that attitude is laid through it. The line along which it cuts the surface, within the
+length of a trace, has a covariance as the vertices of a real trace have; with the noise of the
+model across the plane, and one independent point for each resolution along the line, the joint
+95 % region of the plane's normal is that of `geometry.plane_errors`, no less than what the
+resolution can tilt over the line's shorter axis, and with the registration, as for a picked trace.
+Where the face is nearly parallel to the plane it exposes the plane as a surface, and the expected
+error is that of a patch of this size (`geometry.plane_sizes`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.extraction.elements import Elements, elements_of
+from vomstudio.extraction.finer_faces import finer
+from vomstudio.extraction.measurable_lines import hanging_together, lines_through, step_of
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.plane_errors import confidence_axes_rad, joint_quantile
+from vomstudio.geometry.plane_sizes import NOISE_PIXELS, PIXELS_PER_RESOLUTION, PlaneSizes
+from vomstudio.geometry.resolution import COUNTS, effective_resolution, of_neighbours
+from vomstudio.progress import Progress, Silent
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+ANGLE_DEG = 10.0
+"""Within which a face is that of the plane itself: the conventions' surface effect."""
+CLASSES = ("none", "poor", "doubtful", "good")
+"""Of an expected error, the worst first; in none the plane can't be told at all."""
+GOOD_DEG, POOR_DEG = 5.0, 15.0
+LEAST_RESOLUTIONS = 10.0
+MOST_POINTS = 1_000_000
+USUAL_RESOLUTIONS = 100.0
+"""The length of a trace that is proposed."""
+_NORMALS_DEG = 20.0
+_FEWEST_PIECES = 4
+# Places evenly over the surface at which the model's resolution is looked at, and of these those
+# that tell whether its noise is larger than its spacing.
+_SAMPLES, _OF_ALL = 4000, 100
+
+
+@dataclass(frozen=True, eq=False)
+class Measurable:
+    """Of each of n pieces of a surface (faces of a mesh, points of a cloud); degrees and metres.
+
+    trace_deg : (n,) expected 95 % error of a trace through it, 90 where any plane through the line
+        would do, NaN where there is no line: the face is the plane's, or has no normal
+    patch_deg : (n,) of the patch of the plane that the face exposes, NaN where it exposes none or a
+        patch under ten resolutions
+    extent : (n,) longest axis of the line, m; relief : (n,) its shorter axis, m
+    classes : (n,) int8 in CLASSES, of the better of the two
+    patches : (n,) int32 number of the patch, -1 for none
+    areas : (n,) m2; resolutions : (n,) of the model there, m; resolution, noise : typical ones, m
+    """
+
+    elements: Elements
+    trace_deg: Array
+    patch_deg: Array
+    extent: Array
+    relief: Array
+    classes: npt.NDArray[np.int8]
+    patches: npt.NDArray[np.int32]
+    areas: Array
+    resolutions: Array
+    length: float
+    resolution: float
+    noise: float
+    warnings: tuple[str, ...]
+
+    @property
+    def trace_classes(self) -> npt.NDArray[np.int8]:
+        """(n,) in CLASSES, of traces alone."""
+        return _classes(self.trace_deg, self.extent, self.resolutions)
+
+    @property
+    def best_deg(self) -> Array:
+        """(n,) expected 95 % error of whichever is better, 90 for none."""
+        return np.asarray(np.fmin(np.fmin(self.trace_deg, self.patch_deg), 90.0))
+
+
+@dataclass(frozen=True)
+class Asked:
+    """normal : (3,) of the plane; length : of a trace; resolution : None: what each place has
+    noise : one sigma of a trace's vertices across their plane; None: as much as photos with this
+        resolution leave, and at least the surface's own
+    points : of a trace, vertices; None: one for each resolution of its length
+    registration_deg : 95 % by which the registration can tilt the plane
+    angle_deg : within which a face is the plane's own; all in the unit of the surface
+    """
+
+    normal: tuple[float, float, float]
+    length: float
+    resolution: float | None = None
+    noise: float | None = None
+    points: int | None = None
+    registration_deg: float = 0.0
+    angle_deg: float = ANGLE_DEG
+
+
+def usual_resolution(data: Mesh | PointCloud) -> float:
+    """Typical effective resolution of a model, as around a picked trace. Raises GeometryError where
+    its points stand at one place."""
+    from scipy.spatial import cKDTree
+
+    points = np.asarray(data.vertices if isinstance(data, Mesh) else data.points, np.float64)
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points) > 3:
+        points = points - points.mean(axis=0)
+        tree = cKDTree(points, leafsize=32, compact_nodes=False, balanced_tree=False)
+        found = effective_resolution(points, tree, points[:: max(1, len(points) // _OF_ALL)])
+        if found is not None and found > 0.0:
+            return found
+    raise GeometryError(tr("The model has too few points to tell its resolution."))
+
+
+def require_asked(asked: Asked) -> None:
+    """Raises UsageError for figures that are none."""
+    for field, value in (
+        ("--length", asked.length),
+        ("--resolution", asked.resolution),
+        ("--noise", asked.noise),
+    ):
+        if value is not None and not 0.0 < value < np.inf:
+            raise UsageError(
+                tr("{field} is a positive length in metres.", field=field), field=field
+            )
+    if asked.points is not None and asked.points > MOST_POINTS:
+        raise UsageError(
+            tr("Ask for at most {count:,} points of a trace.", count=MOST_POINTS), field="--points"
+        )
+    if asked.points is not None and asked.points < 4:
+        raise UsageError(
+            tr("A trace of {count} points has no error; ask for at least 4.", count=asked.points),
+            field="--points",
+        )
+    if not 0.0 < asked.angle_deg <= 45.0:
+        raise UsageError(tr("--angle is between 0 and 45 degrees."), field="--angle")
+    if not 0.0 <= asked.registration_deg < 90.0:
+        raise UsageError(
+            tr("--registration-error is between 0 and 90 degrees."), field="--registration-error"
+        )
+
+
+def measurable(
+    data: Mesh | PointCloud, asked: Asked, progress: Progress | None = None
+) -> Measurable:
+    """The map on a surface in World.
+
+    Raises UsageError for figures that are none, GeometryError where there is no surface or the
+    length is no trace on it, Cancelled through `progress`.
+    """
+    require_asked(asked)
+    progress = progress or Silent()
+    elements, of = _surface(data, asked.length, progress)
+    if asked.resolution is None:
+        points = data.vertices if isinstance(data, Mesh) else data.points
+        resolution = _resolutions(np.asarray(points, np.float64), elements)
+    else:
+        resolution = np.full(len(elements), asked.resolution)
+    return _of_elements(elements, of, resolution, asked, progress)
+
+
+# --- the surface ------------------------------------------------------------------------------
+def _surface(data: Mesh | PointCloud, length: float, progress: Progress) -> tuple[Elements, Ints]:
+    """Its pieces, none of them large beside the length, and of which face or point each is a
+    piece."""
+    progress.stage(tr("Surface"), None)
+    if not isinstance(data, Mesh) or not len(data.faces):
+        elements = elements_of(data, _NORMALS_DEG, progress)
+        return elements, np.asarray(elements.rows)
+    vertices = np.asarray(data.vertices, np.float64)
+    faces = np.asarray(data.faces, np.int64)
+    whole = np.asarray(np.isfinite(vertices).all(axis=1))
+    sound = np.asarray(whole[faces].all(axis=1))
+    rows = np.flatnonzero(sound)
+    if not len(rows):
+        raise GeometryError(tr("The mesh has no faces with places."))
+    origin = vertices[faces[rows]].reshape(-1, 3).min(axis=0)
+    sides = np.linalg.norm(
+        vertices[faces[rows]] - vertices[np.roll(faces[rows], 1, axis=1)], axis=2
+    ).max(axis=1)
+    if (sides <= 2.0 * step_of(float(np.percentile(sides, 75.0)), length)).all():
+        elements = elements_of(data, _NORMALS_DEG, progress)
+        return elements, np.asarray(elements.rows)
+    from vomstudio.geometry.coincident_points import welded
+
+    number = welded(vertices)
+    places = np.zeros((int(number.max()) + 1, 3))
+    places[number] = np.where(np.isfinite(vertices), vertices, 0.0) - origin
+    longest = 2.0 * step_of(float(np.percentile(sides, 75.0)), length)
+    places, fine, own = finer(places, number[faces[rows]], longest)
+    cut = Mesh(places + origin, fine.astype(np.int32))
+    elements = elements_of(cut, _NORMALS_DEG, progress)
+    return elements, rows[own[elements.rows]]
+
+
+def _resolutions(points: Array, elements: Elements) -> Array:
+    """(n,) effective resolution of the model around each piece, taken as that around a picked trace
+    is: spacing and noise of the vertices or points nearest to it, and not of the pieces, which are
+    cut finer than the model is."""
+    from scipy.spatial import cKDTree
+
+    sound = points[np.isfinite(points).all(axis=1)] - elements.origin
+    tree = cKDTree(sound, leafsize=32, compact_nodes=False, balanced_tree=False)
+    weight = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
+    # Evenly over the area.
+    total = np.cumsum(weight)
+    evenly = (np.arange(_SAMPLES) + 0.5) / _SAMPLES * total[-1]
+    rows = np.unique(np.minimum(np.searchsorted(total, evenly), len(weight) - 1))
+    nearest = sound[tree.query(elements.places[rows])[1]]
+    near = tree.query(nearest, k=min(COUNTS[0], len(sound)))[1].reshape(len(rows), -1)
+    area, _ = of_neighbours(sound[near])
+    spacing = np.sqrt(np.where(np.isfinite(area) & (area > 0.0), area, np.nan))
+    usual = float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else np.nan
+    whole = effective_resolution(sound, tree, nearest[:: max(1, len(nearest) // _OF_ALL)])
+    if whole is None or not usual > 0.0:
+        return np.asarray(elements.spacing)
+    # Where noise is larger than the spacing, it is everywhere.
+    spacing = np.maximum(np.nan_to_num(spacing, nan=usual), whole if whole > 1.5 * usual else 0.0)
+    return np.asarray(spacing[cKDTree(elements.places[rows]).query(elements.places)[1]])
+
+
+# --- the map ----------------------------------------------------------------------------------
+def _of_elements(
+    elements: Elements, of: Ints, resolution: Array, asked: Asked, progress: Progress
+) -> Measurable:
+    weight = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
+    typical = _weighted_median(resolution, weight)
+    if asked.length < 4.0 * typical:
+        raise GeometryError(
+            tr(
+                "A trace of {length:.3g} m is hardly longer than the model's resolution of "
+                "{resolution:.3g} m: choose a longer one.",
+                length=asked.length,
+                resolution=typical,
+            )
+        )
+    noise = typical * NOISE_PIXELS / PIXELS_PER_RESOLUTION if asked.noise is None else asked.noise
+    normal = np.asarray(asked.normal, np.float64)
+    normal = normal / np.linalg.norm(normal)
+    known = np.isfinite(elements.normals[:, 0])
+    cosine = np.abs(np.nan_to_num(elements.normals) @ normal)
+    exposed = known & (cosine >= np.cos(np.radians(asked.angle_deg)))
+    progress.stage(tr("Patches"), None)
+    patches, patch_deg, patch_extent = _patches(elements, exposed, resolution, noise, asked, weight)
+    figures = lines_through(
+        elements, normal, known & ~exposed, exposed, resolution, asked.length, progress
+    )
+    trace_deg, extent, relief = _errors(figures, noise, asked)
+    of_trace = _classes(trace_deg, extent, resolution)
+    of_patch = _classes(patch_deg, patch_extent, resolution)
+    return Measurable(
+        replace(elements, rows=of), trace_deg, patch_deg, extent, relief,
+        np.maximum(of_trace, of_patch), patches, weight, resolution, asked.length, typical,
+        noise, elements.warnings,
+    )  # fmt: skip
+
+
+def _weighted_median(values: Array, weights: Array) -> float:
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    return float(values[order[min(np.searchsorted(total, 0.5 * total[-1]), len(order) - 1)]])
+
+
+def _classes(error: Array, extent: Array, resolution: Array) -> npt.NDArray[np.int8]:
+    found = np.where(error <= GOOD_DEG, 3, np.where(error <= POOR_DEG, 2, 1))
+    # Below ten resolutions no error can be believed.
+    with np.errstate(invalid="ignore"):
+        small = extent < LEAST_RESOLUTIONS * resolution
+    found = np.where(small, np.minimum(found, 2), found)
+    # 90 degrees: all planes through the line will do.
+    return np.where(np.nan_to_num(error, nan=90.0) >= 90.0, 0, found).astype(np.int8)
+
+
+# --- patches ----------------------------------------------------------------------------------
+def _patches(
+    elements: Elements, exposed: Bools, resolution: Array, noise: float, asked: Asked, weight: Array
+) -> tuple[npt.NDArray[np.int32], Array, Array]:
+    """Number of the patch of each piece, the expected error of it, and its diameter."""
+    number = np.full(len(elements), -1, np.int32)
+    label = hanging_together(elements, np.where(exposed, 0, -1))
+    if not exposed.any():
+        return number, np.full(len(number), np.nan), np.full(len(number), np.nan)
+    _, own = np.unique(label[exposed], return_inverse=True)
+    number[exposed] = own
+    area = np.bincount(own, weight[exposed])
+    fine = np.bincount(own, (weight * resolution)[exposed]) / np.maximum(area, 1e-300)
+    size = 2.0 * np.sqrt(area / np.pi)
+    error = np.full(len(size), np.nan)
+    # The curve is one of the size over the resolution, and most patches are too small for it.
+    for row in np.flatnonzero(size >= LEAST_RESOLUTIONS * fine):
+        told = PlaneSizes(float(fine[row]), noise, asked.registration_deg).error_deg(
+            float(size[row])
+        )
+        error[row] = np.nan if told is None else told
+    deg, extent = np.full(len(number), np.nan), np.full(len(number), np.nan)
+    deg[exposed], extent[exposed] = error[own], size[own]
+    return number, deg, extent
+
+
+# --- errors -----------------------------------------------------------------------------------
+def _errors(figures: Array, noise: float, asked: Asked) -> tuple[Array, Array, Array]:
+    """Expected 95 % error of the trace, its longest and its shorter axis."""
+    length, resolution, larger, smaller, count = figures.T
+    relief, extent = np.sqrt(12.0 * smaller), np.sqrt(12.0 * larger)
+    free = length / resolution - 3.0
+    if asked.points is not None:
+        free = np.minimum(free, asked.points - 3.0)
+    square = noise**2
+    values = np.stack([larger + square, smaller + square, np.full(len(larger), square)], axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        able = (free > 0.0) & (count >= _FEWEST_PIECES) & (smaller > 0.0)
+        quantile = joint_quantile(np.where(able, free, 1.0))
+        fit = np.degrees(confidence_axes_rad(np.nan_to_num(values), quantile, quantile)[0])
+        tilt = np.degrees(np.arctan2(0.5 * resolution, relief))
+        error = np.minimum(np.hypot(np.maximum(fit, tilt), asked.registration_deg), 90.0)
+    error = np.where(able, error, 90.0)
+    return np.where(np.isfinite(larger), error, np.nan), extent, relief

@@ -1,0 +1,1 @@
+"""Closed outlines on surfaces."""

@@ -1,0 +1,180 @@
+"""How much of a surface lies inside an outline that was drawn on it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.coincident_points import welded
+
+if TYPE_CHECKING:
+    import shapely
+
+Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Flags = npt.NDArray[np.bool_]
+
+_CELLS = 256
+"""Along the longer side: most faces are told inside or outside by the cells that they lie in."""
+_SEEDS = 64
+"""Places on the outline where its surface is looked for."""
+
+
+def area_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> float | None:
+    """Area of the part of a surface of triangles that an outline encloses, in their unit squared.
+
+    corners : (m, 3, 3) of the triangles around the outline; ring : (n, 3) points on the surface,
+    the first not repeated. What is enclosed is seen along the normal of the outline (that by which
+    it looks largest); faces that the outline cuts count in part. Only what hangs together with the
+    outline counts: not a wall behind it. None where the outline has no area, crosses itself as seen
+    along its normal, or has no surface under it.
+    """
+    import shapely
+
+    xyz = np.asarray(ring, np.float64).reshape(-1, 3)
+    faces = np.asarray(corners, np.float64).reshape(-1, 3, 3)
+    if len(xyz) < 3 or not len(faces):
+        return None
+    origin = xyz.mean(axis=0)
+    axes = _axes(xyz - origin)
+    if axes is None:
+        return None
+    outline = (xyz - origin) @ axes.T
+    polygon = shapely.Polygon(outline[:, :2])
+    if not polygon.is_valid:
+        return None
+    seen = (faces - origin) @ axes.T
+    low, high = outline[:, :2].min(axis=0), outline[:, :2].max(axis=0)
+    flat = seen[:, :, :2]
+    near = ((flat.max(axis=1) >= low) & (flat.min(axis=1) <= high)).all(axis=1)
+    faces, seen = faces[near], seen[near]
+    if not len(faces):
+        return None
+    share = _shares(seen[:, :, :2], polygon, low, high)
+    kept = share > 0.0
+    faces, seen, share = faces[kept], seen[kept], share[kept]
+    own = _hanging_together(faces, _under(seen, outline))
+    if own is None:
+        return None
+    edges = faces[own, 1:] - faces[own, :1]
+    areas = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    return float((areas * share[own]).sum())
+
+
+def _axes(local: Array) -> Array | None:
+    """(3, 3) rows: two axes of the outline's plane and its normal; None for no area."""
+    normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    size = float(np.linalg.norm(normal))
+    if not size > 1e-12 * float((local**2).sum()):
+        return None
+    normal = normal / size
+    u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    u /= np.linalg.norm(u)
+    return np.array([u, np.cross(normal, u), normal])
+
+
+def _shares(flat: Array, polygon: shapely.Polygon, low: Array, high: Array) -> Array:
+    """(m,) 0 to 1: which part of each triangle (m, 3, 2) is inside."""
+    import shapely
+
+    step = float((high - low).max()) / _CELLS
+    count = np.maximum(np.ceil((high - low) / step).astype(int), 1) + 2
+    start = low - step
+    border = _border(polygon, start, step, count)
+    middle = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in count), indexing="ij"), axis=-1)
+    places = (start + step * middle).reshape(-1, 2)
+    inside = shapely.contains_xy(polygon, places[:, 0], places[:, 1]).reshape(count)
+    first = np.clip(((flat.min(axis=1) - start) / step).astype(int), 0, count - 1)
+    last = np.clip(((flat.max(axis=1) - start) / step).astype(int), 0, count - 1)
+    # Of a table of sums: how many cells of the border each triangle's box has.
+    sums = np.zeros(count + 1, np.int64)
+    sums[1:, 1:] = border.cumsum(axis=0).cumsum(axis=1)
+    (x0, y0), (x1, y1) = first.T, last.T + 1
+    crossed = sums[x1, y1] - sums[x0, y1] - sums[x1, y0] + sums[x0, y0] > 0
+    share = np.where(crossed, 0.0, inside[x0, y0].astype(np.float64))
+    if crossed.any():
+        share[crossed] = _cut(flat[crossed], polygon)
+    return share
+
+
+def _border(
+    polygon: shapely.Polygon, start: Array, step: float, count: npt.NDArray[np.int_]
+) -> Flags:
+    """Cells that the outline goes through, or passes beside."""
+    ends = np.asarray(polygon.exterior.coords)[:, :2]
+    pieces = np.diff(ends, axis=0)
+    many = np.maximum(np.ceil(2.0 * np.linalg.norm(pieces, axis=1) / step).astype(int), 1)
+    which = np.repeat(np.arange(len(pieces)), many)
+    along = (np.arange(len(which)) - np.repeat(np.cumsum(many) - many, many)) / many[which]
+    places = ends[which] + along[:, None] * pieces[which]
+    cells = np.clip(((places - start) / step).astype(int), 1, count - 2)
+    border = np.zeros(count, np.bool_)
+    for dx in (-1, 0, 1):
+        for dy in (-1, 0, 1):
+            border[cells[:, 0] + dx, cells[:, 1] + dy] = True
+    return border
+
+
+def _cut(flat: Array, polygon: shapely.Polygon) -> Array:
+    """(k,) shares of triangles that the outline may go through."""
+    import shapely
+
+    a, b = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
+    area = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    middle = flat.mean(axis=1)
+    # Seen from their edge they have no area to cut: they are where their middle is.
+    share = shapely.contains_xy(polygon, middle[:, 0], middle[:, 1]).astype(np.float64)
+    longest = (np.ptp(flat, axis=1) ** 2).sum(axis=1)
+    broad = area > 1e-9 * longest
+    triangles = shapely.polygons(flat[broad])
+    share[broad] = np.clip(
+        shapely.area(shapely.intersection(triangles, polygon)) / area[broad], 0, 1
+    )
+    return share
+
+
+def _under(seen: Array, outline: Array) -> Ints:
+    """Rows of the triangles (m, 3, 3) on which places of the outline lie: of those that are seen
+    there, the nearest."""
+    low, high = seen[:, :, :2].min(axis=1), seen[:, :, :2].max(axis=1)
+    found = []
+    for place in outline[:: max(1, len(outline) // _SEEDS)]:
+        rows = np.flatnonzero(((low <= place[:2]) & (high >= place[:2])).all(axis=1))
+        if not len(rows):
+            continue
+        off = np.abs(_depth(seen[rows], place[:2]) - place[2])
+        found.append(int(rows[int(np.argmin(off))]))
+    return np.array(sorted(set(found)), np.int64)
+
+
+def _depth(triangles: Array, place: Array) -> Array:
+    """(k,) height of the triangles' planes at a place that is in the box of each; infinite where
+    that is outside of the triangle."""
+    a = triangles[:, 0]
+    b, c, p = triangles[:, 1] - a, triangles[:, 2] - a, place - a[:, :2]
+    whole = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = (p[:, 0] * c[:, 1] - p[:, 1] * c[:, 0]) / whole
+        t = (b[:, 0] * p[:, 1] - b[:, 1] * p[:, 0]) / whole
+    depth = a[:, 2] + s * b[:, 2] + t * c[:, 2]
+    outside = ~(np.isfinite(depth) & (s > -1e-6) & (t > -1e-6) & (s + t < 1.0 + 1e-6))
+    return np.where(outside, np.inf, depth)
+
+
+def _hanging_together(faces: Array, seeds: Ints) -> Flags | None:
+    """Which faces (k, 3, 3) can be reached from one of the seeds over shared corners."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    if not len(seeds):
+        return None
+    k = len(faces)
+    nodes = welded(faces.reshape(-1, 3))
+    size = k + int(nodes.max()) + 1
+    starts = np.full(size + 1, 3 * k, np.int64)
+    starts[: k + 1] = np.arange(0, 3 * k + 1, 3)
+    graph = csr_array((np.ones(3 * k), nodes + k, starts), (size, size))
+    label = connected_components(graph, directed=False)[1][:k]
+    return np.asarray(np.isin(label, label[seeds]))

@@ -1,0 +1,128 @@
+"""Base of the tools whose line may follow a contact from click to click."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.records import Picked, Point
+from vomstudio.geometry import transform
+from vomstudio.tools.followed_line import FollowedLine
+from vomstudio.tools.polyline import PolylineTool
+from vomstudio.tools.tool_context import ToolContext
+from vomstudio.words import tr
+
+F = TypeVar("F", bound=Picked)
+
+Floats = npt.NDArray[np.float64]
+
+
+class FollowingTool(PolylineTool[F]):
+    """Where it follows something its vertices are way-points, and the feature is the path through
+    them."""
+
+    def __init__(self, context: ToolContext) -> None:
+        super().__init__(context)
+        self._line = FollowedLine(context.paths, self._leg_came, context.say)
+        self._finish_when_found = False
+
+    @property
+    def cost(self) -> str | None:
+        """What is followed between clicks; None for straight pieces."""
+        return self._line.cost
+
+    def follow(self, cost: str | None) -> None:
+        """Follow something else between clicks, or nothing. What is continued is picked point
+        by point."""
+        if cost == self._line.cost:
+            return
+        self._line.cost = cost
+        if self._feature is not None:
+            self._keep(self._feature, self._steps, self.current_vertex)
+        else:
+            self._context.tool_changed()
+
+    @property
+    def followed(self) -> bool:
+        """The open feature is a path between its way-points."""
+        return self._line.cost is not None and not self._continued and self.open
+
+    @property
+    def searching(self) -> bool:
+        """A piece of the open feature is still being searched for."""
+        return (
+            self._feature is not None
+            and self.followed
+            and self._line.searching(self._feature.model_id, self._way(self.vertices))
+        )
+
+    def finish(self) -> str | None:
+        """As of all; while a piece is searched for it is finished when that has come."""
+        self._finish_when_found = self.searching
+        return None if self._finish_when_found else super().finish()
+
+    def _reset(self) -> None:
+        self._line.forget()
+        self._finish_when_found = False
+        super()._reset()
+
+    def _leg_came(self) -> None:
+        if self._feature is None:
+            return
+        self._look()
+        self._show()
+        self._context.tool_changed()
+        if self._finish_when_found and not self.searching:
+            self.finish()
+
+    def _whole(self, feature: F) -> F:
+        """With all vertices of the path; itself where it is picked point by point."""
+        if not self.followed:
+            return feature
+        dragged = self._drag_from is not None
+        way = self._way(feature.vertices)
+        path = self._line.path(feature.model_id, way, live=dragged)
+        found = tuple((x, y, z) for x, y, z in path.tolist())
+        closed = len(way) > len(feature.vertices) and len(found) > 1
+        return feature.but(vertices=found[:-1] if closed else found)
+
+    def _way(self, vertices: Sequence[Point]) -> Sequence[Point]:
+        """The way-points; of a ring with the first one once more."""
+        return (*vertices, vertices[0]) if self._closed else vertices
+
+    def _followed_words(self, feature: F) -> str:
+        """For the notes of what was followed."""
+        return tr(
+            "Followed by {cost} through {count} way-points.",
+            cost=self._line.cost,
+            count=len(feature.vertices),
+        )
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _cost_state(self) -> dict[str, Any]:
+        """For the draft; nothing where nothing is followed."""
+        return {"cost": self._line.cost} if self.followed or self._line.cost else {}
+
+    def restore(self, state: Mapping[str, Any]) -> bool:
+        if state.get("tool") == self.name:
+            cost = state.get("cost")
+            self._line.cost = cost if isinstance(cost, str) else None
+        return super().restore(state)
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _drawn(self) -> tuple[Floats | None, Floats | None]:
+        feature, model = self._feature, self._model()
+        if feature is None or model is None or not self.followed:
+            return None, None
+        whole = self._way(self._whole(feature).vertices)
+        path = np.asarray(whole, np.float64)
+        at, ahead = self._hovered(), None
+        if at is not None and feature.vertices and self._drag_from is None:
+            ahead = self._line.leg(feature.model_id, feature.vertices[-1], at, live=True)
+        to_world = model.to_world
+        return transform.apply(to_world, path), (
+            None if ahead is None else transform.apply(to_world, ahead)
+        )

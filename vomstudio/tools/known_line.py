@@ -1,0 +1,116 @@
+"""The tool of known lines: two clicks on what is level, or whose azimuth or length is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from vomstudio.document import edits
+from vomstudio.document.edit import Edit
+from vomstudio.document.kinds.known_line import KIND, KINDS, KnownKind, KnownLine
+from vomstudio.document.records import Model, Point
+from vomstudio.errors import GeometryError
+from vomstudio.tools.polyline import PolylineTool, points_text
+from vomstudio.tools.tool_entry import ToolEntry
+from vomstudio.words import to_translate, tr
+
+_HINTS = {
+    "level": to_translate(
+        "Level line: click its two ends, on a water line, a spirit level or a bed known to be "
+        "horizontal."
+    ),
+    "azimuth": to_translate("Known azimuth: click the two ends, in the direction of the azimuth."),
+    "length": to_translate("Known length: click the two ends of a tape or staff."),
+}
+
+
+class KnownLineTool(PolylineTool[KnownLine]):
+    """A line ends with its second point; what is known of it is typed beside it."""
+
+    name = "known_line"
+    record = KnownLine
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self.next_kind: KnownKind = "level"
+
+    @property
+    def kind(self) -> KnownKind:
+        """Kind of the open line, else of the next one."""
+        return self._feature.kind if self._feature else self.next_kind
+
+    def choose(self, kind: KnownKind) -> None:
+        """Set the kind of the next line, and of the open one where it is new."""
+        self.next_kind = kind
+        open_one = self._feature
+        if open_one is not None and not self._continued and open_one.kind != kind:
+            self._keep(open_one.but(kind=kind), self._steps, None)
+        self._context.tool_changed()
+
+    def hint(self) -> str:
+        if self._feature is None:
+            return tr(_HINTS[self.kind])
+        return tr("Click the other end. Backspace removes the first one; Esc cancels.")
+
+    def why_not_finish(self) -> str | None:
+        if self._feature is None:
+            return tr("No line is open.")
+        if len(self.vertices) < 2:
+            return tr("A line has two ends: click the other one.")
+        return None
+
+    def _new(self, model: Model, vertices: tuple[Point, ...]) -> KnownLine:
+        return KnownLine(
+            edits.new_id("line"), "", self.next_kind, model.id, model.content_hash, vertices
+        )
+
+    def _append(self, position: Point) -> None:
+        self._set_vertices((*self.vertices[:1], position))
+        if len(self.vertices) == 2 and not self._continued:
+            self.finish()
+
+    def insert_vertex(self, position: Point) -> None:
+        """A line has no vertices between its ends."""
+
+    def _edit(self, feature: KnownLine) -> Edit:
+        if (why := self.why_not_finish()) is not None:
+            raise GeometryError(why)
+        if feature.vertices[0] == feature.vertices[1]:
+            raise GeometryError(tr("Both ends are at one place. Click the other end farther off."))
+        records = self._context.session.records
+        if not self._continued:
+            return edits.add_features(records, [feature])
+        return edits.set_line(records, feature.id, feature.vertices)
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _more_state(self, feature: KnownLine) -> dict[str, Any]:
+        return {"kind": feature.kind}
+
+    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> KnownLine:
+        kind = next((each for each, _ in KINDS if each == state["kind"]), None)
+        if kind is None:
+            raise ValueError(state["kind"])
+        self.next_kind = kind
+        return KnownLine(
+            str(state[f"{self.name}_id"]), "", kind, str(state["model_id"]),
+            str(state["model_hash"]), vertices,
+        )  # fmt: skip
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _color(self) -> str:
+        return KIND.color
+
+    def _reading(self) -> tuple[str, ...]:
+        return (points_text(len(self.vertices)),)
+
+
+TOOL = ToolEntry(
+    KnownLineTool,
+    label=to_translate("&Known lines"),
+    icon="spirit-level",
+    key="K",
+    tip=to_translate(
+        "Click lines that are level, or whose azimuth or length is known, to place the model."
+    ),
+    order=46,
+)

@@ -1,0 +1,151 @@
+"""The table of known lines: which are used, what is known of them, and what is left over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QIcon
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
+
+from vomstudio.document.kinds.known_line import KINDS, KnownLine
+from vomstudio.errors import UsageError
+from vomstudio.ui.common import theme
+from vomstudio.words import tr
+
+TICK, LABEL, WHAT, VALUE, SIGMA, LEFT = range(6)
+_READ_ONLY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+_WORDS = dict(KINDS)
+_UNITS = {"level": "°", "azimuth": "°", "length": " m"}
+_MOST_DEG = {"level": 45.0, "azimuth": 90.0}
+
+
+class KnownTable(QTableWidget):
+    """A row for each line; it is as high as its rows, and hidden without any."""
+
+    def __init__(self) -> None:
+        super().__init__(0, LEFT + 1)
+        self.setObjectName("known_lines")
+        self.setAccessibleName(tr("Known lines"))
+        self.setHorizontalHeaderLabels(
+            [tr("Use"), tr("Label"), tr("Known"), tr("Value"), "± (1σ)", tr("Residual")]
+        )
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(23)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(LEFT, QHeaderView.ResizeMode.Stretch)
+        header.setMinimumSectionSize(34)
+        for column, tip in (
+            (TICK, tr("Ticked lines place the model, the others judge it.")),
+            (VALUE, tr("Azimuth from grid north (°), from the first end to the second, or length "
+                       "(m).")),
+            (SIGMA, tr("One standard error; empty for what is usual: 0.5° of a level line, 3° of "
+                       "an azimuth, 0.5 % of a length.")),
+            (LEFT, tr("What is left over: placed less known.")),
+        ):  # fmt: skip
+            item = self.horizontalHeaderItem(column)
+            if item is not None:
+                item.setToolTip(tip)
+        self.hide()
+
+    def show_lines(self, lines: Sequence[KnownLine]) -> None:
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        with QSignalBlocker(self):
+            self.setRowCount(len(lines))
+            for row, line in enumerate(lines):
+                tick = QTableWidgetItem()
+                tick.setFlags(_READ_ONLY | Qt.ItemFlag.ItemIsUserCheckable)
+                tick.setCheckState(Qt.CheckState.Unchecked if line.check else Qt.CheckState.Checked)
+                what = QTableWidgetItem(tr(_WORDS[line.kind]))
+                what.setFlags(_READ_ONLY)
+                value = QTableWidgetItem("" if line.value is None else _short(line.value))
+                if line.kind == "level":
+                    value = QTableWidgetItem("–")
+                    value.setFlags(_READ_ONLY)
+                sigma = QTableWidgetItem("" if line.sigma is None else _short(line.sigma))
+                left = QTableWidgetItem()
+                left.setFlags(_READ_ONLY)
+                for item in (value, sigma, left):
+                    item.setTextAlignment(right)
+                cells = (tick, QTableWidgetItem(line.name), what, value, sigma, left)
+                for column, item in enumerate(cells):
+                    self.setItem(row, column, item)
+        self.setVisible(bool(lines))
+        shown = min(len(lines), 6)
+        self.setFixedHeight(self.horizontalHeader().sizeHint().height() + 23 * shown + 6)
+
+    def show_residuals(
+        self, lines: Sequence[KnownLine], off: Mapping[str, float], wrong: set[str]
+    ) -> None:
+        """off : by id; wrong : labels"""
+        alert = theme.icon("alert-outline")
+        with QSignalBlocker(self):
+            for row, line in enumerate(lines):
+                left, label = self.item(row, LEFT), self.item(row, LABEL)
+                if left is None or label is None:
+                    continue
+                miss = off.get(line.id)
+                unit, digits = _UNITS[line.kind], 3 if line.kind == "length" else 2
+                # Without a sign where nothing is left over.
+                miss = None if miss is None else round(miss, digits) or 0.0
+                left.setText("" if miss is None else f"{miss:+.{digits}f}{unit}" if miss else "0")
+                if not line.complete:
+                    left.setText(tr("type its value"))
+                label.setIcon(alert if line.name in wrong else QIcon())
+
+    def ask_for_value(self, row: int) -> None:
+        """Let the user type what is known of a new line."""
+        item = self.item(row, VALUE)
+        if item is not None:
+            self.setCurrentItem(item)
+            self.setFocus()
+            self.editItem(item)
+
+
+def typed(line: KnownLine, column: int, item: QTableWidgetItem) -> KnownLine:
+    """The line with what was typed or ticked. Raises UsageError."""
+    if column == TICK:
+        return replace(line, check=item.checkState() != Qt.CheckState.Checked)
+    text = item.text().strip()
+    if column == LABEL:
+        return replace(line, name=text or line.name)
+    if not text:
+        return replace(line, value=None) if column == VALUE else replace(line, sigma=None)
+    try:
+        number = float(text.rstrip("°m ").replace(",", "."))
+    except ValueError:
+        number = float("nan")
+    if column == SIGMA:
+        if not 0.0 < number <= _MOST_DEG.get(line.kind, 1e6):
+            raise UsageError(tr("“{text}” is no error that is possible here.", text=text))
+        return replace(line, sigma=number)
+    if line.kind == "azimuth" and not -360.0 <= number <= 360.0:
+        raise UsageError(
+            tr("“{text}” is no azimuth. Azimuths are written like 087.5, in degrees.", text=text)
+        )
+    if line.kind == "length" and not 0.0 < number < 1e9:
+        raise UsageError(tr("“{text}” is no length. Lengths are in metres, like 2.35.", text=text))
+    return replace(line, value=number % 360.0 if line.kind == "azimuth" else number)
+
+
+def _short(value: float) -> str:
+    return f"{value:.10g}"
+
+
+def typed_doubt(text: str) -> float:
+    """Degrees by which all azimuths may be off alike. Raises UsageError."""
+    if not text.strip():
+        return 0.0
+    try:
+        number = float(text.strip().rstrip("°").replace(",", "."))
+    except ValueError:
+        number = float("nan")
+    if not 0.0 <= number <= 180.0:
+        raise UsageError(
+            tr("“{text}” is no angle that north may be off by. Type degrees, like 0.5.", text=text)
+        )
+    return number

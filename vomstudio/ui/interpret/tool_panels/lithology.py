@@ -1,0 +1,72 @@
+"""The panel of the tool of rock areas: the rock of the next one, what its outline follows."""
+
+from __future__ import annotations
+
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.document.kinds.lithology import CHOICES, words
+from vomstudio.tools.lithology import LithologyTool
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.follow_box import FollowBox
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import VertexTable
+from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking
+from vomstudio.words import tr
+
+
+class LithologyPanel(QWidget):
+    """Shows the tool and sets the rock."""
+
+    def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
+        super().__init__()
+        explain(self, "window.md#stations-contact-lines-and-rock-areas")
+        self._tool = studio.tool_of(LithologyTool)
+        self.lithology_box = ComboBox()
+        self.lithology_box.setObjectName("lithology_word")
+        for word, said in CHOICES:
+            self.lithology_box.addItem(tr(said), word)
+        self.lithology_box.keep_narrow()
+        self.lithology_box.activated.connect(self._chosen)
+        self.follow_box = FollowBox(studio, self._tool)
+        form = narrow_form()
+        form.addRow(tr("Rock"), self.lithology_box)
+        form.addRow(tr("Follow"), self.follow_box)
+        self.figures = hint_label()
+        self.table = VertexTable(studio, self._tool)
+        self._hint = hint_label(
+            tr(
+                "Click around a part of the outcrop that is one rock, then press Enter. Its area "
+                "is that of the surface inside the outline."
+            )
+        )
+        lay_out_picking(self, actions, form, self.figures, self.table, self._hint)
+        for signal in (studio.project_opened, studio.edited, studio.tool_changed_signal):
+            signal.connect(self.refresh)
+
+    def _chosen(self) -> None:
+        self._tool.choose(str(self.lithology_box.currentData() or ""))
+
+    def refresh(self, *_: object) -> None:
+        """Show the tool as it is now."""
+        tool = self._tool
+        self.lithology_box.setCurrentIndex(self.lithology_box.findData(tool.lithology))
+        if self.lithology_box.currentIndex() < 0:
+            self.lithology_box.show_text(tool.lithology)
+        self.lithology_box.setEnabled(not tool.continued)
+        self.lithology_box.setToolTip(
+            tr("Not now: The rock of a continued area is changed in Properties.")
+            if tool.continued
+            else tr("Words of StraboSpot's forms.")
+        )
+        measured = tool.measurement
+        lines = words(measured) if measured and measured.dimension else []
+        self.figures.setText("\n".join(lines))
+        self.figures.setVisible(bool(lines))
+        self._hint.setVisible(not tool.open)
+        self.follow_box.refresh()
+        self.table.refresh()
+
+
+PANEL = LithologyPanel

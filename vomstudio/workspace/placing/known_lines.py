@@ -1,0 +1,175 @@
+"""Lines of a project's model of which something is known, as observations of its place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.kinds.known_line import KnownLine
+from vomstudio.document.records import Frame, Model, Registration
+from vomstudio.document.records.basics import Point
+from vomstudio.geometry import transform
+from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.registration.compass_evidence import Segment
+from vomstudio.registration.evidence import Evidence, register
+from vomstudio.registration.level_evidence import LevelLine
+from vomstudio.registration.results import Known, Placed
+from vomstudio.registration.similarity import jacobian
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LineMiss:
+    """How far a line of a placed model is from what is known of it. off : placed less known,
+    degrees, metres of a length"""
+
+    id: str
+    off: float
+
+
+def usable(lines: Sequence[KnownLine]) -> list[KnownLine]:
+    """Those that place a model: something is known of them, and they do not only judge."""
+    return [line for line in lines if line.complete and not line.check]
+
+
+def evidence_of(pairs: Pairs, lines: Sequence[KnownLine]) -> Evidence:
+    """In the frame of the model's file."""
+    found = Evidence(pairs=pairs if len(pairs.labels) else None)
+    ends = [(line, line.vertices[0], line.vertices[-1]) for line in usable(lines)]
+    found.level_lines = [
+        LevelLine(a, b, line.sigma, line.name) for line, a, b in ends if line.kind == "level"
+    ]
+    found.azimuths, found.lengths = (
+        [
+            Segment(a, b, line.value, line.sigma, line.name)
+            for line, a, b in ends
+            if line.kind == kind and line.value is not None
+        ]
+        for kind in ("azimuth", "length")
+    )
+    return found
+
+
+def placed_by_known(
+    pairs: Pairs,
+    lines: Sequence[KnownLine],
+    model: Model,
+    extent: Array | None,
+    north_doubt_deg: float = 0.0,
+) -> Placed:
+    """The placement of a model's file by points and lines on it. What these leave free stays as the
+    model stands now.
+
+    extent : (n, 3) points all over the model, in its file's frame; north_doubt_deg : one sigma of
+        what all azimuths may be off alike
+    Raises GeometryError, UsageError.
+    """
+    evidence = evidence_of(pairs, lines)
+    evidence.compass_doubt_deg = north_doubt_deg
+    placed = register(evidence, extent)
+    if placed.known.all:
+        return placed
+    # By the file alone a model that was turned before would fall back.
+    stands = transform.matrix(model.to_world)
+    evidence = _moved(evidence, stands)
+    placed = register(evidence, None if extent is None else transform.apply(stands, extent))
+    scale = placed.scale * transform.scale_of(stands)
+    return replace(placed, matrix=placed.matrix @ stands, scale=scale)
+
+
+def _moved(evidence: Evidence, by: Array) -> Evidence:
+    """The same of a model that stands as a 4 x 4 similarity puts it."""
+
+    def there(place: Point) -> Point:
+        x, y, z = transform.apply(by, [place])[0].tolist()
+        return x, y, z
+
+    pairs = evidence.pairs
+    if pairs is not None:
+        pairs = replace(pairs, model=transform.apply(by, pairs.model))
+    return replace(
+        evidence,
+        pairs=pairs,
+        level_lines=[
+            replace(line, first=there(line.first), second=there(line.second))
+            for line in evidence.level_lines
+        ],
+        azimuths=[_there(line, there) for line in evidence.azimuths],
+        lengths=[_there(line, there) for line in evidence.lengths],
+    )
+
+
+def _there(line: Segment, there: Callable[[Point], Point]) -> Segment:
+    return line._replace(first=there(line.first), second=there(line.second))
+
+
+def line_misses(lines: Sequence[KnownLine], placed: Placed) -> list[LineMiss]:
+    """Of the lines of which something is known, those that judge among them."""
+    found = []
+    for line in lines:
+        if not line.complete:
+            continue
+        ends = placed(np.array([line.vertices[0], line.vertices[-1]], np.float64))
+        along = ends[1] - ends[0]
+        length = float(np.linalg.norm(along))
+        if not length > 0:
+            continue
+        if line.kind == "level":
+            off = float(np.degrees(np.arcsin(np.clip(along[2] / length, -1.0, 1.0))))
+        elif line.kind == "azimuth":
+            azimuth = np.degrees(np.arctan2(along[0], along[1]))
+            off = float((azimuth - (line.value or 0.0) + 180.0) % 360.0 - 180.0)
+        else:
+            off = length - (line.value or 0.0)
+        found.append(LineMiss(line.id, off))
+    return found
+
+
+def known_after(placed: Placed, model: Model) -> Known:
+    """What is known of a model after a placement: what that gives, and what was known before."""
+    frame, known = model.frame, placed.known
+    vertical = known.vertical or frame.has_up
+    return Known(
+        north=vertical and (known.north or frame.has_north),
+        vertical=vertical,
+        scale=known.scale or frame.has_metres,
+        position=known.position or frame.kind == "crs",
+    )
+
+
+def frame_after(placed: Placed, model: Model, crs: str | None) -> Frame:
+    """What is known of World then. crs : of the points, None for local metres"""
+    if placed.known.all:
+        return Frame("local") if crs is None else Frame("crs", crs=crs)
+    known = known_after(placed, model)
+    if known.north and known.scale:
+        stays = model.frame.crs if model.frame.kind == "crs" else None
+        return Frame("local") if stays is None else Frame("crs", crs=stays)
+    if known.north:
+        return Frame("oriented")
+    return Frame("scaled" if known.scale else "undeclared", level=known.vertical)
+
+
+def covariance_after(placed: Placed, before: Registration | None) -> Array:
+    """(7, 7) of the placement; of what it leaves free that of the registration before, which stays
+    in force there."""
+    total = np.array(placed.covariance, np.float64)
+    known = placed.known
+    if known.all or before is None:
+        return total
+    earlier = np.zeros((7, 7))
+    shape = before.shape_covariance()
+    if shape is not None:
+        earlier[:4, :4] = shape
+    if before.covariance is not None and before.centre is not None:
+        # What turns and grows about its centre also shifts what lies elsewhere.
+        moves = np.eye(7)
+        moves[4:] = jacobian(np.subtract(placed.centre, before.centre))
+        earlier = moves @ np.array(before.covariance, np.float64) @ moves.T
+    free = [not known.vertical] * 2 + [not known.north, not known.scale]
+    keep = np.array(free + [not known.position] * 3, np.float64)
+    return np.asarray(total + earlier * np.outer(keep, keep))
