@@ -96,7 +96,7 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int) -> None:
             ax.plot(ends[:, 0], ends[:, 1], color=label.shape.color, linewidth=0.5, zorder=3)
         ax.text(
             label.x, label.y, label.shape.label, fontsize=_LABEL_PT, va="center", zorder=4,
-            ha="right" if label.right else "left", color=label.shape.color, parse_math=False,
+            ha="right" if label.right else "left", color=label.color, parse_math=False,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
         )  # fmt: skip
 
@@ -111,6 +111,8 @@ def _draw_shape(ax: Axes, shape: Shape, scale: int) -> None:
         a, reach = math.radians(shape.dip_deg), 0.001 * scale * DIP_TICK_MM
         across = np.array([math.cos(a), -math.sin(a)]) * reach
         points = np.stack([points[0] - across, points[0] + across])
+    if shape.filled:
+        ax.fill(points[:, 0], points[:, 1], color=shape.color, alpha=0.5, linewidth=0.0, zorder=1)
     if shape.closed:
         points = np.vstack([points, points[:1]])
     # Light below, so that a line is seen on dark rock too.
