@@ -198,6 +198,11 @@ CASES = (
     Case("repeats-refused", "repeats {work}/planes.csv", after=("fit-by",), code=2),
     Case("slip", "slip {work}/faults.txt"),
     Case("slip-refused", "slip {work}/planes.csv", after=("fit-by",), code=2),
+    Case(
+        "slope-facets",
+        "slope {work}/planes.csv --facets {work}/planes.csv --friction 35 -o {work}/facets_s.csv",
+        after=("fit-by",),
+    ),
     Case("slope-refused", "slope {work}/planes.csv --face 310/0 --friction 35", code=2),
     Case(
         "displacement",

@@ -135,6 +135,7 @@ def _boundaries(q: LogQuestion, reach: float) -> list[Boundary]:
             found.append((crossing.along_m, Boundary(crossing.name, name, (x, y, z))))
     unit = "m" if q.metric else tr("units")
     if len(found) < 2:
+        unit = "m" if q.metric else tr("units")
         raise InputError(
             tr(
                 "{count} of the traces come within {reach:.3g} {unit} of the line; a log needs two "

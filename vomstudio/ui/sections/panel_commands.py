@@ -52,10 +52,10 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
                 "arrow-split-horizontal", (),
                 tr("Net slip, throw and heave from cut-off traces on both sides of a fault."),
                 no_lines),
-        Command("three_points", tr("T&hree points…"), count("three_points"),
+        Command("three_points", tr("T&hree points…"), bring("interpret", "three_points"),
                 "vector-triangle", (),
                 tr("The plane through three points or more, clicked or typed, with its error.")),
-        Command("bed_log", tr("&Log along a line…"), count("bed_log"), "layers-triple-outline", (),
+        Command("bed_log", tr("&Log along a line…"), make("bed_log"), "layers-triple-outline", (),
                 tr("Boundaries of beds along a line, and the true thickness between them."),
                 no_model),
     ]  # fmt: skip

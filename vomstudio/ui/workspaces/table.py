@@ -131,7 +131,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         ),
         "model",
         left=(("project",), ("tool",)),
-        right=(("stereonet",), ("properties", "surface")),
+        right=(("stereonet",), ("properties", "surface", "three_points")),
         bottom=(("table", "in_photos"),),
     ),
     Workspace(
@@ -147,7 +147,7 @@ WORKSPACES: tuple[Workspace, ...] = (
             ("stereonet",),
             ("statistics", "sets", "slopes", "displacement", "properties"),
         ),
-        bottom=(("table", "fractures", "bed_log", "looked_at", "repeats"),),
+        bottom=(("table", "fractures", "looked_at", "repeats"),),
         shares=(0.205, 0.36, 0.26),
         first_share=0.6,
     ),
@@ -162,7 +162,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         "model",
         left=(("project",),),
         right=(("view",), ("display",)),
-        bottom=(("section", "elevation"),),
+        bottom=(("section", "elevation", "bed_log"),),
         shares=(0.205, 0.233, 0.36),
     ),
 )
