@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,8 @@ from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.reading_comparison import nearest_picks
 from vomstudio.document.records import Feature, Model, OnAModel, Record, get, limits_of
 from vomstudio.document.records.frames import crs_label
+from vomstudio.document.repeats import COLUMNS as REPEAT_COLUMNS
+from vomstudio.document.repeats import told
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.tables.orientation_table import Row, rows_of
@@ -49,6 +51,25 @@ class ProjectTable:
     """By which all rows were judged."""
     registrations: tuple[dict[str, Any], ...] = ()
     """As `registration_lines.registrations_of` tells them."""
+
+    @property
+    def more(self) -> tuple[str, ...]:
+        """The columns behind the others: who picked what, and what repeats another."""
+        return tuple(c for c in REPEAT_COLUMNS if any(c in row for row in self.rows))
+
+    def without_repeats(self) -> ProjectTable:
+        """For programs that would take a second pick for a second structure."""
+        again = [row for row in self.rows if "repeat_of" in row]
+        if not again:
+            return self
+        names = {row["id"]: row["name"] for row in self.rows}
+        left = [
+            {"id": row["id"], "name": row["name"],
+             "reason": tr("it repeats {first}", first=names.get(row["repeat_of"]))}
+            for row in again
+        ]  # fmt: skip
+        rows = [row for row in self.rows if "repeat_of" not in row]
+        return replace(self, rows=rows, skipped=[*self.skipped, *left])
 
 
 def project_table(
@@ -98,6 +119,7 @@ def feature_rows(subjects: Sequence[Subject]) -> list[Row | None]:
         for i, row in zip(own, made, strict=True):
             said = [subjects[i].feature.notes, *kind.remarks(subjects[i])]
             row["notes"] = "; ".join(filter(None, said)) or None
+            row |= told(subjects[i].feature, subjects[i].records)
             rows[i] = row
     return rows
 

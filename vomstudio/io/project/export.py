@@ -86,6 +86,8 @@ def export_records(
     _check_format(format_)
     measurements = Measurements(thresholds)
     table = project_table(records, measurements)
+    if format_ != "csv":
+        table = table.without_repeats()
     crs = world_crs(table.crs, table.unit_m)
     if format_ == "csv":
         others = listed_tables(records, table, measurements)
@@ -131,7 +133,7 @@ def write_csv(out: Path, table: ProjectTable, *, force: bool = False) -> Project
         named = tr("{crs}, its axes in metres", crs=table.crs)
     write_orientation_csv(
         out, table.rows, crs=named, north=table.north, axes=table.axes, limits=table.limits,
-        notes=registration_lines(table.registrations), force=force,
+        notes=registration_lines(table.registrations), more=table.more, force=force,
     )  # fmt: skip
     return replace(table, files=(out,))
 
