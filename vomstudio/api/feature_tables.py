@@ -45,8 +45,12 @@ def orientations(
     return made
 
 
-def shapes(records: Records, measurements: Measurements, name: Literal["traces", "patches"]) -> Any:
-    """One layer of lines or rings, as the GeoPackage has it."""
+def shapes(
+    records: Records,
+    measurements: Measurements,
+    name: Literal["traces", "patches", "stations", "contacts", "lithologies"],
+) -> Any:
+    """One layer of points, lines or rings, as the GeoPackage has it."""
     import pandas
 
     table = project_table(records, measurements)
@@ -70,6 +74,8 @@ def _columns(name: str) -> list[str]:
 def _geometry(layer: Layer) -> list[Any]:
     import shapely
 
+    if layer.kind == "point":
+        return [shapely.Point(shape[0]) for shape in layer.shapes]
     make = shapely.LineString if layer.kind == "line" else shapely.Polygon
     return [make(shape) for shape in layer.shapes]
 

@@ -221,6 +221,20 @@ class Project:
         """All patches likewise; ``geometry`` is the outline as a shapely Polygon with z."""
         return feature_tables.shapes(self._records, self._measurements, "patches")
 
+    def stations(self) -> Any:
+        """All stations and samples likewise, with ``number`` and ``photo``; ``geometry`` is a
+        shapely Point with z."""
+        return feature_tables.shapes(self._records, self._measurements, "stations")
+
+    def contacts(self) -> Any:
+        """All contact lines likewise, with ``length_m``; they have no plane."""
+        return feature_tables.shapes(self._records, self._measurements, "contacts")
+
+    def lithologies(self) -> Any:
+        """All rock areas likewise: ``lithology``, ``area_m2`` of the surface inside, ``outline_m2``
+        of the outline laid flat; ``geometry`` is the outline as a shapely Polygon with z."""
+        return feature_tables.shapes(self._records, self._measurements, "lithologies")
+
     def fit(self, id: str) -> PlaneFit | LineFit:
         """The figures of one feature by its id or name: PlaneFit of a plane, LineFit of a line.
         Raises vs.errors.InputError where there is no such feature, vs.errors.GeometryError where

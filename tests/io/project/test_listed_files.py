@@ -333,3 +333,17 @@ def test_a_file_is_taken_in_by_the_command_line_as_one_step(project: Path, tmp_p
     assert said["features"] == 6
     code, said = command("project", project, "undo")
     assert said["features"] == 3
+
+
+def test_python_has_them_as_tables(project: Path):
+    import vomstudio as vs
+
+    with vs.Project.open(project) as opened:
+        stations, contacts, rocks = opened.stations(), opened.contacts(), opened.lithologies()
+        assert list(stations["number"]) == ["=KB-17"]
+        assert stations["geometry"][0].z == pytest.approx(613.0)
+        assert list(contacts["length_m"]) == [pytest.approx(17.0)]
+        assert contacts["geometry"][0].has_z
+        assert list(rocks["lithology"]) == ["sandstone"]
+        assert list(rocks["area_m2"]) == [pytest.approx(6.5)]
+        assert len(opened.planes()) == len(opened.lines()) == len(opened.traces()) == 0
