@@ -15,6 +15,7 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
 from vomstudio.geometry.plane_discs import disc_of_fit
+from vomstudio.tables.orientation_table import COLUMNS
 from vomstudio.tables.project_layers import Layer, project_layers
 from vomstudio.tables.project_table import project_table
 
@@ -34,7 +35,7 @@ def orientations(
 
     table = project_table(records, measurements)
     rows = [row for row in table.rows if row["geometry"] == nature]
-    made = frame(rows)
+    made = frame(rows, (*COLUMNS, *table.more))
     places = [
         None if row["x"] is None else shapely.Point(row["x"], row["y"], row["z"]) for row in rows
     ]

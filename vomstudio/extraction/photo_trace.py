@@ -141,10 +141,7 @@ def _seen_at(photos: CalibratedPhotos, given: Array, resolution: float) -> Array
 
 
 def _share(path: PhotoPath) -> float | None:
-    judged = path.seen > 0
-    if not judged.any():
-        return None
-    return float((2 * path.agreeing[judged] >= path.seen[judged]).mean())
+    return path.confirmed / path.judged if path.judged else None
 
 
 def _doubts(path: PhotoPath, steps: Array, share: float | None, resolution: float) -> list[str]:
