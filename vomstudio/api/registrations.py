@@ -137,6 +137,10 @@ def register(
         )
         return _by_file(path_of(model_points, "model_points"), known)
     _refuse(known, tr("This belongs to the path of a model. Give that in place of points."))
+    return _by_points(model_points, world_points, sigma_m, check)
+
+
+def _by_points(model_points: Any, world_points: Any, sigma_m: Any, check: Any) -> Placed:
     if world_points is None:
         raise InputError(tr("Give the same points in World."), field="world_points")
     model, world = points(model_points, "model_points"), points(world_points, "world_points")

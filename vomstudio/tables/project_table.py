@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,10 @@ class ProjectTable:
     north: str
     files: tuple[Path, ...] = ()
     """What an export has written."""
+    layers: Mapping[str, int] = field(default_factory=dict)
+    """How many features each layer has that was written."""
+    features: int | None = None
+    """How many features these are together, each once; None where only the rows were written."""
     unit_m: float = 1.0
     """Metres in a unit of `crs`; the rows are in metres whatever it is."""
     axes: Axes = WORLD
@@ -92,8 +96,9 @@ def project_table(
             skipped.append({"id": feature.id, "name": feature.name, "reason": reason})
         else:
             rows.append(row)
-    crs, north, unit_m = _frame(records, features)
-    axes = _axes(records, features)
+    placed = [*features, *_listed(records, only)] or _on_models(records, only)
+    crs, north, unit_m = _frame(records, placed)
+    axes = _axes(records, placed)
     limits = limits_of(records, measurements.otherwise)
     told = tuple(registrations_of(records, features))
     return ProjectTable(
@@ -117,6 +122,16 @@ def feature_rows(subjects: Sequence[Subject]) -> list[Row | None]:
             row |= told(subjects[i].feature, subjects[i].records)
             rows[i] = row
     return rows
+
+
+def _listed(records: Mapping[str, Record], only: Collection[str] | None) -> list[Feature]:
+    """What is interpreted without an orientation: layers have it beside the rows."""
+    return [f for f in _on_models(records, only) if kind_of(f).listed]
+
+
+def _on_models(records: Mapping[str, Record], only: Collection[str] | None) -> list[Feature]:
+    wanted = (r for r in records.values() if isinstance(r, OnAModel))
+    return [r for r in wanted if only is None or r.id in only]
 
 
 def _axes(records: Mapping[str, Record], features: list[Feature]) -> Axes:

@@ -79,6 +79,7 @@ class Workspace:
             hand_over,
             ModelCutting(self.projects, self.models, self.jobs, self.notices),
         )
+        self.photos = PhotoLinks(self.projects, self.models, hand_over)
         self.tools = ToolHost(
             self.projects,
             self.models,
@@ -86,7 +87,7 @@ class Workspace:
             self.selection,
             self.preferences,
             self.notices,
-            PathFinding(self.models, hand_over),
+            PathFinding(self.models, hand_over, self.photos.of),
             self.elements,
         )
         self.surroundings = Surroundings(
@@ -109,7 +110,6 @@ class Workspace:
             self.projects, self.tools, self.visibility, self.selection, hand_over
         )
         self.history = History(self.projects, self.editing, self.tools, self.notices)
-        self.photos = PhotoLinks(self.projects, self.models, hand_over)
         self.layers = GisLayers(self.projects, self.jobs, self.notices, later)
         self._join()
 

@@ -21,11 +21,12 @@ from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, lines_to_vectors, planes_to_poles
 from vomstudio.geometry.vectors import wrap360
+from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.orientation_columns import Azimuth, Columns, convention_in_name
 from vomstudio.io.text.repeated_rows import first_picks
 from vomstudio.io.text.rows import shortened
 from vomstudio.io.text.table_turns import bowed_in, turns_of_table
-from vomstudio.io.text.tables import TextTable, lines_in_words, plain, read_table
+from vomstudio.io.text.tables import TextTable, lines_in_words, read_table
 from vomstudio.words import tr, tr_n
 
 _QUADRANT_BY_ITS_CELLS = {"direction", "dir", "side", "sense", "dips"}
@@ -230,12 +231,10 @@ class _Reading:
     def _quadrant_by_another_name(self) -> int | None:
         """A column of compass points beside the strike. Where its name leaves open what it says
         (a limb? a site?), it is not used and that is told."""
-        others = set(range(self.table.width)) - self.columns.known
-        winds = [c for c in sorted(others) if self.columns.are_winds(c)]
+        others = sorted(set(range(self.table.width)) - self.columns.known)
+        winds = [c for c in others if self.columns.are_winds(c)]
         named = [c for c in winds if plain(self.table.label(c)) in _QUADRANT_BY_ITS_CELLS]
-        if len(named) == 1:
-            return named[0]
-        if winds:
+        if winds and len(named) != 1:
             self.warnings.append(
                 tr(
                     "{named}: compass points that were not used; call the column 'quadrant' if "
@@ -243,7 +242,7 @@ class _Reading:
                     named=self.columns.named(*winds),
                 )
             )
-        return None
+        return named[0] if len(named) == 1 else None
 
     def _read_headerless(self) -> None:
         if self.table.width < 2:

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from vomstudio.errors import InputError
-from vomstudio.io.text.tables import TextTable, plain
+from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.tables import TextTable
 from vomstudio.words import tr, tr_n
 
 _COLUMN = plain("repeat_of")

@@ -22,7 +22,8 @@ from vomstudio.words import to_translate, tr
 MENUS = (
     (to_translate("&File"), (
         "new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|", "save",
-        "save_as", "compact_project", "take_back_compaction", "|", "import_readings", "|",
+        "save_as", "compact_project", "take_back_compaction", "|", "import_readings",
+        "import_listed", "|",
         "export_csv", "export_gpkg", "export_shp", "export_dxf", "export_program",
         "export_net", "copy_export", "|", "quit")),
     (to_translate("&Edit"), (

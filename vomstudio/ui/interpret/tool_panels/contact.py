@@ -9,6 +9,7 @@ from vomstudio.document.length_figures import words
 from vomstudio.tools.contact import ContactTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.follow_box import FollowBox
+from vomstudio.ui.common.in_photos_box import InPhotosBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
@@ -33,6 +34,8 @@ class ContactPanel(QWidget):
         form.addRow(tr("Type"), self.type_box)
         form.addRow(tr("Set"), self.set_edit)
         form.addRow(tr("Follow"), self.follow_box)
+        self.in_photos = InPhotosBox(studio, self._tool)
+        form.addRow(self.in_photos)
         self.figures = hint_label()
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
@@ -78,6 +81,7 @@ class ContactPanel(QWidget):
             field.setToolTip(why)
         self._hint.setVisible(not tool.open)
         self.follow_box.refresh()
+        self.in_photos.refresh()
         self.table.refresh()
 
 

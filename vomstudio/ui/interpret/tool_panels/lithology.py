@@ -9,6 +9,7 @@ from vomstudio.document.kinds.lithology import CHOICES, words
 from vomstudio.tools.lithology import LithologyTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.follow_box import FollowBox
+from vomstudio.ui.common.in_photos_box import InPhotosBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
@@ -33,6 +34,8 @@ class LithologyPanel(QWidget):
         form = narrow_form()
         form.addRow(tr("Rock"), self.lithology_box)
         form.addRow(tr("Follow"), self.follow_box)
+        self.in_photos = InPhotosBox(studio, self._tool)
+        form.addRow(self.in_photos)
         self.figures = hint_label()
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
@@ -66,6 +69,7 @@ class LithologyPanel(QWidget):
         self.figures.setVisible(bool(lines))
         self._hint.setVisible(not tool.open)
         self.follow_box.refresh()
+        self.in_photos.refresh()
         self.table.refresh()
 
 

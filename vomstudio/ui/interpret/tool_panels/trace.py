@@ -9,6 +9,7 @@ from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.follow_box import FollowBox
+from vomstudio.ui.common.in_photos_box import InPhotosBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
@@ -38,6 +39,8 @@ class TracePanel(QWidget):
         form.addRow(tr("Set"), self.set_edit)
         self.follow_box = FollowBox(studio, self._tool)
         form.addRow(tr("Follow"), self.follow_box)
+        self.in_photos = InPhotosBox(studio, self._tool)
+        form.addRow(self.in_photos)
 
         self.fit_view = FitView(reasons_shown=2)
 
@@ -77,6 +80,7 @@ class TracePanel(QWidget):
         self._show_kind()
         self.table.refresh()
         self.follow_box.refresh()
+        self.in_photos.refresh()
 
     def _show_kind(self) -> None:
         """Type and set of the open trace, else of the next one. Those of a continued trace are
