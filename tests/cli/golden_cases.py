@@ -323,6 +323,8 @@ CASES = (
     Case("no-command", "", code=2),
     Case("unknown-command", "dance", code=2),
     Case("wrong-option", "fit {work}/three.csv --wrong", code=2),
+    # It opens the project, which brings its journal up to date.
+    Case("project-looked-at", "project {specimens}/schema1.vom looked-at"),
 )
 
 

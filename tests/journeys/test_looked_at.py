@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
@@ -9,6 +11,8 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
+from vomstudio.cli.common.entry import main
+from vomstudio.document import grid_edits
 from vomstudio.document.grid_edits import marks_of
 from vomstudio.document.records import FaceGrid, Model
 from vomstudio.geology.looked_at.cells import exposed_faces
@@ -115,3 +119,23 @@ def test_cells_are_marked_by_clicks_and_keys_and_counted(window, laid) -> None:
     studio.undo()
     assert marks_of(grid_of(window)) == marks
     wait(lambda: any(key.startswith(grid.id) for key in viewport.features.drawings), "the cells")
+
+
+def test_the_command_says_what_the_dock_says(window, laid, tmp_path, capfd) -> None:
+    panel, studio = laid, window.studio
+    grid = grid_of(window)
+    assert studio.attempt(grid_edits.mark_cells, grid.id, range(grid.columns), "e")
+    settle(panel)
+    folder = tmp_path / "looked.vom"
+    studio.save_as(folder)
+    wait(lambda: studio.project.folder == folder, "the saved project")
+    settle(panel)
+    mine = panel.found.as_dict()
+    studio.new_project()
+    capfd.readouterr()
+    assert main(["project", str(folder), "looked-at", "--json"]) == 0
+    (told,) = json.loads(capfd.readouterr().out)["grids"]
+    assert told["name"] == "Grid 1"
+    for key in ("cells", "cell_m", "looked_at_share", "counted_m2", "P21_1_per_m"):
+        assert told[key] == pytest.approx(mine[key]), key
+    assert told["empty"] == pytest.approx(mine["empty"])

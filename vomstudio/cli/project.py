@@ -78,6 +78,7 @@ def add_parser(subparsers: Subparsers) -> None:
     fit.add_argument(
         "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
     )
+    add("looked-at", _looked_at, tr("What was looked at of the faces with a grid"))
     profile = add("profile", _profile, tr("Judge all features by another profile"))
     profile.add_argument(
         "name", metavar="NAME", choices=["error", "textbook"],
@@ -161,6 +162,19 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
     if any(row.get("quality") for row in found.rows):
         said.append(found.limits.in_words)
     out.text("\n".join(said) or tr("no features"))
+
+
+def _looked_at(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.products.fractures.words import looked_at_rows
+    from vomstudio.workspace.surfaces.grid_shares import shares_of
+
+    with _changing(args, out, saves=False) as desk:
+        found, said = shares_of(desk)
+    grids = [{"id": g.id, "name": g.name, "model": g.model, **g.found.as_dict()} for g in found]
+    out.result({**_summary(args).as_dict(), "grids": grids})
+    out.warn(said)
+    lines = [line for g in found for line in (g.name, *looked_at_rows(g.found), "")]
+    out.text("\n".join(lines).strip() or tr("no grid was laid over a face"))
 
 
 def _verify(args: argparse.Namespace, out: Output) -> None:

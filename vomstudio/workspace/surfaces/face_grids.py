@@ -21,9 +21,9 @@ from vomstudio.failures import exception_hooks
 from vomstudio.geology.looked_at.cells import CellGrid, Exposed, exposed_faces, exposed_points
 from vomstudio.geology.looked_at.shares import LookedAt, looked_at
 from vomstudio.geometry import transform
+from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
-from vomstudio.workspace.model_loading import OpenModel
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
 
@@ -49,13 +49,14 @@ def world_grid(grid: FaceGrid, model: Model | None) -> CellGrid:
     return CellGrid(origin, right, up, grid.cell * scale, grid.columns, grid.rows)
 
 
-def exposed_of(grid: FaceGrid, opened: OpenModel, *, pieces: bool) -> Exposed:
-    """Of an open model; areas in the square of the file's unit."""
-    data = opened.data
+def exposed_of(
+    grid: FaceGrid, data: Mesh | PointCloud, resolution: float | None, *, pieces: bool
+) -> Exposed:
+    """Of a model's data; areas in the square of the file's unit."""
     if isinstance(data, Mesh) and len(data.faces):
         return exposed_faces(file_grid(grid), data.vertices, data.faces, pieces=pieces)
     points = data.vertices if isinstance(data, Mesh) else data.points
-    return exposed_points(file_grid(grid), points, opened.resolution or 0.0)
+    return exposed_points(file_grid(grid), points, resolution or 0.0)
 
 
 def lines_on(records: Records, measured: Mapping[str, Measurement], model_id: str) -> list[Array]:
@@ -153,7 +154,7 @@ class FaceGrids:
         def run() -> None:
             found: Exposed | None = None
             try:
-                found = exposed_of(grid, opened, pieces=True)
+                found = exposed_of(grid, opened.data, opened.resolution, pieces=True)
             except Exception as error:  # noqa: BLE001 - shown like every unexpected error
                 exception_hooks.report_as_uncaught(error)
             self._hand_over(lambda: self._came(grid.id, laid, found))
