@@ -131,8 +131,9 @@ def test_what_was_isolated_is_shown_again_by_going_back(opened):
     key(opened, Qt.Key.Key_H, SHIFT)
     assert elements.hidden(model_id).sum() == count - count // 3
     rest(opened)
+    key(opened, Qt.Key.Key_N)
     turn(opened)
-    rest(opened)
+    assert not np.allclose(view(opened), camera, atol=1e-9)
     back(opened)
     assert np.allclose(view(opened), camera, atol=1e-9)
     assert elements.hidden(model_id) is not None, "the turn was the last change of the view"
