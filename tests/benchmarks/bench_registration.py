@@ -90,6 +90,72 @@ def _compass(
     return draw
 
 
+@dataclass(frozen=True)
+class FewPlanes:
+    """Readings of which one may be wrong: all of them, those that are right, and its label, None
+    where all are right"""
+
+    kind: Directions
+    rest: Directions
+    wrong: str | None
+
+
+def few_planes(
+    rng: np.random.Generator, n: int, added_deg: float | None, *, stated: bool = True,
+    deg: float = 3.0,
+) -> FewPlanes:  # fmt: skip
+    """Planes of any dip direction that dip by 25 to 85 degrees, read to 3 degrees; to the dip
+    direction of one of them `added_deg` is added."""
+    azimuth, dip = rng.uniform(0.0, 360.0, n), rng.uniform(25.0, 85.0, n)
+    model = _normals(azimuth, dip) @ _TURN
+    across = deg / np.sin(np.radians(dip))
+    read = azimuth + rng.normal(size=n) * across
+    wrong = int(rng.integers(n))
+    if added_deg is not None:
+        read[wrong] += added_deg
+    world = _normals(read, dip + rng.normal(size=n) * deg)
+    sigma = np.full((n, 2), np.radians(deg) if stated else np.nan)
+    labels = [f"C{i}" for i in range(n)]
+    rest = [i for i in range(n) if added_deg is None or i != wrong]
+    return FewPlanes(
+        Directions(labels, model, world, sigma),
+        Directions([labels[i] for i in rest], model[rest], world[rest], sigma[rest]),
+        None if added_deg is None else labels[wrong],
+    )
+
+
+def _normals(azimuth: Array, dip: Array) -> Array:
+    a, d = np.radians(azimuth), np.radians(dip)
+    return np.column_stack([np.sin(d) * np.sin(a), np.sin(d) * np.cos(a), np.cos(d)])
+
+
+@dataclass(frozen=True)
+class Named:
+    """Shares of runs in which the wrong reading, another one, and the wrong one as the likeliest
+    (named or not) came out"""
+
+    right: float
+    wrong: float
+    first: float
+
+
+_ADDED = {"strike": (90.0, -90.0), "opposite": (180.0,), "digit": (-40.0, -30.0, 30.0, 40.0)}
+
+
+def named_shares(n: int, mistake: str | None, runs: int, *, stated: bool) -> Named:
+    rng = np.random.default_rng(n)
+    right = wrong = first = 0
+    for _ in range(runs):
+        added = None if mistake is None else float(rng.choice(_ADDED[mistake]))
+        drawn = few_planes(rng, n, added, stated=stated)
+        found = place([drawn.kind])
+        named = [blunder.label for blunder in found.blunders]
+        right += drawn.wrong is not None and named == [drawn.wrong]
+        wrong += bool(named) and named != [drawn.wrong]
+        first += bool(found.without) and found.without[0].label == drawn.wrong
+    return Named(right / runs, wrong / runs, first / runs)
+
+
 def _gimbal(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], list[Observed]]:
     def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
         fixed = np.random.default_rng(n)
@@ -217,6 +283,14 @@ def main(runs: int) -> None:
             f"{100 * v:5.1f}" for v in (found.up, found.east, found.north, found.planes)
         )
         print(f"{case.name:52s}  {shares}  {found.median_deg:8.3f} deg  {axes}", flush=True)
+    print("\none wrong reading of a few planes       named  another  likeliest")
+    for n in (4, 6, 8):
+        for stated in (True, False):
+            for mistake in (None, *_ADDED):
+                told = named_shares(n, mistake, runs // 10, stated=stated)
+                kind = f"{n}, {'stated' if stated else 'not stated'}, {mistake or 'none wrong'}"
+                print(f"{kind:38s}  {100 * told.right:5.1f}  {100 * told.wrong:5.1f}  "
+                      f"{100 * told.first:5.1f}", flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":

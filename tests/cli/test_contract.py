@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import vomstudio as vs
 from vomstudio.cli import COMMANDS
 from vomstudio.cli.common.output import to_json
 from vomstudio.errors import WorkerError
@@ -211,6 +212,43 @@ def test_names_of_all_scripts_go_through(run, write) -> None:
     text = "x,y,z,t\n" + "".join(f"{p.replace(' ', ',')},層 é\n" for p in POINTS.splitlines())
     path = write(text, "层理 é.csv")
     assert run("fit", path, "--by", "t", "--json").json["planes"][0]["id"] == "層 é"
+
+
+@pytest.mark.parametrize(
+    ("words", "field"),
+    [
+        (["fit", "a", "--wrong", "3"], "--wrong 3"),
+        (["fit"], "POINTS"),
+        (["export", "a", "-o", "b"], "--to"),
+        (["fit", "a", "--method", "magic"], "--method"),
+    ],
+)
+def test_a_wrong_word_is_the_field_of_the_error(run, words: list[str], field: str) -> None:
+    assert run(*words, "--json").json["error"]["field"] == field
+
+
+def test_a_project_that_cannot_do_it_is_the_file_of_the_error(run, tmp_path: Path) -> None:
+    with vs.Project.create(tmp_path / "empty.vom"):
+        pass
+    for action in ("undo", "redo", "repair"):
+        error = run("project", tmp_path / "empty.vom", action, "--json").json["error"]
+        assert error["file"] == str(tmp_path / "empty.vom")
+
+
+def test_the_home_folder_may_be_written_short(
+    run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    write(POINTS)
+    assert run("fit", "~/in.csv", "--output=~/planes.csv", "--json").code == 0
+    assert (tmp_path / "planes.csv").is_file()
+    assert len(vs.read_orientations("~/planes.csv")) == 1
+    # A folder that is really called so is meant by its name.
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "~").mkdir()
+    (tmp_path / "~" / "in.csv").write_text("x,y,z\n")
+    assert str(Path("~") / "in.csv") in run("fit", "~/in.csv").said
 
 
 @pytest.mark.parametrize("command", ["fit", "stats", "fold"])

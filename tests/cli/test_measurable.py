@@ -111,5 +111,5 @@ def test_python_has_the_same_figures(run, corner: Path) -> None:
     assert found.shares == pytest.approx(ran.json["shares"])
     values = found.as_fields()["expected_error95_deg"]
     assert len(values) == len(model.points)
-    with pytest.raises(vs.errors.UsageError):
+    with pytest.raises(vs.errors.VomError):
         vs.measurable(model, (0, 100))

@@ -150,5 +150,5 @@ def test_the_shaded_zone_holds_the_critical_poles_and_no_others() -> None:
 
 @pytest.mark.parametrize("face", [(100,), 100, (100, 70, 3), ("east", 70), (100, 120), (100, 0)])
 def test_a_face_that_is_none_is_refused_by_the_interface(face) -> None:
-    with pytest.raises((vs.errors.UsageError, vs.errors.GeometryError)):
+    with pytest.raises((vs.errors.InputError, vs.errors.UsageError, vs.errors.GeometryError)):
         vs.slope(([90], [45]), face, 30)

@@ -152,3 +152,16 @@ def test_intersections_need_two_planes_and_not_too_many(run, write, tmp_path) ->
     many = run("stereonet", write("dipdir,dip\n" + rows), "-o", net, "--intersections")
     assert many.code == 2
     assert "400" in many.said
+
+
+def test_sets_have_the_colours_that_are_asked_for(run, write, tmp_path) -> None:
+    table = write("dipdir,dip,kind\n" + "100,40,Bed A\n102,41,Bed A\n98,42,Bed A\n200,70,joint\n")
+    for command in ("stereonet", "rose"):
+        out = tmp_path / f"{command}.svg"
+        words = [command, table, "-o", out, "--set", "kind"]
+        ran = run(*words, "--color", "Bed A=#abcdef", "--font-size", 7)
+        assert ran.code == 0, ran.err
+        assert "#abcdef" in out.read_text("utf-8") or command == "rose"
+        for wrong in ("Bed A=blue", "Bed B=#abcdef", "#abcdef"):
+            assert run(*words, "--force", "--color", wrong).code == 2
+    assert run("rose", table, "-o", tmp_path / "r.svg", "--width", 5).code == 2

@@ -122,7 +122,8 @@ def test_a_face_of_that_attitude_exposes_the_plane_as_a_patch() -> None:
     assert found.patch_deg[row] == pytest.approx(wanted, rel=1e-6)
     assert found.patches[row] == 0
     wall = at(found, axis(1, 2, 1))
-    assert np.isnan(found.patch_deg[wall]) and found.patches[wall] == -1
+    assert np.isnan(found.patch_deg[wall])
+    assert found.patches[wall] == -1
 
 
 def test_a_patch_under_ten_resolutions_tells_nothing() -> None:

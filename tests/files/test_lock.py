@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
 import sqlite3
 import subprocess
@@ -72,3 +73,25 @@ def test_a_lock_that_cannot_be_made_says_why(tmp_path: Path) -> None:
     (tmp_path / "lock").mkdir()
     with pytest.raises(TargetError, match="cannot be written"):
         ProjectLock(tmp_path / "lock")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "CREATE TRIGGER t AFTER INSERT ON holder BEGIN INSERT INTO holder SELECT k, k FROM"
+        " (WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM n) SELECT k FROM n); END",
+        "CREATE INDEX i ON holder (length(host))",
+        "CREATE TABLE other (a)",
+    ],
+)
+def test_a_lock_with_a_program_in_it_is_made_anew(tmp_path: Path, words: str) -> None:
+    path = tmp_path / "lock"
+    ProjectLock(path).release()
+    with contextlib.closing(sqlite3.connect(path)) as db, db:
+        db.execute(words)
+    lock = ProjectLock(path)
+    with pytest.raises(InputError, match="open in another window"):
+        ProjectLock(path)
+    lock.release()
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        assert len(db.execute("SELECT * FROM sqlite_master").fetchall()) == 1

@@ -246,6 +246,74 @@ def content(path: Path) -> Any:
             return dataset.tags(), str(dataset.crs), dataset.transform, dataset.read().tobytes()
 
 
+# --- folders full of results ------------------------------------------------------------------
+FOLDERS = {
+    "demo": "demo --without-photos -o {out}/made",
+    "reconstruct": "reconstruct {specimens}/photos -o {out}/made --quality preview --threads 1",
+}
+"""What fills a folder of its own, where finished parts may stay for the next try."""
+
+
+_CALLS_OF_A_WORKER = 400
+
+
+class Filling:
+    """A command that fills a folder, on a disk that fails; and again once the disk is well."""
+
+    def __init__(self, kind: str, places: dict[str, str], out: Path) -> None:
+        self.label, self.out = kind, out
+        self.words = FOLDERS[kind].format(**places, out=out).split()
+        self._clear()
+        with faulty_disk.fail(out, 0, 0, goes_on=False):
+            code, _, shown = run_command(self.words)
+            self.calls = faulty_disk.calls()
+        assert code == 0, shown
+        if not self.calls:
+            # A worker process writes, and counts by itself: as many as a small set takes.
+            self.calls = _CALLS_OF_A_WORKER
+        self.made = self._names()
+
+    def _clear(self) -> None:
+        shutil.rmtree(self.out, ignore_errors=True)
+        self.out.mkdir(parents=True)
+
+    def _names(self) -> set[str]:
+        """Of what is for people; intermediate results are named by what they were made of."""
+        names = {str(p.relative_to(self.out)) for p in self.out.rglob("*") if p.is_file()}
+        return {n for n in names if "/work/" not in n and "/cache/" not in n}
+
+    def trial(self, at: int, number: int, *, goes_on: bool, over: bool) -> str:
+        """over : it is tried again after the fault, in the same folder"""
+        self._clear()
+        with faulty_disk.fail(self.out, at, number, goes_on=goes_on):
+            code, result, shown = run_command(self.words)
+            met = faulty_disk.calls() >= at
+        half = [
+            p.name for p in self.out.rglob("*") if p.name.endswith(".part") or ".vom-" in p.name
+        ]
+        if half:
+            return f"LEFT {sorted(half)}: {shown[-200:]}"
+        if code == 0:
+            if self._names() != self.made:
+                return f"OTHER FILES {sorted(self._names() ^ self.made)}"
+            return "got over" if met else "not met"
+        if code != 2:
+            return f"EXIT CODE {code}: {shown[-300:]}"
+        error = result.get("error", {})
+        said = f"{error.get('file', '')} {error.get('message', '')}"
+        if str(self.out) not in said or ".vom-" in said:
+            return f"TARGET NOT NAMED: {said}"
+        if number in CAUSES and CAUSES[number] not in said and goes_on:
+            return f"CAUSE NOT NAMED: {said}"
+        if over:
+            code, _, shown = run_command(self.words)
+            if code != 0:
+                code, _, shown = run_command([*self.words, "--force"])
+            if code != 0 or self._names() != self.made:
+                return f"NOT MADE AGAIN ({code}): {shown[-300:]}"
+        return "said"
+
+
 # --- projects ---------------------------------------------------------------------------------
 def state_of(folder: Path) -> tuple[Any, ...]:
     from vomstudio.io.project.journal import read_replay
@@ -379,7 +447,7 @@ def each_fails(folder: Path) -> dict[str, list[str]]:
     return found
 
 
-KINDS = ("save", "save-as", "compact", *COMMANDS)
+KINDS = ("save", "save-as", "compact", *COMMANDS, *FOLDERS)
 
 
 def campaign(kind: str, faults: int, seed: int) -> tuple[Counter[str], list[str]]:
@@ -394,11 +462,13 @@ def campaign(kind: str, faults: int, seed: int) -> tuple[Counter[str], list[str]
         folder = Path(made).resolve()
         places = prepare(folder / "in")
         out = folder / "out"
-        works: list[Command] | list[Work] = (
-            [Command(template, places, out) for template in COMMANDS[kind]]
-            if kind in COMMANDS
-            else [Work(kind, places, out)]
-        )
+        works: list[Command] | list[Work] | list[Filling]
+        if kind in COMMANDS:
+            works = [Command(template, places, out) for template in COMMANDS[kind]]
+        elif kind in FOLDERS:
+            works = [Filling(kind, places, out)]
+        else:
+            works = [Work(kind, places, out)]
         for fault in range(faults):
             work = works[fault % len(works)]
             at = chance.randint(1, max(work.calls, 1))

@@ -1,18 +1,22 @@
-"""Files of every kind that is read, sound ones made by our own writers, bent and swollen.
+"""Files of every kind that is read (`kinds`), bent and swollen; what reaches new lines of the
+program is kept and bent further.
 
-    python -m tests.fuzz.readers --files 10000 [--seed N] [--only WORD]
+    python -m tests.fuzz.readers --files 10000 [--seed N] [--only WORD] [--guided] [--reached DIR]
 
 Each file is read in a process with little memory and little time. What ends in an error that is
 none of ours, takes too long or too much, or is refused without naming the file, is printed, and is
 kept in a folder that is named at the end; the exit code is then 1. `corpus` holds those that once
 did; they are read before all others.
+
+With `--guided` each file is read a second time while it is noted which lines of `vomstudio` run
+(sys.settrace): a file that reaches a line which none before it has reached is kept, in memory and
+in the folder `--reached`, and chosen again and again to be bent. `corpus/reached` holds such files
+of earlier runs, with which every run begins.
 """
 
 from __future__ import annotations
 
 import argparse
-import io
-import json
 import multiprocessing
 import random
 import resource
@@ -20,113 +24,33 @@ import shutil
 import struct
 import sys
 import tempfile
+import threading
 import time
 import traceback
+import types
 import zlib
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+from tests.fuzz.kinds import READERS, Files, seeds
 
 CORPUS = Path(__file__).with_name("corpus")
+REACHED = CORPUS / "reached"
+PACKAGE = str(Path(__file__).resolve().parents[2] / "vomstudio")
 LONGEST_S = 5.0
 FREE_BYTES = 500 << 20
+_TRACED_S = 0.3
+"""What took longer is not read again to see which lines it reaches."""
 _TOKENS = [
     b"\0", b"\xff", b"\xff\xff\xff\xff", b"\x7f\xff\xff\xff", b"\0\0\0\x80", b"-1", b"1e999",
-    b"nan",
+    b"nan", b"null", b"Infinity", b"true", b"\\u0000", b"&a;", b"=", b"\t", b";",
     b"99999999999999999999", b"\n", b" ", b",", b"'", b'"', b"[", b"{", b"<", b">", b"/", b"../",
     b"%",
     b"4294967295", b"0", b"\xed\xa0\x80", b"\xef\xbb\xbf",
 ]  # fmt: skip
-
-
-# --- seeds ------------------------------------------------------------------------------------
-def seeds() -> dict[str, bytes]:
-    """Small sound files by their names: models, tables, photos, control, cameras, settings, XMP."""
-    with tempfile.TemporaryDirectory() as place:
-        found = {**_models(Path(place)), **_pictures(), **_texts()}
-    return found
-
-
-def _models(folder: Path) -> dict[str, bytes]:
-    from vomstudio.geometry.cloud import PointCloud
-    from vomstudio.geometry.mesh import Mesh
-    from vomstudio.io.models.writing import write_model
-
-    chance = np.random.default_rng(1)
-    x, y = (a.ravel() for a in np.meshgrid(np.arange(8.0), np.arange(8.0)))
-    points = np.column_stack([x, y, chance.random(64)]) + [500000.0, 5200000.0, 800.0]
-    corner = np.array([i for i in range(55) if i % 8 < 7])
-    faces = np.concatenate(
-        [
-            np.stack([corner, corner + 1, corner + 8], 1),
-            np.stack([corner + 1, corner + 9, corner + 8], 1),
-        ]
-    ).astype(np.int32)
-    mesh = Mesh(points, faces)
-    cloud = PointCloud(points, chance.integers(0, 255, (64, 3)).astype(np.uint8))
-    for name in ("a.obj", "a.ply", "a.glb"):
-        write_model(mesh, "EPSG:32632", folder / name)
-    for name in ("b.las", "b.laz", "b.xyz", "b.ply"):
-        write_model(cloud, "EPSG:32632", folder / name)
-    found = {p.name: p.read_bytes() for p in folder.iterdir() if p.suffix not in (".prj", ".txt")}
-    triangles = b"".join(
-        struct.pack("<12fH", 0, 0, 1, *(points[f] - points[0]).ravel(), 0) for f in faces
-    )
-    found["a.stl"] = bytes(80) + struct.pack("<I", len(faces)) + triangles
-    import rasterio
-    from rasterio import Affine
-
-    with rasterio.open(
-        folder / "c.tif", "w", driver="GTiff", width=16, height=16, count=1, dtype="float32",
-        crs="EPSG:32632", transform=Affine(1, 0, 500000, 0, -1, 5200000), compress="deflate",
-    ) as file:  # fmt: skip
-        file.write(chance.random((1, 16, 16), np.float32))
-    return found | {"c.tif": (folder / "c.tif").read_bytes()}
-
-
-def _pictures() -> dict[str, bytes]:
-    from PIL import Image
-
-    made = {}
-    pixels = np.random.default_rng(2).integers(0, 255, (24, 32, 3)).astype(np.uint8)
-    xmp = (
-        b'<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf='
-        b'"http://www.w3.org/1999/02/22-rdf-syntax-ns#"><rdf:Description xmlns:drone-dji='
-        b'"http://www.dji.com/drone-dji/1.0/" drone-dji:GimbalYawDegree="10.5" '
-        b'drone-dji:GimbalPitchDegree="-30.0"/></rdf:RDF></x:xmpmeta>'
-    )
-    exif = Image.Exif()
-    exif[0x010F], exif[0x0110], exif[0x0112] = "DJI", "FC3582", 6
-    exif.get_ifd(0x8769).update({0x920A: 6.72, 0xA405: 24})
-    exif.get_ifd(0x8825).update({1: "N", 2: (46.0, 30.0, 1.5), 3: "E", 4: (7.0, 0.0, 1.0)})
-    for name, kind in (("p.jpg", "JPEG"), ("p.png", "PNG"), ("p.tiff", "TIFF")):
-        stream = io.BytesIO()
-        options = {} if kind == "PNG" else {"xmp": xmp}
-        Image.fromarray(pixels).save(stream, kind, exif=exif, **options)
-        made[name] = stream.getvalue()
-    return made
-
-
-def _texts() -> dict[str, bytes]:
-    lens = {"model": "PINHOLE", "width": 40, "height": 30, "params": [40.0, 40.0, 20.0, 15.0]}
-    view = {"name": "p.jpg", "rotation": np.eye(3).tolist(), "translation": [0.0, 0.0, 5.0], **lens}
-    cameras = {
-        "format": "vomstudio cameras", "version": 1, "crs": None, "scaled": True,
-        "origin": [0, 0, 0], "photos": ".", "views": [view],
-    }  # fmt: skip
-    return {
-        "t.csv": b'id,strike,dip,set,note\n1,30,45,S0,a\n2,120,60,S0,"b, c"\n3,211.5,88,J1,\'=d\n',
-        "control.csv": b"label,x,y,z,sigma,use\na,500000,5200000,800,0.02,control\n"
-        b"b,500010,5200000,801,0.02,check\n",
-        "marks.csv": b"label,photo,x,y\na,p.jpg,10.5,11\nb,p.jpg,20,3.25\n",
-        "gcp_list.txt": b"EPSG:32632\n500000 5200000 800 10 11 p.jpg a\n"
-        b"500010 5200000 801 3 4 p.jpg b\n",
-        "cameras.json": json.dumps(cameras).encode(),
-        "settings.toml": b"[measuring]\nmethod = 'pca'\n",
-        "d.xml": b"<document><chunks/></document>",
-    }
+Lines = frozenset[tuple[str, int]]
 
 
 # --- bending ----------------------------------------------------------------------------------
@@ -162,40 +86,18 @@ def mutated(data: bytes, others: list[bytes], chance: random.Random) -> bytes:
 
 
 # --- reading ----------------------------------------------------------------------------------
-def _read(path: Path) -> None:
-    from vomstudio.io.control.control_files import read_control
-    from vomstudio.io.models.opening import read_model
-    from vomstudio.io.photos.cameras_file import read_cameras
-    from vomstudio.io.photos.pixels import thumbnail
-    from vomstudio.io.photos.reading import read_photo
-    from vomstudio.io.settings import read_settings
-    from vomstudio.io.text.orientation_reading import read_orientations
-
-    name, ending = path.name, path.suffix
-    if ending in (".jpg", ".png", ".tiff"):
-        read_photo(path)
-        thumbnail(path)
-    elif name == "cameras.json":
-        read_cameras(path)
-    elif name == "t.csv":
-        read_orientations(path)
-    elif name == "settings.toml":
-        read_settings(path)
-    elif ending in (".csv", ".txt", ".xml") and name != "b.xyz":
-        read_control(path)
-    else:
-        read_model(path)
-
-
-def _outcome(path: Path) -> str:
+def _outcome(kind: str, folder: Path) -> str:
     from vomstudio.errors import VomError
 
+    main, read = READERS[kind]
+    names = {path.name for path in folder.rglob("*")} | {folder.name}
     begun = time.monotonic()
     try:
-        _read(path)
+        read(folder / main)
         found = "read"
     except VomError as error:
-        found = "refused" if path.name in str(error) else f"REFUSED WITHOUT ITS NAME: {error}"
+        named = any(name in str(error) for name in names)
+        found = "refused" if named else f"REFUSED WITHOUT ITS NAME: {error}"
     except MemoryError:
         found = "TOO MUCH MEMORY"
     except Exception as error:  # noqa: BLE001 - that is what is looked for
@@ -207,14 +109,48 @@ def _outcome(path: Path) -> str:
     return found if spent < LONGEST_S else f"TOOK {spent:.0f} s"
 
 
-def _serve(link) -> None:  # type: ignore[no-untyped-def]
+def _lines_of(kind: str, folder: Path) -> Lines:
+    """Lines of the program that run while the file is read."""
+    found: set[tuple[str, int]] = set()
+
+    def trace(frame: types.FrameType, event: str, argument: object) -> Any:
+        name = frame.f_code.co_filename
+        if not name.startswith(PACKAGE):
+            return None
+        short = name[len(PACKAGE) + 1 :]
+
+        def line(frame: types.FrameType, event: str, argument: object) -> Any:
+            if event == "line":
+                found.add((short, frame.f_lineno))
+            return line
+
+        return line
+
+    threading.settrace(trace)
+    sys.settrace(trace)
+    try:
+        _outcome(kind, folder)
+    finally:
+        sys.settrace(None)
+        threading.settrace(None)  # type: ignore[arg-type]
+    return frozenset(found)
+
+
+def _serve(link: Any) -> None:
     """Reads what it is told to, until it is told nothing."""
-    while (path := link.recv()) is not None:
-        held = _held()
-        limit = held + FREE_BYTES + 20 * path.stat().st_size
+    known: set[tuple[str, int]] = set()
+    while (asked := link.recv()) is not None:
+        kind, folder, traced = asked
+        size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+        limit = _held() + FREE_BYTES + 20 * size
         resource.setrlimit(resource.RLIMIT_DATA, (limit, resource.RLIM_INFINITY))
-        link.send(_outcome(path))
+        begun = time.monotonic()
+        outcome = _outcome(kind, folder)
+        quick = time.monotonic() - begun < _TRACED_S
+        new = _lines_of(kind, folder) - known if traced and quick else frozenset()
+        known |= new
         resource.setrlimit(resource.RLIMIT_DATA, (resource.RLIM_INFINITY,) * 2)
+        link.send((outcome, new))
 
 
 def _held() -> int:
@@ -239,13 +175,15 @@ class Reader:
         theirs.close()
         self._fresh = True
 
-    def outcome(self, path: Path) -> str:
-        self._link.send(path)
+    def outcome(self, kind: str, folder: Path, *, traced: bool = False) -> tuple[str, Lines]:
+        """What became of the file, and lines that this process has not run before."""
+        self._link.send((kind, folder, traced))
         try:
             # The first file of a process waits for imports.
             if self._link.poll(LONGEST_S * (12 if self._fresh else 4)):
                 self._fresh = False
-                return str(self._link.recv())
+                outcome, lines = self._link.recv()
+                return str(outcome), lines
             said = "HANGS"
         except (EOFError, OSError):
             self._process.join()
@@ -253,68 +191,136 @@ class Reader:
         self._process.kill()
         self._process.join()
         self._start()
-        return said
+        return said, frozenset()
 
     def close(self) -> None:
         self._process.kill()
         self._process.join()
 
 
+class Pool:
+    """Files by kind, those that reached new lines among them."""
+
+    def __init__(self, sound: dict[str, Files], chance: random.Random) -> None:
+        self._all = {kind: [files] for kind, files in sound.items()}
+        self._chance = chance
+        self._pieces = [data for files in sound.values() for data in files.values()]
+        self.lines: set[tuple[str, int]] = set()
+        self.kept = 0
+
+    def bent(self) -> tuple[str, str, Files]:
+        """Kind, the name of the file that was bent, and all files."""
+        chance = self._chance
+        kind = chance.choice(list(self._all))
+        known = self._all[kind]
+        # The latest have reached what is hardest to reach.
+        files = known[-1 - min(int(chance.expovariate(0.2)), len(known) - 1)]
+        name = chance.choice([READERS[kind][0], *files])
+        return kind, name, {**files, name: mutated(files[name], self._pieces, chance)}
+
+    def learn(self, kind: str, files: Files, lines: Lines) -> bool:
+        """Whether lines are new; then the files are bent further."""
+        if not lines - self.lines:
+            return False
+        self.lines |= lines
+        if sum(map(len, files.values())) < 1 << 20:
+            self._all[kind].append(files)
+            self.kept += 1
+        return True
+
+
+def kept_files(sound: dict[str, Files], folder: Path) -> list[tuple[str, str, Files]]:
+    """Kind, name and files of those in a corpus; a name tells the file that was bent."""
+    found = []
+    for path in sorted(folder.glob("*-*")):
+        name = path.name.partition("-")[2].replace("~", "/")
+        for kind, files in sound.items():
+            if name in files:
+                found.append((kind, name, {**files, name: path.read_bytes()}))
+    return found
+
+
 def campaign(
-    count: int, seed: int, *, only: str = "", keep: Callable[[str, bytes], None] | None = None
-) -> tuple[Counter[str], list[str]]:
+    count: int,
+    seed: int,
+    *,
+    only: str = "",
+    guided: bool = False,
+    keep: Callable[[str, bytes], None] | None = None,
+    reached: Callable[[str, bytes], None] | None = None,
+) -> tuple[Counter[str], list[str], Pool]:
     """How many files were read and refused, and a line for each that did what none may do."""
-    sound = {name: data for name, data in seeds().items() if only in name}
-    names, counts, wrong = sorted(sound), Counter[str](), list[str]()
+    everything = seeds()
+    sound = {kind: files for kind, files in everything.items() if only in kind}
+    counts, wrong = Counter[str](), list[str]()
+    pool = Pool(sound, random.Random(f"readers {seed}"))
+    given = [(kind, READERS[kind][0], files) for kind, files in sound.items()]
+    given += kept_files(sound, CORPUS) + (kept_files(sound, REACHED) if guided else [])
     reader = Reader()
     try:
-        with tempfile.TemporaryDirectory() as place:
-            given = [(p.name.partition("-")[2], p.read_bytes()) for p in sorted(CORPUS.glob("*"))]
-            given += [(name, sound[name]) for name in names]
+        with tempfile.TemporaryDirectory() as made:
             for number in range(len(given) + count):
-                if number < len(given):
-                    name, data = given[number]
-                else:
-                    chance = random.Random(f"{seed} {number - len(given)}")
-                    name = chance.choice(names)
-                    data = mutated(sound[name], list(sound.values()), chance)
-                path = Path(place) / name
-                path.write_bytes(data)
-                found = reader.outcome(path)
-                path.unlink(missing_ok=True)
+                bent = number >= len(given)
+                kind, name, files = pool.bent() if bent else given[number]
+                place = Path(made) / f"f{number}.vom"
+                _lay(files, place)
+                found, lines = reader.outcome(kind, place, traced=guided)
+                shutil.rmtree(place)
                 counts[found if found.islower() else "wrong"] += 1
+                unique = f"{zlib.crc32(files[name]):08x}-{name.replace('/', '~')}"
+                if pool.learn(kind, files, lines) and bent and reached is not None:
+                    reached(unique, files[name])
                 if not found.islower():
-                    wrong.append(f"{number} {name} ({len(data)} bytes): {found}")
+                    wrong.append(f"{number} {kind}: {name} ({len(files[name])} bytes): {found}")
                     if keep is not None:
-                        keep(f"{zlib.crc32(data):08x}-{name}", data)
+                        keep(unique, files[name])
     finally:
         reader.close()
-    return counts, wrong
+    return counts, wrong, pool
+
+
+def _lay(files: Files, place: Path) -> None:
+    for name, data in files.items():
+        (place / name).parent.mkdir(parents=True, exist_ok=True)
+        (place / name).write_bytes(data)
+
+
+def _put_into(folder: Path) -> Callable[[str, bytes], None]:
+    def put(name: str, data: bytes) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+
+    return put
+
+
+def _told(counts: Counter[str], wrong: Collection[str], pool: Pool, spent_s: float) -> None:
+    print(f"{sum(counts.values())} files in {spent_s:.0f} s: {dict(counts)}")
+    if pool.lines:
+        print(f"{len(pool.lines)} lines reached; {pool.kept} files reached a new one")
+    for line in wrong:
+        print("  ", line)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--files", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", default="", help="part of a seed's name")
+    parser.add_argument("--only", default="", help="part of a kind's name")
+    parser.add_argument("--guided", action="store_true", help="bend what reaches new lines further")
+    parser.add_argument("--reached", type=Path, help="folder for files that reach new lines")
     asked = parser.parse_args()
     kept = Path(tempfile.mkdtemp(prefix="vom-fuzz-"))
     begun = time.monotonic()
-    counts, wrong = campaign(
-        asked.files, asked.seed, only=asked.only, keep=lambda n, d: _keep(kept / n, d)
-    )
-    print(f"{sum(counts.values())} files in {time.monotonic() - begun:.0f} s: {dict(counts)}")
-    for line in wrong:
-        print("  ", line)
+    counts, wrong, pool = campaign(
+        asked.files, asked.seed, only=asked.only, guided=asked.guided, keep=_put_into(kept),
+        reached=_put_into(asked.reached) if asked.reached else None,
+    )  # fmt: skip
+    _told(counts, wrong, pool, time.monotonic() - begun)
     if wrong:
         print("kept in", kept)
     else:
         shutil.rmtree(kept)
     return min(len(wrong), 1)
-
-
-def _keep(path: Path, data: bytes) -> None:
-    path.write_bytes(data)
 
 
 if __name__ == "__main__":

@@ -14,10 +14,18 @@ pytestmark = pytest.mark.skipif(
 
 
 def test_bent_files_are_read_or_refused_by_name() -> None:
-    counts, wrong = readers.campaign(150, seed=7)
+    counts, wrong, _ = readers.campaign(250, seed=7)
     assert wrong == []
     assert counts["read"] > 20  # the sound ones are sound
     assert counts["refused"] > 20
+
+
+def test_files_that_reach_new_lines_are_bent_further() -> None:
+    counts, wrong, pool = readers.campaign(60, seed=7, only="control", guided=True)
+    assert wrong == []
+    assert sum(counts.values()) >= 61
+    assert any("control" in file for file, _ in pool.lines)
+    assert pool.kept > 1
 
 
 def test_single_bits_change_no_figure_silently() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, get_type_hints
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from vomstudio.errors import WorkerError
@@ -88,3 +89,19 @@ def test_every_job_asks_and_answers_in_frozen_dataclasses(name: str) -> None:
         assert is_dataclass(cls)
         assert cls.__dataclass_params__.frozen  # type: ignore[attr-defined]
         assert set(get_type_hints(cls)) >= {field.name for field in fields(cls)}
+
+
+def test_a_small_array_crosses_and_what_is_not_finite_in_it_does_not() -> None:
+    sent = Turned(np.array([[1.0, 2.5], [-3.0, 1e-9]]))
+    there = serialisation.decode(Turned, json.loads(json.dumps(serialisation.encode(sent))))
+    assert there.matrix.dtype == np.float64
+    assert np.array_equal(there.matrix, sent.matrix)
+    with pytest.raises(WorkerError, match="matrix"):
+        serialisation.encode(Turned(np.array([[1.0, np.nan]])))
+    with pytest.raises(WorkerError, match="matrix"):
+        serialisation.decode(Turned, {"matrix": [[1.0], "x"]})
+
+
+@dataclass(frozen=True, eq=False)
+class Turned:
+    matrix: npt.NDArray[np.float64]

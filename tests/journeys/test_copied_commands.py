@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +19,8 @@ from vomstudio.cli.common.entry import main
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Model
+from vomstudio.document.records import FeatureType, Model
+from vomstudio.products.net.figure_style import FigureStyle
 from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
 from vomstudio.ui.analyse.sets_panel import SetsPanel
 from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
@@ -118,6 +120,26 @@ def test_the_net(window, model_id, told) -> None:
     line = QGuiApplication.clipboard().text()
     assert "linear_kamb" in line
     assert (found["image"]).endswith(".svg")
+
+
+def test_the_style_of_the_net_goes_with_it(window, model_id, told) -> None:
+    """Sizes, and the colours of types as figures have them; of a net and of roses."""
+    studio = window.studio
+    (joint,) = (t for t in studio.session.of(FeatureType) if t.id == "joint")
+    style = FigureStyle(90.0, 80.0, "DejaVu Serif", 7.0, 6.0, 1.2, False, {joint.color: "#123456"})
+    studio.settings.figure_style = style.to_keep()
+    studio.keep_settings()
+    press(window.net.command)
+    image = Path(told()["image"]).read_text("utf-8")
+    assert "#123456" in image
+    assert 'width="255.1' in image
+    assert "DejaVu Serif" in image
+    window.net.wishes.show_view("strike", "area")
+    press(window.net.command)
+    image = Path(told()["image"]).read_text("utf-8")
+    assert 'width="255.1' in image
+    line = QGuiApplication.clipboard().text()
+    assert "joint=#123456" in line
 
 
 @pytest.mark.parametrize("part", ["whole", "seen"])

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import json
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog
 from scipy.spatial.transform import Rotation
 
 from tests import driver
+from vomstudio.cli.common.entry import main
 from vomstudio.document import edits
 from vomstudio.document.records import Model, Registration
 from vomstudio.geometry import transform
@@ -77,7 +82,9 @@ def seen(view: PickingView, places: np.ndarray) -> np.ndarray:
     )
 
 
-def test_points_in_both_then_the_surfaces(window, outcrop, moved, picks) -> None:
+def test_points_in_both_then_the_surfaces(
+    window, outcrop, moved, picks, tmp_path, monkeypatch, capfd
+) -> None:
     driver.open_outcrop(window, outcrop)
     studio = window.studio
     dialog = dialog_of(window, moved)
@@ -120,6 +127,25 @@ def test_points_in_both_then_the_surfaces(window, outcrop, moved, picks) -> None
     assert dialog.fit.text() == "Stop"
     driver.wait(lambda: dialog.fitted is not None, "the fit", 60.0)
     driver.keep_picture(dialog, "fit-done")
+    pairs = tmp_path / "pairs.csv"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(pairs), ""))
+    driver.click(dialog.copy, dialog.copy.rect().center())
+    program, *arguments = shlex.split(QGuiApplication.clipboard().text())
+    assert program == "vomstudio"
+    capfd.readouterr()
+    assert main([*arguments, "--json"]) == 0
+    told = np.array(json.loads(capfd.readouterr().out)["matrix"])
+    shown = np.array(dialog.fitted.placed.matrix)
+    far = np.abs(transform.apply(told, places) - transform.apply(shown, places)).max()
+    # The file states no unit, which was declared in the window: the command finds the scale too.
+    assert far < 0.03
+    dialog.stable.which.setCurrentIndex(1)
+    dialog.stable.changed.emit()
+    assert "polygons" in dialog.copy.toolTip()
+    dialog.stable.which.setCurrentIndex(0)
+    dialog.stable.changed.emit()
+    driver.click(dialog.fit, dialog.fit.rect().center())
+    driver.wait(lambda: dialog.fitted is not None, "the fit again", 60.0)
     said = dialog.said.text()
     assert "Fitted to the reference" in said
     assert "95 %" in said
@@ -241,3 +267,54 @@ def test_the_error_of_what_it_was_fitted_to_is_carried_on(window, outcrop, tmp_p
     # What is measured on it carries that.
     turned = np.array(made.to_world())[:3, :3]
     assert np.degrees(Rotation.from_matrix(turned @ turn).magnitude()) < 0.05
+
+
+def test_a_cloud_of_what_has_not_moved_is_the_mask(window, outcrop, tmp_path) -> None:
+    """Half of the reference has slid since: near a cloud of the other half the fit is right, by all
+    of the reference it is not."""
+    driver.open_outcrop(window, outcrop)
+    mesh = read_model(outcrop).data
+    there = moved_places(mesh.vertices)
+    slid = mesh.vertices[:, 0] > np.median(mesh.vertices[:, 0])
+    gone = there.copy()
+    gone[slid] += [0.25, -0.6, -0.45]
+    reference = tmp_path / "after.ply"
+    write_model(replace(mesh, vertices=gone), None, reference)
+    # Of the stable half, denser than its vertices.
+    corners = there[mesh.faces[~slid[mesh.faces].any(axis=1)]]
+    shares = np.random.default_rng(1).dirichlet([1.0, 1.0, 1.0], (len(corners), 12))
+    cloud = np.einsum("fkc,fcx->fkx", shares, corners).reshape(-1, 3)
+    mask = tmp_path / "stable.xyz"
+    mask.write_text("\n".join(f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in cloud.tolist()) + "\n")
+
+    dialog = dialog_of(window, reference)
+    rng = np.random.default_rng(2)
+    rows = np.flatnonzero(~slid)
+    for i in rng.choice(rows, 9, replace=False):
+        dialog.here.picked.emit(mesh.vertices[i])
+        dialog.there.picked.emit(there[i] + rng.normal(0.0, 0.05, 3))
+
+    def turned() -> float:
+        driver.click(dialog.fit, dialog.fit.rect().center())
+        driver.wait(lambda: dialog.fit.text() != "Stop", "its end", 60.0)
+        assert dialog.fitted is not None, dialog.said.text()
+        placed = dialog.fitted.placed
+        return float(np.degrees(Rotation.from_matrix(
+            placed.matrix[:3, :3] / placed.scale @ TURN.T
+        ).magnitude()))  # fmt: skip
+
+    by_all = turned()
+    which = dialog.stable.which
+    which.setCurrentIndex(which.count() - 1)
+    which.activated.emit(which.count() - 1)
+    assert not dialog.fit.isEnabled()
+    assert "what has not moved" in dialog.fit.toolTip()
+    dialog.stable.stable_model.take(mask)
+    driver.wait(dialog.fit.isEnabled, "the mask")
+    driver.keep_picture(dialog, "fit-stable-cloud")
+    by_stable = turned()
+    driver.keep_picture(dialog, "fit-stable-done")
+    assert by_stable < 0.1
+    assert by_stable < 0.3 * by_all
+    driver.click(dialog.register, dialog.register.rect().center())
+    assert driver.model(window).registration.method == "reference"

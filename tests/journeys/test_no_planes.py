@@ -128,7 +128,7 @@ def test_a_contact_line_follows_the_contact(opened, picks):
 
 def test_a_rock_area_is_measured_on_the_surface(opened):
     window, studio = opened, opened.studio
-    key(window, Qt.Key.Key_K)
+    key(window, Qt.Key.Key_R, SHIFT)
     panel = driver.tool_panel(window, LithologyPanel)
     panel.lithology_box.setCurrentIndex(panel.lithology_box.findData("sandstone"))
     panel.lithology_box.activated.emit(panel.lithology_box.currentIndex())

@@ -431,7 +431,7 @@ def test_the_legend_draws_lines_as_they_are_on_the_net() -> None:
     assert found[pi].get_linestyle() == "--"
     assert len(found) == 5
     assert sum(line.get_linestyle() == "-" for line in found.values()) == 4
-    mean = words["Open symbol: axial mean"]
+    mean = words["Open symbol: Fisher mean"]
     (mark,) = [
         line for line in artists.axes.lines
         if len(line.get_xydata()) == 1 and abs(line.get_ydata()[0] - mean[1]) < 1e-9

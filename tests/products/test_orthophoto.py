@@ -550,7 +550,7 @@ def test_a_view_to_the_north_is_toward_0_and_never_360(tmp_path: Path, trend: fl
     assert 0.0 <= view.trend_deg < 360.0
     assert 0.0 <= view.flipped().flipped().trend_deg < 360.0
     words = direction_in_words(view)
-    assert words == "View toward 000.0/30.0 (trend/plunge, deg), as given"
+    assert words == "View toward 000.0/30.0 (trend/plunge, °), as given"
     south = view_directions.view_along_line(trend + 180.0, -30.0)
     assert 0.0 <= south.flipped().trend_deg < 360.0
     both = {"trend_deg": trend % 360.0, "plunge_deg": 7.0}

@@ -283,19 +283,3 @@ def test_the_ending_says_the_format() -> None:
     with pytest.raises(UsageError, match=r"\.png, \.jpg or \.pdf") as caught:
         format_of("a.gif")
     assert caught.value.field == "--sheet"
-
-
-def test_a_sheet_in_pdf_has_letters_that_can_be_read_on_paper(tmp_path: Path) -> None:
-    """They are 14 pixels high: not less than 6 points, and not as large as a heading."""
-    import re
-
-    draw_sheet(
-        tmp_path / "s.png", np.full((300, 700, 4), 99, np.uint8), 0.01, view_along_line(0, 0)
-    )
-    draw_sheet(
-        tmp_path / "s.pdf", np.full((300, 700, 4), 99, np.uint8), 0.01, view_along_line(0, 0)
-    )
-    (box,) = re.findall(rb"/MediaBox \[([^]]*)\]", (tmp_path / "s.pdf").read_bytes())
-    points = float(box.split()[2]) - float(box.split()[0])
-    with Image.open(tmp_path / "s.png") as sheet:
-        assert 6.0 < 14.0 * points / sheet.width < 9.0

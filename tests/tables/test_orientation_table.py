@@ -77,6 +77,8 @@ def refused(path: Path, azimuth: str | None = None) -> InputError | UsageError:
         "strike,dip\nN30E,40SE\n",
         "strike,dip\nS30W,40 SE\n",
         "id,attitude\na,N30E 40SE\n",
+        "dip direction,dip\nS60E,40\n",
+        "dip direction;dip\n120°;39°60'\n",
         "pole_trend,pole_plunge\n300,50\n",
         "id,strike,dip,dip_dir\na,30,40,120\n",
     ],
@@ -90,7 +92,12 @@ def test_one_plane_written_in_any_usual_way_is_the_same_plane(table: Write, text
 
 @pytest.mark.parametrize(
     "text",
-    ["trend,plunge\n300,50\n", "Plunge Trend\n50 300\n", "azimuth,plunge\n300,50\n"],
+    [
+        "trend,plunge\n300,50\n",
+        "Plunge Trend\n50 300\n",
+        "azimuth,plunge\n300,50\n",
+        "trend,plunge\nN60W,50°\n",
+    ],
 )
 def test_one_line_written_in_any_usual_way_is_the_same_line(table: Write, text: str) -> None:
     found = read_orientations(table(text))
@@ -194,6 +201,9 @@ def test_a_directed_line_may_point_up(table: Write) -> None:
         ("strike,dip\n30,40\n30\n", "1 cell"),
         ("geometry,strike,dip\nvolume,30,40\n", "neither plane nor line"),
         ("30\n40\n", "two columns"),
+        ("trend,plunge\nN60W,50\nup,50\n", "no compass point"),
+        ("dip direction,dip\n120°,95°\n", "0 to 90"),
+        ("dip direction,dip\n-120°,40\n", "045, N45E or NW"),
     ],
 )
 def test_what_is_no_orientation_table_is_refused_with_the_reason(

@@ -18,13 +18,16 @@ from vomstudio.errors import InputError, VomError, VomWarning
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.places import no_places
-from vomstudio.io.text.tables import COORDINATES, plain
+from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.tables import COORDINATES
 from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
 _MOST_DEG = 720.0
 """An angle beyond two turns is a slip of the pen or of the unit, as in a table."""
+_MOST_COUNT = 2**53
+"""What lies beyond is no count of anything, and not a whole number in floating point."""
 
 
 def warn(sentences: Iterable[str], depth: int = 3) -> None:
@@ -270,7 +273,7 @@ def whole_number(value: Any, name: str) -> int | None:
     if value is None:
         return None
     try:
-        if not isinstance(value, bool | np.bool_):
+        if not isinstance(value, bool | np.bool_) and abs(operator.index(value)) < _MOST_COUNT:
             return operator.index(value)
     except TypeError:
         pass

@@ -9,11 +9,13 @@ import numpy as np
 
 from vomstudio.api.tables import frame
 from vomstudio.document.figures import Subject
-from vomstudio.document.kinds import KINDS, group_of, kind_of
+from vomstudio.document.kind import color_of
+from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import Measurements
-from vomstudio.document.records import Feature, FeatureType, Record, get
+from vomstudio.document.records import Feature, Record
 from vomstudio.geometry.plane_discs import disc_of_fit
+from vomstudio.tables.orientation_table import COLUMNS
 from vomstudio.tables.project_layers import Layer, project_layers
 from vomstudio.tables.project_table import project_table
 
@@ -33,7 +35,7 @@ def orientations(
 
     table = project_table(records, measurements)
     rows = [row for row in table.rows if row["geometry"] == nature]
-    made = frame(rows)
+    made = frame(rows, (*COLUMNS, *table.more))
     places = [
         None if row["x"] is None else shapely.Point(row["x"], row["y"], row["z"]) for row in rows
     ]
@@ -89,7 +91,6 @@ def _drawing(
     sketch = kind.sketch(Subject(feature, own, records), measured.get)
     if sketch is None:
         return None
-    type_ = get(records, group_of(feature), FeatureType)
     said = _attitude(own) if sketch.label is None else sketch.label
     return DrawnFeature(
         feature.id,
@@ -97,7 +98,7 @@ def _drawing(
         disc_of_fit(own.fit),
         np.asarray(sketch.anchor, np.float64),
         f"{feature.name}  {said}".strip(),
-        kind.color or (_WHITE if type_ is None else type_.color),
+        color_of(feature, records) or _WHITE,
     )
 
 

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from vomstudio.api.checking import numbers, single_number, warn
+from vomstudio.api.checking import attitude_of, required_number, single_number, warn, whole_number
 from vomstudio.api.comparisons import placed
 from vomstudio.api.reporting import Reported, told
-from vomstudio.errors import UsageError
-from vomstudio.geology.notation import parse_plane
-from vomstudio.geology.orientation import Plane
 from vomstudio.products.surface.measurable_map import MeasurableMap, measurable_map
 from vomstudio.progress import CancelToken
-from vomstudio.words import tr
 
 
 def measurable(
@@ -73,29 +69,16 @@ def measurable(
     (True, True)
     """
     data, _, _ = placed(model, "model")
-    count = None if points is None else int(single_number(points, "points") or 0)
     found = measurable_map(
         data,
-        _plane(plane),
+        attitude_of(plane, "plane"),
         length_m=single_number(length_m, "length_m"),
         resolution_m=single_number(resolution_m, "resolution_m"),
         noise_m=single_number(noise_m, "noise_m"),
-        points=count,
+        points=whole_number(points, "points"),
         angle_deg=single_number(angle_deg, "angle_deg"),
-        registration_deg=single_number(registration_error_deg, "registration_error_deg") or 0.0,
+        registration_deg=required_number(registration_error_deg, "registration_error_deg"),
         progress=told(progress, cancel),
     )
     warn(found.warnings)
     return found
-
-
-def _plane(given: Any) -> Plane:
-    if isinstance(given, str):
-        return parse_plane(given, "dipdir/dip")
-    try:
-        found = numbers(given, "plane")
-    except (TypeError, ValueError):
-        found = None
-    if found is None or found.shape != (2,) or not 0.0 <= found[1] <= 90.0:
-        raise UsageError(tr("A plane is (dip direction, dip), in degrees."), field="plane")
-    return Plane(float(found[0]) % 360.0, float(found[1]))

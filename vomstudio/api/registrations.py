@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sized
+from collections.abc import Mapping, Sequence, Sized
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
@@ -43,6 +43,7 @@ class Known(TypedDict, total=False):
     north : "grid", "true" or "magnetic", where a table does not say; ``date`` (YYYY-MM-DD),
         ``declination_deg``, ``north_sigma_deg`` : of compass readings
     crs : the projected CRS, "EPSG:n", in which it is placed
+    without : labels of points, readings, photos or lines that are left out
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken that stops the work
     """
@@ -66,6 +67,7 @@ class Known(TypedDict, total=False):
     declination_deg: float | None
     north_sigma_deg: float | None
     crs: str | None
+    without: Sequence[str] | str
     progress: Reported
     cancel: CancelToken | None
 
@@ -93,7 +95,7 @@ def register(
 
     Returns
     -------
-    Placed with the names of the command: ``matrix`` (4 x 4, model to World), ``scale``,
+    Placed with the names of the command: ``matrix`` ((4, 4) float64, model to World), ``scale``,
     ``control`` and ``check`` (``label``, ``dx``, ``dy``, ``dz``: fitted less given, ``error_m``),
     ``rms_control_m``, ``rms_check_m``, ``rotation_error_deg`` (one sigma ``about_up``,
     ``about_east``, ``about_north``), ``rotation_error_95_deg`` (the same three and the ``weakest``
@@ -121,6 +123,9 @@ def register(
     >>> found = vs.register(model, world, check=[False, False, False, False, True])
     >>> round(found.scale, 6), round(found.rms_check_m, 6)
     (0.01, 0.0)
+    >>> corner = found.matrix @ [900, 0, 0, 1]
+    >>> corner.round(2).tolist()
+    [500.0, 109.0, 20.0, 1.0]
 
     A model of a file by the positions of its cameras would be
     ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.
@@ -132,6 +137,10 @@ def register(
         )
         return _by_file(path_of(model_points, "model_points"), known)
     _refuse(known, tr("This belongs to the path of a model. Give that in place of points."))
+    return _by_points(model_points, world_points, sigma_m, check)
+
+
+def _by_points(model_points: Any, world_points: Any, sigma_m: Any, check: Any) -> Placed:
     if world_points is None:
         raise InputError(tr("Give the same points in World."), field="world_points")
     model, world = points(model_points, "model_points"), points(world_points, "world_points")
@@ -177,13 +186,14 @@ def _by_file(model: Path, known: Known) -> Placed:
         name: _rows(given.pop(name, ()), name, lengths)
         for name, lengths in (("scale", (7, 8)), ("azimuth", (7, 8)), ("level", (6, 7)))
     }
+    labels = [words_of(each, "without") for each in items_of(given.pop("without", ()), "without")]
     texts = {name: _beside(given.pop(name, None), name) for name in _BESIDE}
     texts |= {name: _file(given.pop(name, None), name) for name in _FILES}
     texts |= {name: words_of(given.pop(name, None), name) for name in _TEXTS}
     for name in given:
         raise InputError(tr("Nothing of this name is known."), field=name)
     declination, north_sigma = (None if angle is None else str(angle) for angle in angles)
-    values: dict[str, Any] = {**texts, **lines, "declination": declination}
+    values: dict[str, Any] = {**texts, **lines, "declination": declination, "without": labels}
     order = RegisterOrder(str(model), north=north, north_sigma=north_sigma, **values)
     placed = register_model(order, progress).placed
     warn(placed.warnings)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import Run, Subparsers, add_command, progress_of
 from vomstudio.cli.common.output import Output
-from vomstudio.errors import UsageError
+from vomstudio.errors import DocumentError, UsageError
 from vomstudio.geometry.units import METRES
 from vomstudio.words import tr, tr_n
 
@@ -65,6 +65,15 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("name or number of the column that tells the traces apart, and names them"),
     )
     picks.add_argument("--set", default="", help=tr("the set that they belong to"))
+    taken = add("import", _import, tr("Add stations, contact lines and rock areas from a file"))
+    taken.add_argument(
+        "file", metavar="FILE", help=tr("GeoPackage, GeoJSON, shapefile, KML or CSV, as exported")
+    )
+    taken.add_argument(
+        "--model",
+        default=None,
+        help=tr("name or id of the model they lie on (default: the only one)"),
+    )
     fit = add("fit", _fit, tr("Fit and judge the features"))
     fit.add_argument(
         "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
@@ -116,7 +125,12 @@ def _add_register(register: argparse.ArgumentParser) -> None:
 
 
 def _run(args: argparse.Namespace, out: Output) -> None:
-    args.act(args, out)
+    try:
+        args.act(args, out)
+    except DocumentError as error:
+        # What cannot be done to a journal is said by what knows no folder.
+        error.file = error.file or args.project
+        raise
 
 
 # --- looking -------------------------------------------------------------------------------------
@@ -242,6 +256,26 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
     said = tr_n(
         "{count} trace on {model}", "{count} traces on {model}", len(added.traces), model=model.name
     )
+    _report(args, out, what, said)
+
+
+def _import(args: argparse.Namespace, out: Output) -> None:
+    with _changing(args, out) as desk:
+        model = desk.find_model(args.model)
+        added = desk.take_in(Path(args.file), model)
+    left_out = [
+        tr("{feature} was left out: {reason}", feature=name, reason=reason)
+        for name, reason in added.skipped
+    ]
+    out.warn([*added.warnings, *left_out])
+    what = {
+        "added": [{"id": feature.id, "name": feature.name} for feature in added.features],
+        "skipped": [{"id": name, "reason": reason} for name, reason in added.skipped],
+        "warnings": list(added.warnings),
+    }
+    count = len(added.features)
+    said = tr_n("{count} feature on {model}", "{count} features on {model}", count,
+                model=model.name)  # fmt: skip
     _report(args, out, what, said)
 
 

@@ -82,6 +82,13 @@ def add_parser(subparsers: Subparsers) -> None:
                 "for photos, 0.5 for other azimuths from magnetic north, else 0)"),
     )  # fmt: skip
     _add_lines(parser)
+    parser.add_argument(
+        "--without",
+        metavar="LABEL",
+        action="append",
+        default=[],
+        help=tr("leave out the point, reading, photo or line of this label; may be repeated"),
+    )
     _add_reference(parser)
     parser.add_argument("--crs", metavar="EPSG", help=tr("the projected CRS that it is placed in"))
     add_output(parser, tr("write the placed model"))
@@ -212,4 +219,13 @@ def in_words(found: Placed) -> str:
             ]
             heads = [tr("use"), tr("label"), "dx", "dy", "dz", tr("error")]
             blocks.append(text_tables.table(heads, ["", "", "m", "m", "m", "m"], rows))
+    if found.without:
+        rows = [
+            [w.label, *(text_tables.figures(v) for v in (
+                w.error_deg, w.turned_deg, w.others_deg, w.weakest_95_deg))]
+            for w in found.without
+        ]  # fmt: skip
+        heads = [tr("without"), tr("it is off"), tr("model turns"), tr("others agree"),
+                 tr("worst 95 %")]  # fmt: skip
+        blocks.append(text_tables.table(heads, ["", "°", "°", "°", "°"], rows))
     return "\n".join([*blocks, *said_of_worst(found)])

@@ -6,6 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
+from vomstudio.cli.common.figure_look import add_look, colors_among, colors_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
@@ -120,14 +121,7 @@ def _add_style(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--size", metavar="WxH", help=tr("of the figure, in millimetres (default 170x115)")
     )
-    parser.add_argument("--font", metavar="NAME", help=tr("font of the figure"))
-    for option, of in (
-        ("--font-size", tr("of the letters, in points (default 8)")),
-        ("--symbol-size", tr("of the symbols, in points (default 4.5)")),
-        ("--line-width", tr("of the lines, in points (default 0.8)")),
-    ):
-        parser.add_argument(option, type=float, metavar="PT", help=of)
-    parser.add_argument("--grey", action="store_true", help=tr("without colours"))
+    add_look(parser, symbols=True)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -138,7 +132,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.net.contours import check_contouring
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.net.figure_style import FigureStyle, size_of
-    from vomstudio.products.net.table_net import net_of_table
+    from vomstudio.products.net.table_net import net_of_table, recoloured
 
     format_ = picture_format(args.output, "--output")
     if args.contour is not None and args.contour not in DENSITY_METHODS:
@@ -156,6 +150,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         args.grey,
     )  # fmt: skip
     style.check()
+    colors = colors_of(args)
     check_contouring(args.contour, levels, args.sigma)
     look = Contouring(levels, args.filled, args.each_set, args.sigma)
     wishes = _wishes(args)
@@ -168,6 +163,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         contour=args.contour,
         contouring=look,
     )
+    net = recoloured(net, colors_among(colors, [s.name for s in net.sets]))
     net = wishes.net(net, table)
 
     from vomstudio.products.net.figure import write_stereonet

@@ -14,7 +14,7 @@ import numpy as np
 
 from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.measurement import Floats, Measurement, Measuring, Records
-from vomstudio.document.records import Feature, Painted, Record, Typed
+from vomstudio.document.records import Feature, FeatureType, Painted, Record, Typed, get
 from vomstudio.words import to_translate as _
 
 Evidence = Literal["", "picked", "read", "derived"]
@@ -85,6 +85,7 @@ class GisLayer:
         repeated
     figures : its attributes; counts are whole numbers here
     sparse : figures that no feature has are left out
+    by : the figure by whose words features have their colours, where there is such a figure
     main : of what a project is mostly made of. It is there even where it is empty, and in a drawing
         it has the names of the feature types for itself
     """
@@ -95,6 +96,7 @@ class GisLayer:
     figures: tuple[Figure, ...]
     sparse: bool = False
     main: bool = False
+    by: str = "kind"
 
 
 @dataclass(frozen=True)
@@ -138,9 +140,12 @@ class Kind:
     attributes : what may be changed; tool : with which it is made and continued
     sketch : in 3-D, with a look at what else is measured; None where it has no place
     net, layer : on the net, in files
-    group : of a kind without feature type; color : #rrggbb, "" for its type's
+    group : of a kind without feature type; color : #rrggbb, "" for its type's; tint : of one
+        feature in place of the kind's colour, "" for that
     prefix : the word with whose first letter an untyped feature is named
     places : (n, 3) World, by which its distance from another place is told
+    listed : it stands in the window's table although it has no orientation; written : what is
+        then written beside it on a drawing
     """
 
     name: str
@@ -169,8 +174,11 @@ class Kind:
     layer: GisLayer | None = None
     group: OwnGroup | None = None
     color: str = ""
+    tint: Callable[[Any], str] = lambda feature: ""
     prefix: Callable[[Any], str] = lambda feature: ""
     places: Callable[[Subject], Floats] = _own_points
+    listed: bool = False
+    written: Callable[[Any], str] = lambda feature: str(feature.name)
 
     @property
     def typed(self) -> bool:
@@ -197,6 +205,13 @@ def register(kind: Kind) -> None:
 
 def kind_of(feature: Feature) -> Kind:
     return _KINDS[type(feature)]
+
+
+def color_of(feature: Feature, records: Records) -> str:
+    """The colour of a feature, "#rrggbb"; "" where its feature type is gone."""
+    kind = kind_of(feature)
+    type_ = get(records, getattr(feature, "type_id", None), FeatureType)
+    return kind.tint(feature) or kind.color or ("" if type_ is None else type_.color)
 
 
 def has_plane(record: Record | None) -> bool:

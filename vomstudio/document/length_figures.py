@@ -127,7 +127,10 @@ AREA_REGISTRATION = Figure(
     "m2",
     short="reg_area",
 )
-LENGTH = length_figure("length_m", _("Length"), _("Length of the line through all points"))
+LENGTH = replace(
+    length_figure("length_m", _("Length"), _("Length of the line through all points")),
+    words=("length",),
+)
 LENGTH_REGISTRATION = length_figure(
     "length_registration95_m",
     _("Reg. ± length"),

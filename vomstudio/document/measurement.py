@@ -46,7 +46,8 @@ class Measurement:
     on_plane : of a lineation, the plane in which these two are counted
     angle_deg : between the planes of an intersection
     area_m2 : of a patch's faces
-    dimension : figures of a dimension by name, in m or m2
+    dimension : lengths and areas by name, in m or m2
+    said : of what is no measurement, what it is in words
     metric : False where the model's scale is not known: lengths are then in units of its file
     kind : the name of the feature's kind
     judged_as : what kind of plane the verdict is on
@@ -75,6 +76,7 @@ class Measurement:
     angle_deg: float | None = None
     area_m2: float | None = None
     dimension: Mapping[str, float] | None = None
+    said: str = ""
     metric: bool = True
     kind: str = ""
     judged_as: JudgedAs = "trace"

@@ -4,11 +4,11 @@ Exercise 6 of the textbook: the same beds are known well where the outcrop's fac
 all where it is one flat wall, since their traces there are straight. For each place of a surface
 the plane of that attitude is laid through it. The line along which it cuts the surface, within the
 length of a trace, has a covariance as the vertices of a real trace have; with the noise of the
-model across the plane, and one independent point for each resolution along the line, the joint 95 %
-region of the plane's normal is that of `geometry.plane_errors`, no less than what the resolution can
-tilt over the line's shorter axis, and with the registration, as for a picked trace. Where the face
-is nearly parallel to the plane it exposes the plane as a surface, and the expected error is that of
-a patch of this size (`geometry.plane_sizes`).
+model across the plane, and one independent point for each resolution along the line, the joint
+95 % region of the plane's normal is that of `geometry.plane_errors`, no less than what the
+resolution can tilt over the line's shorter axis, and with the registration, as for a picked trace.
+Where the face is nearly parallel to the plane it exposes the plane as a surface, and the expected
+error is that of a patch of this size (`geometry.plane_sizes`).
 """
 
 from __future__ import annotations
@@ -21,11 +21,9 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.elements import Elements, elements_of
 from vomstudio.extraction.finer_faces import finer
-from vomstudio.extraction.measurable_kernels import line_moments
+from vomstudio.extraction.measurable_lines import hanging_together, lines_through, step_of
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.geometry.plane_errors import confidence_axes_rad, joint_quantile
 from vomstudio.geometry.plane_sizes import NOISE_PIXELS, PIXELS_PER_RESOLUTION, PlaneSizes
 from vomstudio.geometry.resolution import COUNTS, effective_resolution, of_neighbours
@@ -42,15 +40,11 @@ CLASSES = ("none", "poor", "doubtful", "good")
 """Of an expected error, the worst first; in none the plane can't be told at all."""
 GOOD_DEG, POOR_DEG = 5.0, 15.0
 LEAST_RESOLUTIONS = 10.0
+MOST_POINTS = 1_000_000
 USUAL_RESOLUTIONS = 100.0
 """The length of a trace that is proposed."""
 _NORMALS_DEG = 20.0
-# Of the length: the strip on either side of the line, at least, and where the mesh must be cut.
-_STRIPS, _FEWEST_STRIPS, _STRIPS_OF_CUT = 40.0, 12.0, 40.0
-# Of the half strip, the side of the cells of which one piece stands for all.
-_CELL = 0.75
 _FEWEST_PIECES = 4
-_BLOCK = 20_000
 # Places evenly over the surface at which the model's resolution is looked at, and of these those
 # that tell whether its noise is larger than its spacing.
 _SAMPLES, _OF_ALL = 4000, 100
@@ -67,7 +61,7 @@ class Measurable:
     extent : (n,) longest axis of the line, m; relief : (n,) its shorter axis, m
     classes : (n,) int8 in CLASSES, of the better of the two
     patches : (n,) int32 number of the patch, -1 for none
-    rows, row_of : as of Elements; areas : (n,) m2; resolutions : (n,) of the model there, m; resolution, noise : typical ones, m
+    areas : (n,) m2; resolutions : (n,) of the model there, m; resolution, noise : typical ones, m
     """
 
     elements: Elements
@@ -141,6 +135,10 @@ def require_asked(asked: Asked) -> None:
             raise UsageError(
                 tr("{field} is a positive length in metres.", field=field), field=field
             )
+    if asked.points is not None and asked.points > MOST_POINTS:
+        raise UsageError(
+            tr("Ask for at most {count:,} points of a trace.", count=MOST_POINTS), field="--points"
+        )
     if asked.points is not None and asked.points < 4:
         raise UsageError(
             tr("A trace of {count} points has no error; ask for at least 4.", count=asked.points),
@@ -183,7 +181,8 @@ def _surface(data: Mesh | PointCloud, length: float, progress: Progress) -> tupl
         return elements, np.asarray(elements.rows)
     vertices = np.asarray(data.vertices, np.float64)
     faces = np.asarray(data.faces, np.int64)
-    sound = np.isfinite(vertices).all(axis=1)[faces].all(axis=1)
+    whole = np.asarray(np.isfinite(vertices).all(axis=1))
+    sound = np.asarray(whole[faces].all(axis=1))
     rows = np.flatnonzero(sound)
     if not len(rows):
         raise GeometryError(tr("The mesh has no faces with places."))
@@ -191,7 +190,7 @@ def _surface(data: Mesh | PointCloud, length: float, progress: Progress) -> tupl
     sides = np.linalg.norm(
         vertices[faces[rows]] - vertices[np.roll(faces[rows], 1, axis=1)], axis=2
     ).max(axis=1)
-    if (sides <= 2.0 * _step(float(np.percentile(sides, 75.0)), length)).all():
+    if (sides <= 2.0 * step_of(float(np.percentile(sides, 75.0)), length)).all():
         elements = elements_of(data, _NORMALS_DEG, progress)
         return elements, np.asarray(elements.rows)
     from vomstudio.geometry.coincident_points import welded
@@ -199,7 +198,7 @@ def _surface(data: Mesh | PointCloud, length: float, progress: Progress) -> tupl
     number = welded(vertices)
     places = np.zeros((int(number.max()) + 1, 3))
     places[number] = np.where(np.isfinite(vertices), vertices, 0.0) - origin
-    longest = 2.0 * _step(float(np.percentile(sides, 75.0)), length)
+    longest = 2.0 * step_of(float(np.percentile(sides, 75.0)), length)
     places, fine, own = finer(places, number[faces[rows]], longest)
     cut = Mesh(places + origin, fine.astype(np.int32))
     elements = elements_of(cut, _NORMALS_DEG, progress)
@@ -232,14 +231,6 @@ def _resolutions(points: Array, elements: Elements) -> Array:
     return np.asarray(spacing[cKDTree(elements.places[rows]).query(elements.places)[1]])
 
 
-def _step(spacing: float, length: float) -> float:
-    """Half of the width of the strip that a line is taken from, for a mesh or cloud of this
-    spacing."""
-    if spacing <= length / _FEWEST_STRIPS:
-        return max(spacing, length / _STRIPS)
-    return length / _STRIPS_OF_CUT
-
-
 # --- the map ----------------------------------------------------------------------------------
 def _of_elements(
     elements: Elements, of: Ints, resolution: Array, asked: Asked, progress: Progress
@@ -263,7 +254,9 @@ def _of_elements(
     exposed = known & (cosine >= np.cos(np.radians(asked.angle_deg)))
     progress.stage(tr("Patches"), None)
     patches, patch_deg, patch_extent = _patches(elements, exposed, resolution, noise, asked, weight)
-    figures = _lines(elements, normal, known & ~exposed, exposed, resolution, asked, progress)
+    figures = lines_through(
+        elements, normal, known & ~exposed, exposed, resolution, asked.length, progress
+    )
     trace_deg, extent, relief = _errors(figures, noise, asked)
     of_trace = _classes(trace_deg, extent, resolution)
     of_patch = _classes(patch_deg, patch_extent, resolution)
@@ -296,7 +289,7 @@ def _patches(
 ) -> tuple[npt.NDArray[np.int32], Array, Array]:
     """Number of the patch of each piece, the expected error of it, and its diameter."""
     number = np.full(len(elements), -1, np.int32)
-    label = _hanging_together(elements, np.where(exposed, 0, -1))
+    label = hanging_together(elements, np.where(exposed, 0, -1))
     if not exposed.any():
         return number, np.full(len(number), np.nan), np.full(len(number), np.nan)
     _, own = np.unique(label[exposed], return_inverse=True)
@@ -314,178 +307,6 @@ def _patches(
     deg, extent = np.full(len(number), np.nan), np.full(len(number), np.nan)
     deg[exposed], extent[exposed] = error[own], size[own]
     return number, deg, extent
-
-
-def _hanging_together(elements: Elements, band: Ints) -> Ints:
-    """(n,) a number for the pieces of one band that are neighbours of neighbours; -1 has none."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    n = len(band)
-    source = np.repeat(np.arange(n, dtype=np.int32), np.diff(elements.starts))
-    same = (band[source] == band[elements.near]) & (band[source] >= 0)
-    source, near = source[same], elements.near[same]
-    graph = coo_matrix((np.ones(len(source), np.int8), (source, near)), shape=(n, n)).tocsr()
-    found = connected_components(graph, directed=False)[1].astype(np.int64)
-    found[band < 0] = -1
-    return found
-
-
-# --- lines ------------------------------------------------------------------------------------
-def _lines(
-    elements: Elements,
-    normal: Array,
-    cut: Bools,
-    exposed: Bools,
-    resolution: Array,
-    asked: Asked,
-    progress: Progress,
-) -> Array:
-    """(n, 6) of the line through each piece: its length, the resolution along it, the larger and
-    the smaller variance, how many pieces; NaN where there is none."""
-    n = len(elements)
-    figures = np.full((n, 5), np.nan)
-    if not cut.any():
-        return figures
-    places = elements.places
-    offset = places @ normal
-    offset = offset - offset[cut].min()
-    spread = np.sqrt(np.percentile(elements.areas[cut], 75.0) * (2 if elements.of == "face" else 1))
-    width = _step(float(spread), asked.length)
-    one, of, weight = _thinned(elements, cut, normal, width)
-    first, second = _in_plane(normal)
-    slope = np.einsum("ij,j->i", np.nan_to_num(elements.normals[one]), normal)
-    steep = np.sqrt(np.maximum(1.0 - slope**2, 1e-12))
-    # Along the surface's own steepest line, which leaves the plane by its sine.
-    slopes = np.stack(
-        [-slope * (elements.normals[one] @ axis) / steep**2 for axis in (first, second)], axis=1
-    )
-    own = np.stack([offset[one], places[one] @ first, places[one] @ second], axis=1)
-    found = np.full((len(one), 9), np.nan)
-    quarter = offset / (4.0 * width)
-    half_later = quarter + 0.5
-    share = quarter[one] - np.floor(quarter[one])
-    # Two sets of bands, so that every place is well inside one of them.
-    middle = (share >= 0.25) & (share < 0.75)
-    progress.stage(tr("Lines through the places"), len(one))
-    before = 0
-    for bands, places_there in ((quarter, middle), (half_later, ~middle)):
-        band = np.where(cut | exposed, np.floor(bands).astype(np.int64), -1)
-        label = _hanging_together(elements, np.where(band < 0, -1, band))[one]
-        rows = np.flatnonzero(places_there)
-        if len(rows):
-            found[rows] = _moments(
-                label, rows, own, slopes, steep, weight, resolution[one], asked.length / 2.0, width,
-                progress, before,
-            )  # fmt: skip
-            before += len(rows)
-    trace = 0.5 * (found[:, 4] + found[:, 5])
-    root = np.hypot(0.5 * (found[:, 4] - found[:, 5]), found[:, 6])
-    told = np.stack(
-        [
-            found[:, 0] / (2.0 * width),
-            found[:, 1],
-            np.maximum(trace + root, 0.0),
-            np.maximum(trace - root, 0.0),
-            found[:, 7],
-        ],
-        axis=1,
-    )
-    figures[cut] = told[of]
-    return figures
-
-
-def _in_plane(normal: Array) -> tuple[Array, Array]:
-    """Two unit vectors at right angles in the plane."""
-    helper = np.eye(3)[np.argmin(np.abs(normal))]
-    first = np.cross(normal, helper)
-    first /= np.linalg.norm(first)
-    return first, np.cross(normal, first)
-
-
-def _thinned(
-    elements: Elements, cut: Bools, normal: Array, width: float
-) -> tuple[Ints, Ints, Array]:
-    """Rows of pieces that stand for all that are cut, one in each cell of the width and side of the
-    plane; which of them stands for each of these; and the area each stands for."""
-    rows = np.flatnonzero(cut)
-    areas = elements.areas[rows]
-    usual = float(np.median(areas))
-    if usual > 0.3 * width**2:
-        return rows, np.arange(len(rows)), np.asarray(areas)
-    cell = np.floor(elements.places[rows] / (_CELL * width)).astype(np.int64)
-    cell -= cell.min(axis=0)
-    size = cell.max(axis=0) + 1
-    key = (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2]
-    # Faces of one cell that look elsewhere are another surface.
-    normals = elements.normals[rows]
-    first, second = _in_plane(normal)
-    turn = np.arctan2(normals @ second, normals @ first)
-    key = key * 4 + np.floor((turn + np.pi) / (np.pi / 2.0)).astype(np.int64) % 4
-    _, of = np.unique(key, return_inverse=True)
-    order = np.lexsort((areas, of))
-    last = np.flatnonzero(np.append(np.diff(of[order]) != 0, True))
-    return rows[order[last]], of, np.bincount(of, areas)
-
-
-def _moments(
-    label: Ints,
-    rows: Ints,
-    own: Array,
-    slopes: Array,
-    steep: Array,
-    weight: Array,
-    resolution: Array,
-    half: float,
-    width: float,
-    progress: Progress,
-    before: int,
-) -> Array:
-    """(len(rows), 9) what `line_moments` tells of these places. label : (k,) what hangs together
-    near each of the planes."""
-    count = int(label.max()) + 1
-    # Along the longest direction in the plane of what hangs together the walk is shortest.
-    number = np.maximum(np.bincount(label, minlength=count), 1)
-    mean = [np.bincount(label, own[:, k], count) / number for k in (1, 2)]
-    off = [own[:, k] - mean[k - 1][label] for k in (1, 2)]
-    uu, vv, uv = (
-        np.bincount(label, a * b, count)
-        for a, b in ((off[0], off[0]), (off[1], off[1]), (off[0], off[1]))
-    )
-    angle = 0.5 * np.arctan2(2.0 * uv, uu - vv)
-    along = np.cos(angle)[label] * off[0] + np.sin(angle)[label] * off[1]
-    order = np.lexsort((along, label))
-    ends = np.cumsum(np.bincount(label, minlength=count))
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
-    sorted_own = for_kernels(np.column_stack([own, along])[order], np.float64)
-    last = for_kernels(ends[label[order]], np.int64)
-    first = for_kernels(np.concatenate([[0], ends[:-1]])[label[order]], np.int64)
-    arrays = [
-        for_kernels(values[order], np.float64) for values in (slopes, steep, weight, resolution)
-    ]
-    found = np.empty((len(rows), 9))
-
-    def work(block: slice) -> None:
-        out = np.full((len(rows[block]), 9), np.nan)
-        line_moments(
-            for_kernels(place[rows[block]], np.int64), sorted_own, *arrays, first, last, half, width,
-            out,
-        )  # fmt: skip
-        found[block] = out
-
-    in_blocks(work, len(rows), _After(progress, before), _BLOCK)
-    return found
-
-
-class _After(Silent):
-    """Steps that count on from others."""
-
-    def __init__(self, progress: Progress, before: int) -> None:
-        self._progress, self._before = progress, before
-
-    def step(self, done: int) -> None:
-        self._progress.step(self._before + done)
 
 
 # --- errors -----------------------------------------------------------------------------------

@@ -11,7 +11,13 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
-from vomstudio.extraction.followed_trace import FARTHEST, FollowedTrace, plane_of, require_on_model
+from vomstudio.extraction.followed_trace import (
+    FARTHEST,
+    FollowedTrace,
+    near_surface,
+    plane_of,
+    require_on_model,
+)
 from vomstudio.extraction.photo_following import PhotoFollower, PhotoPath
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geology.plane_bands import SetPrior
@@ -87,8 +93,8 @@ def photo_trace(
         photo=photos.name,
     )
     plane, band, said = plane_of(
-        path.points, surface, model=model, frame=frame, thresholds=thresholds, notes=notes,
-        priors=priors,
+        path.points, near_surface(surface), model=model, frame=frame, thresholds=thresholds,
+        notes=notes, priors=priors,
     )  # fmt: skip
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
     share = _share(path)

@@ -16,6 +16,8 @@ from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import check_beside
 from vomstudio.words import to_translate, tr
 
+_HOLDER = "CREATE TABLE holder (pid INTEGER, host TEXT)"
+
 
 class FolderLock:
     """busy, unwritable : sentences that are translated here; {holder} holds it, {reason} is why not
@@ -31,7 +33,8 @@ class FolderLock:
                 self._db = sqlite3.connect(
                     path, isolation_level=None, timeout=patience_s, check_same_thread=False
                 )
-                self._db.execute("CREATE TABLE IF NOT EXISTS holder (pid INTEGER, host TEXT)")
+                self._require_plain()
+                self._db.execute(_HOLDER.replace("TABLE", "TABLE IF NOT EXISTS"))
                 self._db.execute("DELETE FROM holder")
                 mine = (os.getpid(), platform.node())
                 self._db.execute("INSERT INTO holder VALUES (?, ?)", mine)
@@ -48,6 +51,13 @@ class FolderLock:
                     reason = None
                 if reason is not None:
                     raise TargetError(tr(unwritable, reason=reason), file=path.parent) from error
+
+    def _require_plain(self) -> None:
+        """Raises sqlite3.DatabaseError where whoever packed the folder has put more into the file
+        than who holds it: triggers run, and need not come to an end."""
+        found = self._db.execute("SELECT sql FROM sqlite_master").fetchall()
+        if found not in ([], [(_HOLDER,)]):
+            raise sqlite3.DatabaseError("not a lock")
 
     def _holder(self) -> str:
         try:

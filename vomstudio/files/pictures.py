@@ -9,6 +9,7 @@ cannot fill, are refused.
 from __future__ import annotations
 
 import io
+import os
 import re
 import struct
 import warnings
@@ -51,7 +52,7 @@ def open_picture(source: str | Path | bytes, formats: tuple[str, ...] = TEXTURES
     picture of these formats, and OSError, ValueError or SyntaxError where it is damaged, as
     Pillow's decoders do.
     """
-    from PIL import Image
+    from PIL import Image, UnidentifiedImageError
 
     # Photos and textures are larger than Pillow's idea of an attack.
     Image.MAX_IMAGE_PIXELS = None
@@ -65,6 +66,13 @@ def open_picture(source: str | Path | bytes, formats: tuple[str, ...] = TEXTURES
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             image = Image.open(given, formats=formats)
+    except UnidentifiedImageError as error:
+        given.close()
+        if isinstance(source, bytes):
+            raise
+        # Pillow would name the object that is read.
+        said = f"cannot identify image file {os.fspath(source)!r}"
+        raise UnidentifiedImageError(said) from error
     except BaseException:
         given.close()
         raise

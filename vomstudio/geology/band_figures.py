@@ -116,8 +116,8 @@ def in_words(found: BandFigures, line: str, plane: str | None) -> list[str]:
     set, if there is one."""
     said = [
         tr(
-            "The trace is straight: its plane contains the line {line}, within {width:.1f} deg, "
-            "and dips between {low:.0f} and {high:.0f} deg.",
+            "The trace is straight: its plane contains the line {line}, within {width:.1f}°, "
+            "and dips between {low:.0f} and {high:.0f}°.",
             line=line,
             width=found.half_width95_deg,
             low=found.lowest_dip_deg,
@@ -138,7 +138,7 @@ def in_words(found: BandFigures, line: str, plane: str | None) -> list[str]:
     if likely is not None and plane is not None:
         said.append(
             tr(
-                "As a plane of {name} it is {plane}, 95 % {error:.1f} deg.",
+                "As a plane of {name} it is {plane}, 95 % {error:.1f}°.",
                 name=likely.name,
                 plane=plane,
                 error=likely.max_confidence95_deg,

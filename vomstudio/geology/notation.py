@@ -172,6 +172,22 @@ def parse_line(text: str) -> Line:
     raise _unclear(text, tr("write a line as 130/25 (trend/plunge), 25 → 130 or N50W 25"))
 
 
+def parse_azimuth(text: str) -> float:
+    """The azimuth that a text names, degrees: 45°, N45E, NW. Raises InputError."""
+    tokens = _tokens(text)
+    if _kinds(tokens) not in (["number"], ["bearing"], ["wind"]) or tokens[0].signed:
+        raise _unclear(text, tr("an azimuth is written as 045, N45E or NW"))
+    return _azimuth(text, tokens[0])
+
+
+def parse_angle(text: str) -> float:
+    """Degrees of a text such as 7°30'. Raises InputError."""
+    tokens = _tokens(text)
+    if _kinds(tokens) != ["number"]:
+        raise _unclear(text, tr("an angle is written as 45 or 7°30'"))
+    return -tokens[0].value if tokens[0].signed else tokens[0].value
+
+
 def _unclear(text: str, why: str) -> InputError:
     return InputError(
         tr("“{text}” cannot be read: {reason}.", text=" ".join(text.split()), reason=why)

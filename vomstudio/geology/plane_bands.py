@@ -253,7 +253,7 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
     angle = float(np.degrees(np.arcsin(min(float(np.linalg.norm(np.cross(first, second))), 1.0))))
     if angle < _CROSSING_DEG:
         raise GeometryError(
-            tr("The two traces are nearly parallel ({angle:.1f} deg): they leave their plane as "
+            tr("The two traces are nearly parallel ({angle:.1f}°): they leave their plane as "
                "free as one of them does.", angle=angle)
         )  # fmt: skip
     normal = np.cross(first, second)

@@ -1,7 +1,8 @@
 """Dataclasses to JSON and back: what may be sent between two processes.
 
 What fits: dataclasses of text, numbers that are finite, truth values, None, paths, tuples, lists
-and maps with names as keys, nested as one likes; `Any` stands for whatever of this is found.
+and maps with names as keys, nested as one likes; `Any` stands for whatever of this is found. A
+field of a dataclass may be a small array of float64.
 """
 
 from __future__ import annotations
@@ -26,8 +27,12 @@ def encode(value: Any, place: str = "") -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         inside = f"{place}." if place else ""
         return {
-            field.name: encode(getattr(value, field.name), inside + field.name)
+            field.name: encode(
+                each.tolist() if _is_array(type(each)) and field.type is not Any else each,
+                inside + field.name,
+            )
             for field in dataclasses.fields(value)
+            for each in [getattr(value, field.name)]
         }
     if isinstance(value, float) and not math.isfinite(value):
         raise WorkerError(
@@ -75,6 +80,13 @@ def _decode(wanted: Any, plain: Any, place: str) -> Any:
         return _union(wanted, plain, place)
     if origin is typing.Literal:
         return plain if plain in typing.get_args(wanted) else _misfit(wanted, plain, place)
+    if _is_array(origin):
+        import numpy as np
+
+        try:
+            return np.array(plain, np.float64)
+        except (TypeError, ValueError):
+            return _misfit(origin, plain, place)
     if origin is tuple or origin in (list, Sequence):
         return _sequence(wanted, plain, place)
     if origin in (dict, Mapping):
@@ -83,6 +95,11 @@ def _decode(wanted: Any, plain: Any, place: str) -> Any:
         inner = typing.get_args(wanted)[1]
         return {key: _decode(inner, each, f"{place}[{key!r}]") for key, each in plain.items()}
     return _leaf(wanted, plain, place)
+
+
+def _is_array(kind: Any) -> bool:
+    """Told by its name: what sends no arrays need not load NumPy."""
+    return getattr(kind, "__module__", "") == "numpy" and kind.__name__ == "ndarray"
 
 
 def _dataclass(cls: Any, plain: Any, place: str) -> Any:

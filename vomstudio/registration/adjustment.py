@@ -18,7 +18,8 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.registration.combined import Combined
-from vomstudio.registration.observations import Observed, Points, Rows
+from vomstudio.registration.compass_checks import rotations_by_pairs
+from vomstudio.registration.observations import Directions, Observed, Points, Rows
 from vomstudio.registration.scatter import expected_squares, least_variance
 from vomstudio.registration.similarity import Similarity, fit_similarity, nearly_on_a_line
 from vomstudio.words import tr
@@ -40,9 +41,10 @@ _USUAL_RAD = np.radians(3.0)
 # would leave that to rounding.
 _FINEST_RAD = 3e-4
 # Starts that end with this much more than the least sum of squares fit as well by chance.
-_AS_GOOD = 9.0
+AS_GOOD = 9.0
 # Of its error: what misses by more counts less and less.
 _CAUCHY = 3.0
+_BESIDE = 0.3
 # Rotations that differ by more than this (rad) are not the same one.
 _APART = 0.2
 
@@ -108,7 +110,7 @@ def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
         for start in _agreed_by_most(kinds, _starts(kinds, centre, size), centre, size)
     ]
     least = min(cost for _, cost in ended)
-    good = [fit for fit, cost in ended if cost <= least + _AS_GOOD]
+    good = [fit for fit, cost in ended if cost <= least + AS_GOOD]
     # Of those that fit alike the one that tilts the model least, then the one that turns it least.
     good.sort(key=lambda fit: (round(_tilt_of(fit.rotation), 3), _angle_of(fit.rotation)))
     found = _judged(kinds, good[0], centre, size)
@@ -160,8 +162,14 @@ def _starts(kinds: Sequence[Observed], centre: Array, size: float) -> list[Simil
             shift = centre.ravel() - scale * turn @ centre.ravel()
         start = Similarity(scale, turn, shift)
         found.append((_cost(kinds, start, centre, size, robust=True), start))
-    first, others = found[0], sorted(found[1:], key=lambda pair: pair[0])
-    return [first[1], *(start for _, start in others[:_FOLLOWED])]
+    followed = [found[0][1]]
+    for _, start in sorted(found[1:], key=lambda pair: pair[0]):
+        # Many that lie side by side lead to one and the same.
+        if all(_angle_of(start.rotation.T @ f.rotation) > _BESIDE for f in followed):
+            followed.append(start)
+        if len(followed) > _FOLLOWED:
+            break
+    return followed
 
 
 def _agreed_by_most(
@@ -173,11 +181,13 @@ def _agreed_by_most(
         return list(starts)
     ended = [_followed(kinds, start, centre, size, robust=True) for start in starts]
     least = min(cost for _, cost in ended)
-    return [fit for fit, cost in ended if cost <= least + _AS_GOOD]
+    return [fit for fit, cost in ended if cost <= least + AS_GOOD]
 
 
 def _own_starts(kind: Observed) -> list[Array]:
-    """The mean rotation that the attitudes of cameras tell."""
+    """The mean rotation that the attitudes of cameras tell; those that pairs of directions do."""
+    if isinstance(kind, Directions):
+        return rotations_by_pairs(kind.model, kind.world, axial=kind.axial)
     model, world = getattr(kind, "model", None), getattr(kind, "world", None)
     if model is None or world is None or model.ndim != 3 or not len(model):
         return []

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError
-from vomstudio.registration.adjustment import Adjusted, adjust, weighed_rows
+from vomstudio.errors import GeometryError, UsageError
+from vomstudio.registration.adjustment import AS_GOOD, Adjusted, adjust, weighed_rows
 from vomstudio.registration.combined import Combined
+from vomstudio.registration.compass_checks import azimuth_that_fits
 from vomstudio.registration.observations import (
     Azimuths,
     Directions,
@@ -26,6 +28,7 @@ from vomstudio.registration.observations import (
     Verticals,
 )
 from vomstudio.registration.similarity import fit_robustly
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -40,6 +43,7 @@ _FEWEST_DIRECTIONS, _FEW_DIRECTIONS = 4, 12
 # What a reading is usually off, and how many misses that counts as beside those that are there: by
 # four planes alone nobody could say that one of them is wrong.
 _USUAL_RAD, _USUAL_COUNTS = np.radians(3.0), 4.0
+_FITS_DEG = (10.0, 20.0)
 # Misses that are so many times the usual are looked into.
 _LARGE = 1.5
 
@@ -77,7 +81,8 @@ class Without:
     """The placement without one of a few directions. error_deg : how far that is from where the
     others put it; turned_deg : by how much the model turns without it; others_deg : how well the
     others then agree (RMS); weakest_95_deg : the worst error of the rotation then, None where that
-    is not known; suspect : it is too far off to be chance"""
+    is not known; suspect : it is too far off to be chance; azimuth_off_deg : of a suspect,
+    what added to its azimuth would make it agree, None where neither 90 nor 180 degrees would"""
 
     label: str
     error_deg: float
@@ -85,6 +90,7 @@ class Without:
     others_deg: float
     weakest_95_deg: float | None
     suspect: bool
+    azimuth_off_deg: float | None = None
 
 
 def find_blunders(
@@ -249,6 +255,34 @@ def _described(kind: Observed, label: str, error: Array) -> Blunder:
     return Blunder(label, None, None, float(np.degrees(size)))
 
 
+def left_out(
+    kinds: Sequence[Observed], check: Points | None, labels: Sequence[str]
+) -> tuple[list[Observed], Points | None]:
+    """The observations and check points without those of the labels. Raises UsageError for a label
+    that is none of theirs."""
+    every = [label for kind in kinds for label in kind.labels]
+    every += [] if check is None else list(check.labels)
+    for label in labels:
+        if label not in every:
+            near = get_close_matches(label, every, 3) or every[:8]
+            raise UsageError(
+                tr(
+                    "There is no {label} that could be left out. There are {known}.",
+                    label=label,
+                    known=", ".join(near),
+                ),
+                field="--without",
+            )
+
+    def rest(kind: Observed) -> Observed:
+        return chosen(kind, [label not in labels for label in kind.labels])
+
+    left = [rest(kind) for kind in kinds]
+    judges = None if check is None else rest(check)
+    assert judges is None or isinstance(judges, Points)
+    return [kind for kind in left if len(kind.labels)], judges
+
+
 # --- few directions ---------------------------------------------------------------------------
 def leave_one_out(
     kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float
@@ -268,6 +302,9 @@ def leave_one_out(
     whole = float(((found.rows.misses / usual) ** 2).sum())
     if found.redundancy < 3.0 or whole <= _LARGE**2 * found.redundancy:
         return []
+    if found.ambiguous:
+        # Of rotations that fit alike it is the one that tilts least, not the one that fits best.
+        whole -= AS_GOOD
     return _one_by_one(kinds, found, centre, size, whole)
 
 
@@ -302,20 +339,24 @@ def _one_by_one(
             pooled = (rest + _USUAL_COUNTS) / (free + _USUAL_COUNTS)
             chance = float(f.sf(gain / 2.0 / pooled, 2, free + _USUAL_COUNTS))
         placed = again.fit.rotation @ kind.model[single[1]]
+        others = float(np.degrees(np.sqrt((again.rows.misses**2).mean())))
         cosine = float(placed @ kind.world[single[1]])
         turned = Rotation.from_matrix(again.fit.rotation @ found.fit.rotation.T).magnitude()
-        worst = float(np.linalg.eigvalsh(again.rotation)[-1])
+        worst = 1.96 * float(np.degrees(np.sqrt(np.linalg.eigvalsh(again.rotation)[-1])))
+        # The others, being few, do not say well where it should be.
+        limit = float(np.clip(max(3.0 * others, 2.0 * worst), *_FITS_DEG))
+        fits = azimuth_that_fits(placed, kind.world[single[1]], limit)
         tried.append((rest, chance, Without(
             kind.labels[single[1]],
             float(np.degrees(np.arccos(np.clip(abs(cosine) if kind.axial else cosine, -1.0, 1.0)))),
             float(np.degrees(turned)),
-            float(np.degrees(np.sqrt((again.rows.misses**2).mean()))),
-            None if again.free[:3].size and np.abs(again.free[:3]).max() > 1e-6
-            else 1.959963984540054 * float(np.degrees(np.sqrt(max(worst, 0.0)))),
+            others,
+            None if again.free[:3].size and np.abs(again.free[:3]).max() > 1e-6 else worst,
             suspect=False,
+            azimuth_off_deg=fits,
         )))  # fmt: skip
     tried.sort(key=lambda each: each[0])
+    found_out = [replace(each, azimuth_off_deg=None) for _, _, each in tried]
     if tried and tried[0][1] < _BY_CHANCE / len(tried):
-        rest, chance, first = tried[0]
-        tried[0] = rest, chance, replace(first, suspect=True)
-    return [each for _, _, each in tried]
+        found_out[0] = replace(tried[0][2], suspect=True)
+    return found_out

@@ -8,7 +8,7 @@ way."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,8 @@ from vomstudio.words import tr
 Array = npt.NDArray[np.float64]
 
 _FEWEST = 5
-_TRIALS = 200
+_FEWEST_RADIANS = 3
+_TRIALS = 100
 _FAR_DEG = 15.0
 _TIMES = 5.0
 _NAMED = 8
@@ -76,6 +77,39 @@ def said_of_azimuths(labels: Sequence[str], model: Array, world: Array) -> list[
     return said
 
 
+def said_of_radians(azimuth_deg: Array, inclination_deg: Array) -> list[str]:
+    """Of angles (n,) that are all as small as radians are."""
+    if len(azimuth_deg) < _FEWEST_RADIANS:
+        return []
+    if azimuth_deg.max() > 2.0 * np.pi + 0.01 or inclination_deg.max() > np.pi / 2.0 + 0.01:
+        return []
+    return [
+        tr(
+            "The angles look like radians: no azimuth is above 6.29 and no dip above 1.58. "
+            "Multiply them by 57.29578."
+        )
+    ]
+
+
+def said_of_lone_compass() -> list[str]:
+    """Where nothing else determines north, and no doubt of it is stated."""
+    return [
+        tr(
+            "North rests on the compass alone, which is taken to be off by nothing for all "
+            "readings alike: a declination applied twice, or iron nearby, would turn all of "
+            "them and stay unseen. State how far it may be off (--north-sigma)."
+        )
+    ]
+
+
+def azimuth_that_fits(placed: Array, world: Array, limit_deg: float) -> float | None:
+    """What, added to the azimuth of a direction (3,), would put it where the others do; None where
+    neither a strike read as dip direction nor the opposite direction would."""
+    fits = [(float(_between(placed[None], _turned(world, turn))[0]), turn) for turn in _TURNS]
+    least, turn = min(fits)
+    return turn if least < limit_deg else None
+
+
 def _turned(normal: Array, azimuth_deg: float) -> Array:
     """(1, 3) the normal of a plane with so much added to its azimuth."""
     c, s = np.cos(np.radians(azimuth_deg)), np.sin(np.radians(azimuth_deg))
@@ -90,22 +124,32 @@ def _between(a: Array, b: Array) -> Array:
 
 def _agreed(model: Array, world: Array) -> Array | None:
     """(3, 3) the rotation that leaves the least median angle."""
-    chance = np.random.default_rng(0)
     best: tuple[float, Array] | None = None
-    for _ in range(_TRIALS):
-        i, k = chance.choice(len(model), 2, replace=False)
+    for rotation in rotations_by_pairs(model, world):
+        middle = float(np.median(_between(model @ rotation.T, world)))
+        if best is None or middle < best[0]:
+            best = middle, rotation
+    return None if best is None else best[1]
+
+
+def rotations_by_pairs(model: Array, world: Array, *, axial: bool = True) -> list[Array]:
+    """(3, 3) each: the rotations that two directions of (n, 3) determine, of all pairs or, where
+    these are many, of some by chance. axial : a direction and its opposite are the same"""
+    pairs = list(combinations(range(len(model)), 2))
+    if len(pairs) > _TRIALS:
+        chosen = np.random.default_rng(0).choice(len(pairs), _TRIALS, replace=False)
+        pairs = [pairs[int(i)] for i in chosen]
+    signs = (1.0, -1.0) if axial else (1.0,)
+    found = []
+    for i, k in pairs:
         here = _frame(model[i], model[k])
         if here is None:
             continue
-        for first, second in product((1.0, -1.0), repeat=2):
+        for first, second in product(signs, repeat=2):
             there = _frame(first * world[i], second * world[k])
-            if there is None:
-                continue
-            rotation = there @ here.T
-            middle = float(np.median(_between(model @ rotation.T, world)))
-            if best is None or middle < best[0]:
-                best = middle, rotation
-    return None if best is None else best[1]
+            if there is not None:
+                found.append(there @ here.T)
+    return found
 
 
 def _frame(a: Array, b: Array) -> Array | None:

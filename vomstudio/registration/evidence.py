@@ -34,9 +34,15 @@ from vomstudio.registration.attitude_evidence import (
     held,
     misses,
 )
+from vomstudio.registration.blunders import left_out
 from vomstudio.registration.combined import Combined
-from vomstudio.registration.compass_checks import said_of_azimuths
-from vomstudio.registration.compass_evidence import Segment, azimuth_lines, compass_directions
+from vomstudio.registration.compass_checks import said_of_lone_compass
+from vomstudio.registration.compass_evidence import (
+    Segment,
+    azimuth_lines,
+    compass_directions,
+    said_of_compass,
+)
 from vomstudio.registration.coordinate_checks import (
     doubts_about_points,
     far_from_others,
@@ -64,12 +70,10 @@ from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 Marked = tuple[str, str, float, float]
-
 _TAPE = 0.005
 """One sigma of a length by tape whose ends are picked on a model, as a share of it."""
 _UNSURE_DEG = 60.0
-# Photos are not taken nearer to each other, and no receiver would tell.
-_SAME_PLACE_M = 0.01
+_SAME_PLACE_M = 0.01  # photos are not taken nearer to each other
 
 
 @dataclass
@@ -104,6 +108,8 @@ class Evidence:
     """Of control points in photos: label, photo, x, y."""
     reference: Combined | None = None
     """The model as it was fitted to another one."""
+    without: Sequence[str] = ()
+    """Labels of what is left out."""
 
     @property
     def empty(self) -> bool:
@@ -152,29 +158,26 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         kinds.append(_level(evidence, evidence.level, extent, said))
     if evidence.level_lines:
         kinds.append(level_lines_of(evidence.level_lines))
+    doubt = evidence.compass_doubt_deg
     if evidence.compass is not None:
-        doubt = evidence.compass_doubt_deg
         read = compass_directions(evidence.compass, evidence.compass_turn_deg, doubt)
-        if evidence.compass.read.is_plane.any():
-            said += said_of_azimuths(read[0].labels, read[0].model, read[0].world)
         kinds += read
     if evidence.azimuths:
-        kinds.append(azimuth_lines(evidence.azimuths, evidence.compass_doubt_deg))
+        kinds.append(azimuth_lines(evidence.azimuths, doubt))
     if evidence.reference is not None:
         kinds.append(evidence.reference)
+    if evidence.without:
+        kinds, check = left_out(kinds, check, evidence.without)
+        said.append(tr("Left out as asked: {names}.", names=", ".join(evidence.without)))
+    if evidence.compass is not None:
+        said += said_of_compass(evidence.compass, kinds)
     try:
         placed = place(kinds, check, extent)
     except GeometryError as error:
         # What looks wrong with the values is the cause: where points lie follows from it.
         raise GeometryError(" ".join(said if doubted else [*said, str(error)])) from error
-    if evidence.compass is not None and len(kinds) == len(read) and not evidence.compass_doubt_deg:
-        said.append(
-            tr(
-                "North rests on the compass alone, which is taken to be off by nothing for all "
-                "readings alike: a declination applied twice, or iron nearby, would turn all of "
-                "them and stay unseen. State how far it may be off (--north-sigma)."
-            )
-        )
+    if evidence.compass is not None and len(kinds) == len(read) and not doubt:
+        said += said_of_lone_compass()
     said += said_of_feet(placed.scale, placed.scale_error_95)
     said += _said_of_cameras(evidence, kinds, placed)
     if evidence.positions is not None and len(kinds) == 1:

@@ -13,7 +13,7 @@ from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.agreement import compass_turn, said_of_disagreement
-from vomstudio.registration.blunders import find_blunders
+from vomstudio.registration.blunders import Blunder, find_blunders, leave_one_out
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import Observed, Points
 from vomstudio.registration.remarks import (
@@ -23,6 +23,7 @@ from vomstudio.registration.remarks import (
     said_of_fit,
     said_of_mirrors,
     said_of_points,
+    said_of_without,
 )
 from vomstudio.registration.results import (
     Known,
@@ -65,6 +66,14 @@ def place(
     nothing else.
     """
     kinds = [kind for kind in kinds if len(kind.labels)]
+    if not kinds and check is not None and len(check.labels):
+        raise GeometryError(
+            tr(
+                "All {count} points are marked as check, and none places the model. Mark 3 or more "
+                "as control.",
+                count=len(check.labels),
+            )
+        )
     points = next((kind for kind in kinds if isinstance(kind, Points)), None)
     if points is not None and len(kinds) == 1:
         _require_enough(points)
@@ -77,6 +86,9 @@ def place(
         # Readings that are all off alike are none of them wrong beside the others.
         by = adjust(judged, centre, size)
     blunders = find_blunders(judged, by, centre, size)
+    without = leave_one_out(judged, by, centre, size)
+    if without and without[0].suspect:
+        blunders = [Blunder(without[0].label, None, None, without[0].error_deg)]
     control = _residuals(points, found.fit)
     checked = _residuals(check, found.fit)
     rotation, rotation95 = _rotation_errors(found, known)
@@ -87,7 +99,7 @@ def place(
         *([] if turned is None else [turned.in_words()]),
         *said_of_points(control, checked, points),
         *said_of_errors(rotation, scale95, known, points),
-        *said_of_blunders(judged, blunders, by, centre, size),
+        *(said_of_without(without) or said_of_blunders(judged, blunders, by, centre, size)),
         *said_of_mirrors(points, found.fit),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
@@ -96,7 +108,7 @@ def place(
     matrix[:3, :3] = found.fit.scale * found.fit.rotation
     matrix[:3, 3] = found.fit.translation
     return Placed(
-        matrix=tuple(tuple(row) for row in matrix.tolist()),
+        matrix=matrix,
         scale=found.fit.scale,
         control=control,
         check=checked,
@@ -108,6 +120,7 @@ def place(
         worth_adding=_worth_adding(found, points, extent, known),
         known=known,
         blunders=tuple(blunders),
+        without=tuple(without),
         warnings=tuple(warnings),
         covariance=tuple(tuple(row) for row in found.covariance.tolist()),
         centre=(float(found.centre[0]), float(found.centre[1]), float(found.centre[2])),

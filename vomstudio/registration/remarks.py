@@ -10,7 +10,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
 from vomstudio.registration.adjustment import Adjusted, adjust
-from vomstudio.registration.blunders import Blunder, chosen
+from vomstudio.registration.blunders import Blunder, Without, chosen
 from vomstudio.registration.observations import Observed, Points
 from vomstudio.registration.results import Known, Placed, PointResidual, RotationError
 from vomstudio.registration.scatter import scale_warning
@@ -238,7 +238,7 @@ def said_of_blunders(
         return [
             tr(
                 "{labels}: too far from where the others put it to be chance. Without it the scale "
-                "changes by {share:+.2g} %. Look the value up, or leave it out.",
+                "changes by {share:+.2g} %. Look the value up, or leave it out (--without).",
                 labels=labels,
                 share=100.0 * (again.fit.scale / found.fit.scale - 1.0),
             )
@@ -246,11 +246,39 @@ def said_of_blunders(
     return [
         tr(
             "{labels}: too far from where the others put it to be chance. Without it the model "
-            "turns by {turn:.2g}°. Look the value up, or leave it out.",
+            "turns by {turn:.2g}°. Look the value up, or leave it out (--without).",
             labels=labels,
             turn=float(np.degrees(turned)),
         )
     ]
+
+
+def said_of_without(without: Sequence[Without]) -> list[str]:
+    """Of the suspect among a few directions, with what would become of the placement without it."""
+    if not without or not without[0].suspect:
+        return []
+    first = without[0]
+    said = [
+        tr(
+            "{label}: {error:.0f}° from where the others put it, too far to be chance. Without it "
+            "these agree to {others:.1f}° (RMS) and the model turns by {turn:.1f}°. Look the value "
+            "up, or leave it out (--without).",
+            label=first.label,
+            error=first.error_deg,
+            others=first.others_deg,
+            turn=first.turned_deg,
+        )
+    ]
+    if first.azimuth_off_deg is not None:
+        said.append(
+            tr(
+                "{label} would agree if {turn:+.0f}° were added to its azimuth: a strike may have "
+                "been read as dip direction, or the opposite direction.",
+                label=first.label,
+                turn=first.azimuth_off_deg,
+            )
+        )
+    return said
 
 
 def said_of_bowing(found: Bowing | None, *, photos: bool = False) -> list[str]:

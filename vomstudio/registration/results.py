@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.registration.blunders import Blunder
+from vomstudio.errors import InputError
+from vomstudio.geometry.places import FARTHEST_M
+from vomstudio.registration.blunders import Blunder, Without
 from vomstudio.reprs import Shown
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -81,11 +84,11 @@ class Known:
         return self.north and self.vertical and self.scale and self.position
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Placed(Shown):
     """A similarity from the model to World, and what it leaves over.
 
-    matrix : 4 x 4, acts on column vectors of the model; scale : metres per unit of the model
+    matrix : (4, 4), acts on column vectors of the model; scale : metres per unit of the model
     control : points that entered the fit; check : points that did not
     rms_control_m, rms_check_m : of the residuals' lengths, None without such points
     rotation_error_deg, rotation_error_95_deg, scale_error_95 (a share of the scale) : from the
@@ -93,11 +96,13 @@ class Placed(Shown):
         leave)
     covariance : (7, 7) of turns about east, north and up (rad), a relative change of scale and a
         shift (m), about `centre` (World); one sigma of a normal distribution with the same 95 %
+    without : the placement without each of a few directions that do not agree, the most suspicious
+        first
     reach_m, normal : from the middle of the model to its edge, and of its mean plane (World), None
         where only the points are known
     """
 
-    matrix: tuple[tuple[float, ...], ...]
+    matrix: Array
     scale: float
     control: tuple[PointResidual, ...]
     check: tuple[PointResidual, ...]
@@ -114,15 +119,27 @@ class Placed(Shown):
     centre: tuple[float, float, float]
     reach_m: float | None = None
     normal: tuple[float, float, float] | None = None
+    without: tuple[Without, ...] = ()
 
     def __call__(self, points: npt.ArrayLike) -> Array:
-        """(n, 3) World of model points (n, 3)."""
-        m = np.asarray(self.matrix)
-        return np.asarray(np.asarray(points, np.float64) @ m[:3, :3].T + m[:3, 3])
+        """(n, 3) World of model points (n, 3), or (3,) of one. Raises InputError."""
+        m = self.matrix
+        try:
+            places = np.asarray(points, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            places = np.empty(0)
+        if not places.ndim or places.shape[-1] != 3 or not (np.abs(places) <= FARTHEST_M).all():
+            raise InputError(
+                tr("Points need three finite coordinates each, x, y, z, as an array (n, 3)."),
+                field="points",
+            )
+        return np.asarray(places @ m[:3, :3].T + m[:3, 3])
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command."""
-        told = asdict(self)
+        told = asdict(self) | {"matrix": self.matrix.tolist()}
         for name in ("covariance", "centre", "reach_m", "normal"):
             del told[name]
+        if not self.without:
+            del told["without"]
         return told

@@ -12,10 +12,11 @@ import numpy.typing as npt
 
 from vomstudio.document import catalogue
 from vomstudio.document.figures import Figure, Form, Subject
-from vomstudio.document.kind import GisLayer, Kind
+from vomstudio.document.kind import GisLayer, Kind, color_of
 from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
+from vomstudio.document.repeats import firsts
 from vomstudio.tables.orientation_table import plain
 from vomstudio.tables.project_table import ProjectTable
 
@@ -26,22 +27,37 @@ _POINTS = {"plane": "planes", "line": "lines"}
 @dataclass(frozen=True, eq=False)
 class Layer:
     """shapes : one (n, 3) float64 array per feature; of a point n = 1, of a ring the first point is
-    not repeated at the end. columns : one value per feature, by name. main : as in GisLayer."""
+    not repeated at the end. columns : one value per feature, by name. main, by : as in GisLayer.
+    colors : of each feature, "#rrggbb" or ""; none for the points of orientations"""
 
     name: str
     kind: Literal["point", "line", "ring"]
     shapes: list[npt.NDArray[np.float64]]
     columns: dict[str, npt.NDArray[Any]]
     main: bool = False
+    by: str = "kind"
+    colors: Sequence[str] = ()
+
+    @property
+    def classes(self) -> list[str]:
+        """By what features have their colours; empty words where the layer does not say."""
+        return [str(word) for word in self.columns.get(self.by, [""] * len(self.shapes))]
+
+    def colors_of(self, types: Mapping[str, str], otherwise: str) -> dict[str, str]:
+        """The colour of each class. types : of the feature types, by their names in lower case."""
+        if self.by == "kind":
+            return {word: types.get(word.casefold(), otherwise) for word in self.classes}
+        own = zip(self.classes, self.colors, strict=True)
+        return {word: color or otherwise for word, color in own}
 
 
 def project_layers(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> list[Layer]:
-    """The layers of the kinds, each after that of the points of its orientations. Those that would
-    be empty are left out, but for `planes` and `traces`. A compass reading without a place is in
-    the table only."""
-    features = [r for r in records.values() if isinstance(r, Feature)]
+    """The layers of the kinds, without repeats, each after the points of its orientations. Those
+    that would be empty are left out, but for `planes` and `traces`. A compass reading without a
+    place is in the table only."""
+    features = firsts((r for r in records.values() if isinstance(r, Feature)), records)
     measured = measurements.of(records, [f.id for f in features])
     own: dict[Kind, list[Subject]] = {}
     for f in features:
@@ -57,6 +73,7 @@ def project_layers(
 
 
 def _points(name: str, nature: str, table: ProjectTable) -> Layer:
+    table = table.without_repeats()
     rows = [row for row in table.rows if row["x"] is not None and row["geometry"] == nature]
     places = [np.array([[row[c] for c in "xyz"]], np.float64) for row in rows]
     # The layer's own key is `fid`, so `id` stays the record's.
@@ -73,7 +90,8 @@ def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:
             continue
         columns[figure.name] = _column(values, figure)
     shapes = [shape for _, shape in drawn]
-    return Layer(layer.name, layer.geometry, shapes, columns, layer.main)
+    colors = [color_of(s.feature, s.records) for s, _ in drawn]
+    return Layer(layer.name, layer.geometry, shapes, columns, layer.main, layer.by, colors)
 
 
 def _column(values: list[Any], figure: Figure) -> npt.NDArray[Any]:

@@ -128,5 +128,5 @@ TOOL = ToolEntry(
     icon="vector-line",
     key="E",
     tip=to_translate("Click along a contact or fault that is drawn only; no plane is fitted."),
-    order=32,
+    order=22,
 )

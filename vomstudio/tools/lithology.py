@@ -13,6 +13,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.lithology import KIND, Lithology, words
 from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError
+from vomstudio.geology.beds.lithologies import color_of_rock
 from vomstudio.tools.following import FollowingTool
 from vomstudio.tools.polyline import points_text
 from vomstudio.tools.tool_entry import ToolEntry
@@ -116,7 +117,7 @@ class LithologyTool(FollowingTool[Lithology]):
 
     # --- what is seen ------------------------------------------------------------------------
     def _color(self) -> str:
-        return KIND.color
+        return color_of_rock(self.lithology) or KIND.color
 
     def _reading(self) -> tuple[str, ...]:
         count, measured = len(self.vertices), self.measurement
@@ -130,9 +131,9 @@ class LithologyTool(FollowingTool[Lithology]):
 
 TOOL = ToolEntry(
     LithologyTool,
-    label=to_translate("Roc&k area"),
+    label=to_translate("&Rock area"),
     icon="layers",
-    key="K",
+    key="Shift+R",
     tip=to_translate("Click around one rock; the area is measured on the surface of the model."),
-    order=34,
+    order=28,
 )

@@ -25,7 +25,7 @@ from vomstudio.words import tr
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns its exit code and never raises, whatever happens in it."""
-    words = sys.argv[1:] if argv is None else list(argv)
+    words = [_from_home(word) for word in (sys.argv[1:] if argv is None else argv)]
     memory_limit.take_charge()
     with stdout_kept() as channel, stop_signals_heard():
         try:
@@ -36,6 +36,14 @@ def main(argv: Sequence[str] | None = None) -> int:
             return Cancelled.exit_code
         except VomError as error:  # stdout itself could not be written
             return _fail(error, None, Output(as_json=False))
+
+
+def _from_home(word: str) -> str:
+    """What a shell makes of `~/`, for words that come from a script, or stand behind a `=`."""
+    option, equals, value = word.partition("=") if word.startswith("--") else ("", "", word)
+    if value != "~" and not value.startswith("~/"):
+        return word
+    return word if os.path.lexists(value) else option + equals + os.path.expanduser(value)
 
 
 def _progress_wanted(words: Sequence[str]) -> bool:

@@ -77,4 +77,5 @@ KIND = Kind(
     headline=headline,
     tool="contact",
     layer=GisLayer("contacts", "line", line_of, (*of.NAMED, LENGTH, of.NOTES)),
+    listed=True,
 )

@@ -17,8 +17,8 @@ from vomstudio.document.length_figures import (
     AREA_REGISTRATION,
     PERIMETER,
     PERIMETER_REGISTRATION,
-    headline,
 )
+from vomstudio.document.length_figures import headline as area
 from vomstudio.document.length_figures import words as words_of_dimension
 from vomstudio.document.measurement import (
     Floats,
@@ -29,7 +29,7 @@ from vomstudio.document.measurement import (
     world_lines,
 )
 from vomstudio.document.records import Model, Picked, Point, Repeatable
-from vomstudio.geology.beds.lithologies import WORDS
+from vomstudio.geology.beds.lithologies import WORDS, color_of_rock
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import path_length, ring_area
 from vomstudio.geometry.units import area_text
@@ -79,7 +79,7 @@ def _measure(feature: Lithology, model: Model | None, points: Floats) -> Measure
         figures |= registration_errors(figures, model, None)
     return Measurement(
         points, None, None, None, None, problem, dimension=figures or None,
-        metric=is_metric(model), kind="lithology",
+        said=feature.lithology, metric=is_metric(model), kind="lithology",
     )  # fmt: skip
 
 
@@ -101,13 +101,21 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 def words(measured: Measurement) -> list[str]:
     """The area on the surface first, then what an outline says without a surface."""
     figures = measured.dimension or {}
-    said = words_of_dimension(measured)
+    first, *more = words_of_dimension(measured) or [""]
+    said = [tr("Surface {area}", area=first), *more] if "area_m2" in figures else [first, *more]
+    if not figures:
+        return []
     if "outline_m2" in figures:
         flat = area_text(figures["outline_m2"], metric=measured.metric)
         said.append(tr("Area of the outline, laid flat {area}", area=flat))
     if figures and "area_m2" not in figures:
         said.append(tr("The area on the surface is not known: it is measured on a mesh."))
     return said
+
+
+def headline(measured: Measurement) -> str | None:
+    """Rock and area."""
+    return ", ".join(filter(None, (measured.said, area(measured)))) or None
 
 
 def about(subject: Subject) -> list[str]:
@@ -121,7 +129,6 @@ LITHOLOGY = figure_in_words(
     _("Rock, in the words of StraboSpot's forms"),
     lambda s: s.feature.lithology or None,
     words=("lithology", "rock"),
-    attribute="lithology",
 )
 SURFACE_AREA = replace(AREA, explanation=_("Area of the surface inside the outline"))
 OUTLINE_AREA = Figure(
@@ -155,8 +162,12 @@ KIND = Kind(
     layer=GisLayer(
         "lithologies", "ring", ring,
         (of.ID, of.NAME, LITHOLOGY, SURFACE_AREA, OUTLINE_AREA, of.MODEL, of.NOTES),
+        by="lithology",
     ),
     group=GROUP,
     color="#c2a36b",
+    tint=lambda lithology: color_of_rock(lithology.lithology),
     prefix=lambda lithology: "lithology",
+    listed=True,
+    written=lambda lithology: lithology.lithology or lithology.name,
 )  # fmt: skip

@@ -15,7 +15,6 @@ from vomstudio.document.measurement import (
     Measurement,
     Measuring,
     is_metric,
-    nothing_measured,
     world_lines,
 )
 from vomstudio.document.records import Picked, Point
@@ -46,10 +45,19 @@ class Station(Picked):
 def measure(at: Measuring, stations: Sequence[Station]) -> list[Measurement]:
     """Where they are, in World; there is nothing else to be measured."""
     models = [at.model(station.model_id) for station in stations]
+    places = world_lines(stations, models)
     return [
-        nothing_measured(place, None, None, kind="station", metric=is_metric(model))
-        for place, model in zip(world_lines(stations, models), models, strict=True)
-    ]
+        Measurement(
+            place, None, None, None, None, None, said=_in_words(station), metric=is_metric(model),
+            kind="station",
+        )
+        for station, place, model in zip(stations, places, models, strict=True)
+    ]  # fmt: skip
+
+
+def _in_words(station: Station) -> str:
+    what = tr(dict(WHATS)[station.what])
+    return f"{what} {station.number}".rstrip()
 
 
 def place(subject: Subject) -> Floats | None:
@@ -84,7 +92,6 @@ NUMBER = figure_in_words(
     _("Number of a station or sample, as written in the field"),
     lambda s: s.feature.number or None,
     words=("number",),
-    attribute="number",
 )
 PHOTO = figure_in_words(
     "photo",
@@ -92,7 +99,6 @@ PHOTO = figure_in_words(
     _("Name or path of the photo of a station or sample"),
     lambda s: s.feature.photo or None,
     words=("photo",),
-    attribute="photo",
 )
 WHAT = replace(
     of.KIND, title=_("Kind"), explanation=_("Station or sample"), value=_what, words=(), shown=None
@@ -117,7 +123,7 @@ KIND = Kind(
     sketch=sketch,
     class_name=lambda station: str(station.what),
     about=about,
-    headline=lambda measured: tr("Station or sample"),
+    headline=lambda measured: measured.said,
     tool="station",
     layer=GisLayer(
         "stations", "point", place,
@@ -126,4 +132,6 @@ KIND = Kind(
     group=GROUP,
     color="#ffffff",
     prefix=lambda station: str(station.what),
+    listed=True,
+    written=lambda station: station.number or station.name,
 )  # fmt: skip

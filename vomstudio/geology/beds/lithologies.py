@@ -39,6 +39,25 @@ def words() -> tuple[str, ...]:
     )  # fmt: skip
 
 
+_COLORS = {
+    "siliciclastic": "#d9fdd3", "claystone": "#d5e6cc", "mudstone": "#cfefdf", "shale": "#ace4c8",
+    "siltstone": "#d6fe9a", "sandstone": "#cdffd9", "conglomerate": "#b7d9cc",
+    "breccia": "#a7ba86", "limestone": "#43aff9", "dolostone": "#6bc3ff",
+    "organic_coal": "#820041", "peat": "#ffcf81", "evaporite": "#019ccd", "chert": "#9abfc0",
+    "ironstone": "#b99598", "phosphatic": "#bfe3dc", "volcaniclastic": "#ffe0de",
+    "bentonite": "#c0d0c0", "tuff": "#f9d3d3", "welded tuff": "#fff3c9", "ignimbrite": "#ffe5c3",
+}  # fmt: skip
+"""The colours of lithologies on the state geologic maps of the U.S. Geological Survey."""
+
+
+def color_of_rock(word: str) -> str:
+    """The colour of a rock on a map, "#rrggbb": its own, else that of its class; "" for what is
+    covered, and for words that StraboSpot's forms do not have."""
+    fields = in_strabospot(word) or {}
+    told = [value for value in fields.values() if value]
+    return next((_COLORS[value] for value in reversed(told) if value in _COLORS), "")
+
+
 def in_strabospot(word: str) -> dict[str, str] | None:
     """The fields of StraboSpot for a rock, case and separators forgiven: `primary_lithology` and
     what it is called more closely; all empty for nothing and what is covered; None for a word that

@@ -46,23 +46,21 @@ def kml_text(
     _add(document, "name", title)
     styles: dict[str, str] = {}
     for layer in layers:
-        for kind in dict.fromkeys(_kinds(layer)):
-            if kind not in styles:
-                styles[kind] = f"style{len(styles)}"
-                _style(document, styles[kind], colors.get(kind.casefold(), _WHITE))
+        for color in dict.fromkeys(layer.colors_of(colors, _WHITE).values()):
+            if color not in styles:
+                styles[color] = f"style{len(styles)}"
+                _style(document, styles[color], color)
     for layer in layers:
         folder = _add(document, "Folder")
         _add(folder, "name", layer.name)
-        for row, kind in enumerate(_kinds(layer)):
-            _placemark(folder, layer, row, styles[kind], _parts(layer, row, size), crs, out)
+        shades = layer.colors_of(colors, _WHITE)
+        for row, word in enumerate(layer.classes):
+            style = styles[shades[word]]
+            _placemark(folder, layer, row, style, _parts(layer, row, size), crs, out)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(
         root, encoding="unicode"
     )
-
-
-def _kinds(layer: Layer) -> list[str]:
-    return [str(kind) for kind in layer.columns.get("kind", [""] * len(layer.shapes))]
 
 
 def _parts(layer: Layer, row: int, size: float) -> list[Floats]:
@@ -70,7 +68,7 @@ def _parts(layer: Layer, row: int, size: float) -> list[Floats]:
     shape = layer.shapes[row]
     figures = properties_of(layer, row)
     if layer.kind != "point":
-        return [shape if layer.kind == "line" else np.vstack([shape, shape[:1]])]
+        return [shape]
     if "dip_deg" in figures:
         return strike_and_dip(shape[0], figures["dip_direction_deg"], figures["dip_deg"], size)
     if "plunge_deg" in figures:
@@ -93,7 +91,13 @@ def _placemark(
     if layer.kind == "point":
         _coordinates(_add(many, "Point"), layer.shapes[row], crs, out)
     for part in parts:
-        _coordinates(_add(many, "LineString"), part, crs, out)
+        if layer.kind == "ring":
+            area = _add(many, "Polygon")
+            _add(area, "altitudeMode", "absolute")
+            border = _add(area, "outerBoundaryIs")
+            _coordinates(_add(border, "LinearRing"), np.vstack([part, part[:1]]), crs, out)
+        else:
+            _coordinates(_add(many, "LineString"), part, crs, out)
 
 
 def _coordinates(parent: ElementTree.Element, points: Floats, crs: str, out: Path) -> None:
@@ -124,6 +128,7 @@ def _style(document: ElementTree.Element, name: str, color: str) -> None:
     line = _add(style, "LineStyle")
     _add(line, "color", told)
     _add(line, "width", "2")
+    _add(_add(style, "PolyStyle"), "color", f"59{told[2:]}")
 
 
 def _add(

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import MOST_DEGREES, StatedAxes, in_words, stated_axes, why_refused
+from vomstudio.io.gis.layer_reading import layers_of
 from vomstudio.words import tr, tr_n
 
 Shapes = npt.NDArray[np.object_]
@@ -105,12 +106,10 @@ def _read(path: Path, layer: str | None, wanted: tuple[str, ...], none: str) -> 
     if not path.is_file():
         raise InputError(tr("There is no such file. Check its name."), file=path)
     layer = layer or _layer_of(path, wanted)
-    try:
-        told, _, raw, fields = pyogrio.raw.read(path, layer=layer, force_2d=True)
+    with layers_of(path, lambda: _unreadable(path)) as named:
+        told, _, raw, fields = pyogrio.raw.read(named, layer=layer, force_2d=True)
         # A table without geometry has none at all.
         shapes = shapely.from_wkb([] if raw is None else raw, on_invalid="ignore")
-    except _gdal_errors() as error:
-        raise _unreadable(path) from error
     axes = _axes(path, told["crs"], shapes)
     factor, said = _factor(path, axes)
     columns = dict(zip(map(str, told["fields"]), fields, strict=True))
@@ -126,12 +125,6 @@ def _read(path: Path, layer: str | None, wanted: tuple[str, ...], none: str) -> 
     )  # fmt: skip
 
 
-def _gdal_errors() -> tuple[type[Exception], ...]:
-    from pyogrio.errors import DataLayerError, DataSourceError, FeatureError, GeometryError
-
-    return (DataSourceError, DataLayerError, FeatureError, GeometryError, OSError, ValueError)
-
-
 def _unreadable(path: Path) -> InputError:
     return InputError(
         tr("This cannot be read as a drawing. Save it as GeoPackage, GeoJSON, shapefile or DXF."),
@@ -143,10 +136,8 @@ def _layer_of(path: Path, wanted: tuple[str, ...]) -> str | None:
     """The only layer that can hold such shapes."""
     import pyogrio
 
-    try:
-        layers = pyogrio.list_layers(path)
-    except _gdal_errors() as error:
-        raise _unreadable(path) from error
+    with layers_of(path, lambda: _unreadable(path)) as named:
+        layers = pyogrio.list_layers(named)
     # None is no geometry at all, Unknown is any.
     fit = [
         str(name)

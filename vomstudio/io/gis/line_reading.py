@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.files.names import utf8_name
+from vomstudio.io.gis.layer_reading import layers_of
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -45,34 +45,35 @@ def read_gis_lines(path: str | Path) -> ReadLines:
     polygon and parts of a collection are lines of their own. Raises InputError where the file
     cannot be read."""
     import pyogrio
-    from pyogrio.errors import DataLayerError, DataSourceError
 
+    path = Path(path)
     found: list[ReadLine] = []
     described: list[str] = []
     crs: str | None = None
     skipped = 0
-    try:
-        with utf8_name(Path(path)) as named:
-            for layer, kind in pyogrio.list_layers(named):
-                if kind is None:
-                    continue
-                told, _, shapes, fields = pyogrio.raw.read(named, layer=layer, force_2d=True)
-                crs = crs or told["crs"]
-                info = pyogrio.read_info(named, layer=layer)
-                described.append(str((info.get("layer_metadata") or {}).get("DESCRIPTION", "")))
-                names = _names(told["fields"], fields, len(shapes))
-                lines, others = _lines(str(layer), names, shapes)
-                found += lines
-                skipped += others
-    except (DataSourceError, DataLayerError, OSError, ValueError) as error:
-        raise InputError(
-            tr(
-                "The file cannot be read as lines. Save them as GeoPackage, GeoJSON, shapefile, "
-                "DXF or SVG."
-            ),
-            file=path,
-        ) from error
+    with layers_of(path, lambda: _unreadable(path)) as named:
+        for layer, kind in pyogrio.list_layers(named):
+            if kind is None:
+                continue
+            told, _, shapes, fields = pyogrio.raw.read(named, layer=layer, force_2d=True)
+            crs = crs or told["crs"]
+            info = pyogrio.read_info(named, layer=layer)
+            described.append(str((info.get("layer_metadata") or {}).get("DESCRIPTION", "")))
+            names = _names(told["fields"], fields, len(shapes))
+            lines, others = _lines(str(layer), names, shapes)
+            found += lines
+            skipped += others
     return ReadLines(tuple(found), crs, tuple(described), skipped)
+
+
+def _unreadable(path: Path) -> InputError:
+    return InputError(
+        tr(
+            "The file cannot be read as lines. Save them as GeoPackage, GeoJSON, shapefile, DXF or "
+            "SVG."
+        ),
+        file=path,
+    )
 
 
 def _names(keys: Any, fields: Any, count: int) -> list[str]:

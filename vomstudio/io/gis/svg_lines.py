@@ -107,7 +107,7 @@ def _walk(
 def transform_of(text: str) -> Array:
     """(3, 3) of an attribute `transform`. Raises ValueError."""
     matrix = np.eye(3)
-    for word, inner in re.findall(r"(\w+)\s*\(([^)]*)\)", text):
+    for word, inner in re.findall(r"\b(\w+)\s*\(([^()]*)\)", text):
         v = [float(number) for number in re.findall(_NUMBER, inner)]
         step = np.eye(3)
         if word == "matrix":

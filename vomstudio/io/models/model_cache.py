@@ -9,6 +9,7 @@ the process, so they are read into memory and not mapped.
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import math
 import os
@@ -92,13 +93,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         make_folder(folder.parent)
         draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     except OSError as error:
-        raise TargetError(
-            tr(
-                "The cache cannot be written ({reason}). Free its disk or move the project.",
-                reason=reason_of(folder.parent, error),
-            ),
-            file=folder,
-        ) from error
+        raise _unwritable(folder, error) from error
     try:
         # What is worked out takes as long as the writing, and can go on beside it.
         with ThreadPoolExecutor(2) as pool:
@@ -118,19 +113,23 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         (draft / META).write_text(json.dumps(meta), encoding="utf-8")
         _put_in_place(draft, folder)
     except OSError as error:
-        raise TargetError(
-            tr(
-                "The cache cannot be written ({reason}). Free its disk or move the project.",
-                reason=reason_of(folder.parent, error),
-            ),
-            file=folder,
-        ) from error
+        raise _unwritable(folder, error) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
     if isinstance(data, PointCloud):
         data = replace(data, arrangement=arrangement)
     where = Path(loaded.path).absolute()
     return replace(loaded, data=data, path=where, resolution=usual, height_unit=None)
+
+
+def _unwritable(folder: Path, error: OSError) -> TargetError:
+    return TargetError(
+        tr(
+            "The cache cannot be written ({reason}). Free its disk or move the project.",
+            reason=reason_of(folder.parent, error),
+        ),
+        file=folder,
+    )
 
 
 def _stored(material: Material) -> dict[str, object]:
@@ -310,15 +309,13 @@ def _read_array(
 ) -> npt.NDArray[Any]:
     """Raises InputError, OSError, ValueError."""
     wrong_size = tr("{file} has a wrong size", file=path.name)
+    head = _head(shape, kind)
     with open(path, "rb", buffering=0) as file:
         size = math.prod(shape) * kind.itemsize
         # Before room is made for it.
-        if os.fstat(file.fileno()).st_size - size not in range(64, 65536):
+        if os.fstat(file.fileno()).st_size != len(head) + size:
             raise _damaged(folder, wrong_size)
-        version = np.lib.format.read_magic(file)
-        if version != (1, 0):
-            raise _damaged(folder, tr("it was written by another version"))
-        if np.lib.format.read_array_header_1_0(file) != (shape, False, kind):
+        if file.read(len(head)) != head:
             raise _damaged(
                 folder, tr("{file} does not agree with {index}", file=path.name, index=META)
             )
@@ -331,6 +328,15 @@ def _read_array(
         raise _damaged(folder, wrong_size)
     array.flags.writeable = False
     return array
+
+
+def _head(shape: tuple[int, ...], kind: np.dtype[Any]) -> bytes:
+    """How a file of such an array begins: of one that is damaged numpy parses it as a program."""
+    made = io.BytesIO()
+    descr = np.lib.format.dtype_to_descr(kind)
+    told = {"descr": descr, "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(made, told)
+    return made.getvalue()
 
 
 def _units(stored: Any) -> Units:

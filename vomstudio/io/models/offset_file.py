@@ -25,7 +25,7 @@ _THREE = f"({_NUMBER}){_BETWEEN}({_NUMBER}){_BETWEEN}({_NUMBER})"
 _OFFSET = re.compile(rf"(?:offset|origin|shift)[\s:=(\[]*{_THREE}(?![\w.])", re.IGNORECASE)
 _BARE = re.compile(rf"\s*{_THREE}\s*")
 _EPSG = re.compile(r"\bEPSG:\s*(\d{4,6})\b", re.IGNORECASE)
-_WKT = re.compile(r"^\s*CRS:\s*(\S.*)$", re.IGNORECASE | re.MULTILINE)
+_WKT = re.compile(r"^[ \t]*CRS:[ \t]*(\S.*)$", re.IGNORECASE | re.MULTILINE)
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from vomstudio.document.journal import RowKind
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, TargetError, VomError
 from vomstudio.files.disk_troubles import not_written, reason_of
-from vomstudio.files.inside import make_folder
+from vomstudio.files.inside import links_of, make_folder, place_inside
 from vomstudio.io.project.assets import FOLDER
 from vomstudio.io.project.journal import NAME, SqliteJournal
 from vomstudio.io.project.journal_ground import head_of
@@ -214,6 +214,7 @@ def _bring_back_files(folder: Path) -> None:
     aside = folder / _PUT_ASIDE
     if not aside.is_dir():
         return
+    place_inside(aside, folder)
     try:
         make_folder(folder / FOLDER, folder)
         for path in aside.iterdir():
@@ -235,7 +236,8 @@ def forget(folder: Path) -> None:
     remove(folder / BEFORE)
     remove(folder / NEW)
     aside = folder / _PUT_ASIDE
-    if aside.is_dir():
+    # What a link leads to is not the project's.
+    if aside.is_dir() and not links_of(str(folder), [_PUT_ASIDE]):
         for path in aside.iterdir():
             remove(path)
         with contextlib.suppress(OSError):
@@ -277,7 +279,8 @@ def _do(seq: int, edit: Edit) -> _NewRow:
 def _unused(folder: Path, session: Session) -> list[Path]:
     """Files of the project that nothing names which can be reached."""
     assets = folder / FOLDER
-    if not assets.is_dir():
+    # What a link leads to is not the project's.
+    if not assets.is_dir() or links_of(str(folder), [FOLDER]):
         return []
     steps = [edit for _, edit in (*session.done_steps(), *session.undone_steps())]
     named = {

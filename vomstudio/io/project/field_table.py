@@ -100,7 +100,11 @@ def read_field_table(path: str | Path) -> FieldTable:
 def _cut(line: str, delimiter: str) -> list[str]:
     if '"' not in line:
         return [unguarded(cell) for cell in cut(line, delimiter)]
-    cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+    try:
+        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+    except csv.Error:
+        # A cell of more than 131,072 characters.
+        cells = cut(line, delimiter)
     return [unguarded(cell.strip()) for cell in cells]
 
 

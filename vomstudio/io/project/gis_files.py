@@ -87,11 +87,7 @@ def write_dxf(
     and line also as a point and as the symbol of a map with its dip or plunge, and a plane of known
     extent as a disc of faces, on layers of their own. Figures are extended data of the entity.
     Raises TargetError."""
-    colors = {
-        r.name.casefold(): dxf.color_number(r.color)
-        for r in records.values()
-        if isinstance(r, FeatureType)
-    }
+    colors = {r.name.casefold(): r.color for r in records.values() if isinstance(r, FeatureType)}
     homes = {
         (layer.name, kind): _home(layer, kind) for layer in layers for kind in _kinds_of(layer)
     }
@@ -103,10 +99,12 @@ def write_dxf(
     }
     names = dxf.layer_names([*homes.values(), *discs.values(), *symbols.values()])
     shades: dict[str, int] = {}
-    for (_, kind), home in homes.items():
+    own = {layer.name: layer.colors_of(colors, "") for layer in layers}
+    for (name, kind), home in homes.items():
+        color = own[name].get(kind, "")
         for label in (home, discs.get(home), symbols.get(home)):
             if label is not None:
-                shades.setdefault(names[label], colors.get(kind.casefold(), dxf.WHITE))
+                shades.setdefault(names[label], dxf.color_number(color) if color else dxf.WHITE)
     shapes = [shape for layer in layers for shape in layer.shapes]
     everything = np.concatenate(shapes) if shapes else np.zeros((1, 3))
     bounds = np.stack([everything.min(axis=0), everything.max(axis=0)])
@@ -123,7 +121,7 @@ def write_dxf(
             comment = f"VOM Studio, coordinates of {crs or 'a local frame'}, {axes.unit}"
             drawing = dxf.Drawing(file, shades, bounds, comment)
             for layer in layers:
-                kinds = _row_kinds(layer)
+                kinds = layer.classes
                 for row, shape in enumerate(layer.shapes):
                     home = homes[layer.name, kinds[row]]
                     values = {name: column[row] for name, column in layer.columns.items()}
@@ -134,7 +132,7 @@ def write_dxf(
                     if home in discs:
                         drawing.faces(_disc(shape[0], values), names[discs[home]])
             for layer in layers:
-                kinds = _row_kinds(layer)
+                kinds = layer.classes
                 for row, shape in enumerate(layer.shapes):
                     home = homes[layer.name, kinds[row]]
                     if home in symbols:
@@ -145,12 +143,7 @@ def write_dxf(
 
 
 def _kinds_of(layer: Layer) -> list[str]:
-    return list(dict.fromkeys(_row_kinds(layer)))
-
-
-def _row_kinds(layer: Layer) -> list[str]:
-    """The kind of each feature; empty in a layer that does not tell kinds apart."""
-    return [str(kind) for kind in layer.columns.get("kind", [""] * len(layer.shapes))]
+    return list(dict.fromkeys(layer.classes))
 
 
 def _home(layer: Layer, kind: str) -> str:

@@ -42,6 +42,7 @@ from vomstudio.io.project.journal_rows import (
     text_of,
     writable,
 )
+from vomstudio.io.project.journal_shape import require_plain
 from vomstudio.io.project.journal_trouble import NotWritten, Trouble
 from vomstudio.version import __version__
 from vomstudio.words import tr
@@ -437,6 +438,7 @@ def _schema_of(db: sqlite3.Connection, path: Path) -> int:
     (version,) = db.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION_ID:
         raise InputError(tr("This is not the journal of a VOM Studio project."), file=path)
+    require_plain(db, path)
     if version > SCHEMA_VERSION:
         raise InputError(
             tr(

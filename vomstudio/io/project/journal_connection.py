@@ -19,12 +19,14 @@ _PAGE = 4096
 class JournalConnection(sqlite3.Connection):
     """To be given to `sqlite3.connect` as its factory; `path` is then the journal's."""
 
+    # Also where the database cannot be opened, which ends `__init__`.
+    _index = -1
+
     def __init__(self, path: Any, *args: Any, **options: Any) -> None:
         super().__init__(path, *args, **options)
         self._index_path = f"{os.fspath(path)}-shm"
         # Open as long as the database: closing any descriptor of a file gives up the locks that
         # SQLite has on it in this process.
-        self._index = -1
         self._size = 0
 
     def _mend_index(self) -> None:

@@ -9,7 +9,7 @@ from contextlib import closing
 from pathlib import Path
 
 from vomstudio.errors import InputError, TargetError, VomError
-from vomstudio.files.disk_troubles import is_full, is_read_only, not_written
+from vomstudio.files.disk_troubles import is_full, is_read_only, not_written, reason_of
 from vomstudio.files.inside import check_beside
 from vomstudio.io.project.journal_rows import Head, read_head, read_rows, text_of
 from vomstudio.io.project.journal_trouble import Trouble
@@ -225,7 +225,11 @@ def open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
             tr("The journal is in use by another program. Close it there first."), file=path
         )
     return TargetError(
-        tr("The journal cannot be opened for writing ({reason}).", reason=words), file=path
+        tr(
+            "The journal cannot be opened for writing ({reason}).",
+            reason=reason_of(path.parent, error),
+        ),
+        file=path,
     )
 
 

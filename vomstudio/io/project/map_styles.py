@@ -26,17 +26,17 @@ _STYLE_BY = (
 def style_of(layer: Layer, records: Mapping[str, Record]) -> Style:
     """Of one of the layers of `project_layers`."""
     colors = {r.name.casefold(): r.color for r in records.values() if isinstance(r, FeatureType)}
-    kinds = list(dict.fromkeys(str(kind) for kind in layer.columns.get("kind", [])))
-    if not kinds:
+    classes = layer.colors_of(colors, _OTHER)
+    if layer.by not in layer.columns or not classes:
         return Style(layer.kind, [Category("", layer.name, _pieces(layer, _OTHER))], tip=_TIP)
     categories = [
-        Category(kind, kind or tr("no type"), _pieces(layer, colors.get(kind.casefold(), _OTHER)))
-        for kind in kinds
+        Category(word, word or tr("no type"), _pieces(layer, color))
+        for word, color in classes.items()
     ]
-    if "" not in kinds:
+    if "" not in classes:
         # What is added in QGIS later, with a type that is not here.
         categories.append(Category("", tr("other"), _pieces(layer, _OTHER)))
-    return Style(layer.kind, categories, "kind", _labels(layer), _TIP)
+    return Style(layer.kind, categories, layer.by, _labels(layer), _TIP)
 
 
 _TIP = '[% coalesce("name", "id") %]'

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.errors import InputError
+from vomstudio.geology.notation import parse_angle, parse_azimuth
 from vomstudio.geometry.vectors import wrap360
-from vomstudio.io.text.tables import TextTable, lines_in_words, plain
+from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.rows import parse_number
+from vomstudio.io.text.tables import TextTable, lines_in_words
 from vomstudio.words import tr, tr_n
+
+Azimuth = Literal["strike", "dipdir"]
 
 ALIASES: dict[str, set[str]] = {
     "dip direction": {"dipdirection", "dipdir", "dipdirn", "ddir", "dd", "ddr", "azimuthofdip"}
@@ -41,8 +49,12 @@ ALIASES: dict[str, set[str]] = {
 }
 _WIND = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
 _BEARING = re.compile(
-    r"[NSEW]{1,3}(\s*\d+([.,]\d+)?\s*°?\s*[EW]?)?|\d+([.,]\d+)?\s*°?\s*[NSEW]{1,3}", re.IGNORECASE
+    r"[NSEW]{1,3}(\s*\d+([.,]\d+)?\s*(°\s*)?[EW]?)?|\d+([.,]\d+)?\s*(°\s*)?[NSEW]{1,3}",
+    re.IGNORECASE,
 )
+
+_WRITTEN = re.compile(r"[°º˚]|^\s*[NSEW]{1,3}\s*(\d|$)", re.IGNORECASE)
+"""An angle that is more than a number: 45°, N45E, NW."""
 
 
 class Columns:
@@ -109,8 +121,7 @@ class Columns:
 
     def azimuths(self, column: int, undefined: NDArray[np.bool_]) -> NDArray[np.float64]:
         """(n,) in [0, 360); 0 where the direction is `undefined`, whatever is written there."""
-        values = self.table.numbers([column])[:, 0]
-        values = np.where(undefined, 0.0, values)
+        values = np.where(undefined, 0.0, self._angles(column, parse_azimuth))
         outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
         hopeless = np.isinf(values) | (outside & ((values < -360.0) | (values > 720.0)))
         if hopeless.any():
@@ -132,11 +143,35 @@ class Columns:
 
     def inclinations(self, column: int, lowest: float) -> NDArray[np.float64]:
         """(n,) dips or plunges, which must lie in [lowest, 90]."""
-        values = self.table.numbers([column])[:, 0]
+        values = self._angles(column, parse_angle)
         outside = ~np.isnan(values) & ~((values >= lowest) & (values <= 90.0))
         if outside.any():
             raise self._outside(int(np.argmax(outside)), column, values, f"{lowest:g} to 90")
         return values
+
+    def _angles(self, column: int, read: Callable[[str], float]) -> NDArray[np.float64]:
+        """(n,) numbers, or angles as they stand in field books (N45E, 45°)."""
+        try:
+            return self.table.numbers([column])[:, 0]
+        except InputError:
+            cells = self.table.cells(column)
+            if not any(map(_WRITTEN.search, cells)):
+                raise
+        return np.array([self._angle(i, column, cell, read) for i, cell in enumerate(cells)])
+
+    def _angle(self, row: int, column: int, cell: str, read: Callable[[str], float]) -> float:
+        number = parse_number(cell, decimal_comma=self.table.delimiter in ";\t")
+        if number is not None:
+            return number
+        try:
+            return read(cell)
+        except InputError as error:
+            raise InputError(
+                error.message,
+                file=self.table.path,
+                line=int(self.table.line_numbers[row]),
+                field=self.table.label(column),
+            ) from error
 
     def _outside(
         self, row: int, column: int, values: NDArray[np.float64], wanted: str
@@ -168,3 +203,14 @@ class Columns:
     def are_winds(self, column: int) -> bool:
         cells = [c for c in self.table.cells(column) if c]
         return bool(cells) and all(_WIND.fullmatch(c) for c in cells)
+
+
+def convention_in_name(path: Path) -> Azimuth | None:
+    """strike or dipdir where the name of a file, such as `fold_strike_dip.txt`, says just one."""
+    name = plain(path.stem)
+    said: list[Azimuth] = []
+    if "strike" in name:
+        said.append("strike")
+    if "dipdir" in name or "dipazi" in name:
+        said.append("dipdir")
+    return said[0] if len(said) == 1 else None

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.places import FARTHEST_M, why_no_coordinate
+from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.io.text.rows import (
     TextRows,
@@ -222,16 +223,6 @@ class PointGroups:
     warnings: tuple[str, ...]
     words: Words[str] = field(default_factory=dict)
     """Kind and set of the groups that have one."""
-
-
-def plain(name: str) -> str:
-    """A column's name without case, separators and unit: what is compared.
-
-    `Dip direction (deg)`, `dip_direction_deg` and `DIPDIRECTION` are all `dipdirection`.
-    """
-    text = re.sub(r"[\[(].*?[\])]|°", " ", name.casefold())
-    text = re.sub(r"(?<=[\s_\-.])(deg|degrees?|metres?|meters?|m)\s*$", "", text)
-    return re.sub(r"[\W_]+", "", text)
 
 
 def lines_in_words(lines: Sequence[int], limit: int = 8) -> str:

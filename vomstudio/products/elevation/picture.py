@@ -38,7 +38,7 @@ def read_picture(raster: Path, most: int = MOST) -> ElevationPicture:
     from rasterio.enums import Resampling
 
     try:
-        with rasterio.open(raster) as file:
+        with rasterio.open(raster, driver="GTiff") as file:
             share = max(file.width, file.height, most) / most
             size = tuple(max(1, round(side / share)) for side in (file.height, file.width))
             read = file.read(1, out_shape=size, resampling=Resampling.average)

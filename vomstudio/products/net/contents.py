@@ -80,8 +80,9 @@ class NetSet:
 @dataclass(frozen=True)
 class NetMean:
     """A mean of a set: a line to mark, and the text beside it. orientation : the line, or the mean
-    plane, in the net's notation. total : its 95 % ellipse with the registration, None where no
-    error of a registration is known"""
+    plane, in the net's notation. of_cluster : it is Fisher's mean; else the first axis of the
+    tensor, for a girdle or a scatter has no mean. total : its 95 % ellipse with the registration,
+    None where no error of a registration is known"""
 
     line: Line
     label: str
@@ -89,6 +90,7 @@ class NetMean:
     marker: str
     orientation: str = ""
     total: NetLineEllipse | None = None
+    of_cluster: bool = True
 
 
 @dataclass(frozen=True)
@@ -310,15 +312,19 @@ def make_sets(
 def means_of(
     sets: Iterable[NetSet], notation: str = "dipdir/dip", decimals: int = 0
 ) -> tuple[NetMean, ...]:
-    """Axial mean of every set of at least 3 that has one (poles for planes; the text is the mean
+    """Of every set of at least 3 what its averages in words are: Fisher's mean of a cluster, else
+    the first axis of its tensor, where it has one (poles for planes; the text is the mean
     plane)."""
     chosen = list(sets)
     means = []
     for s in chosen:
         if len(s) < 3:
             continue
+        vectors = s.vectors()
+        directed = s.kind == "line" and bool((s.angle_deg < 0).any())
+        cluster = no_fisher_reason(vectors, directed) is None
         try:
-            line = axial_mean(s.vectors())
+            line = fisher(vectors, directed).mean if cluster else axial_mean(vectors)
         except GeometryError:
             continue
         if s.kind == "plane":
@@ -326,14 +332,31 @@ def means_of(
         else:
             text = format_line(line, decimals)
         # Colour and symbol tell whose mean it is; a name would not fit where sets are many.
-        label = text if len(chosen) > 1 else tr("Mean {orientation}", orientation=text)
-        means.append(NetMean(line, label, s.color, s.marker, text, _total(s)))
+        label = text
+        if len(chosen) == 1:
+            label = (
+                tr("Mean {orientation}", orientation=text)
+                if cluster
+                else tr("Axis 1 {orientation}", orientation=text)
+            )
+        total = _total(s, line.vector())
+        means.append(NetMean(line, label, s.color, s.marker, text, total, cluster))
     return tuple(means)
 
 
-def _total(s: NetSet) -> NetLineEllipse | None:
-    """The 95 % ellipse of a set's mean with the registration: about the cone of Fisher, where the
-    set is a cluster."""
+def means_in_words(means: Sequence[NetMean]) -> str:
+    """What the open symbols of a net are."""
+    of_clusters = {mean.of_cluster for mean in means}
+    if of_clusters == {True}:
+        return tr("Open symbol: Fisher mean")
+    if of_clusters == {False}:
+        return tr("Open symbol: axis 1 of the tensor")
+    return tr("Open symbol: Fisher mean; of girdles axis 1")
+
+
+def _total(s: NetSet, mean: Array) -> NetLineEllipse | None:
+    """The 95 % ellipse of a set's mean (3,) with the registration: about the cone of Fisher, where
+    the set is a cluster."""
     if s.turns is None or not s.turns.known:
         return None
     vectors = s.vectors()
@@ -342,8 +365,8 @@ def _total(s: NetSet) -> NetLineEllipse | None:
     own = None
     if no_fisher_reason(vectors, False) is None:
         alpha = fisher(vectors, False).alpha95_deg
-        own = None if alpha is None else cone(axes[0], alpha)
-    return NetLineEllipse.of(axes[0], region(axes[0], covariance, own))
+        own = None if alpha is None else cone(mean, alpha)
+    return NetLineEllipse.of(mean, region(mean, covariance, own))
 
 
 def circles_shown(net: NetContents) -> bool:

@@ -42,7 +42,7 @@ class FigureStyle:
     def size_mm(self) -> tuple[float, float]:
         return self.width_mm or SIZE_MM[0], self.height_mm or SIZE_MM[1]
 
-    def check(self) -> None:
+    def check(self, width_option: str = "--size") -> None:
         """Raises UsageError for what cannot be drawn; its `field` is the option's name."""
         for name, (least, most, option) in LIMITS.items():
             value = getattr(self, name)
@@ -54,7 +54,7 @@ class FigureStyle:
                         least=least,
                         most=most,
                     ),
-                    field=option,
+                    field=width_option if name == "width_mm" else option,
                 )
         if self.font and self.font not in fonts():
             raise UsageError(

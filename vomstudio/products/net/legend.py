@@ -6,7 +6,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from vomstudio.geology.notation import format_plane
-from vomstudio.products.net.contents import NetContents, NetLineEllipse, NetSet, circles_shown
+from vomstudio.products.net.contents import (
+    NetContents,
+    NetLineEllipse,
+    NetSet,
+    circles_shown,
+    means_in_words,
+)
 from vomstudio.products.net.style import REGISTERED_LINE, NetStyle
 from vomstudio.words import tr
 
@@ -60,7 +66,8 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
     if net.errors:
         entries.append(Entry(tr("95 % of each by its own error"), style.soft, None, "-"))
     if net.means:
-        entries.append(Entry(tr("Open symbol: axial mean"), style.net, "o", None, outlined=True))
+        text = means_in_words(net.means)
+        entries.append(Entry(text, style.net, "o", None, outlined=True))
     if net.ellipses and not net.compact:
         text = (
             tr("Joint 95 % of the selected line")

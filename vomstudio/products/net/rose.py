@@ -180,7 +180,8 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
         ax.set_ylim(-_DOWN, _UP)
         ax.set_axis_off()
         known = contents.counted.get(name)
-        color = style.color(OKABE_ITO[i % len(OKABE_ITO)] if known is None else known.color)
+        usual = OKABE_ITO[i % len(OKABE_ITO)] if known is None else known.color
+        color = style.color(contents.colors.get(name, usual))
         if isinstance(rose, Histogram):
             draw_histogram(ax, rose, rings, color, style)
         else:

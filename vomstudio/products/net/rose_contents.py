@@ -43,7 +43,8 @@ class RoseContents:
     """of: one of `roses.ROSE_OF` or `roses.HISTOGRAM_OF`; roses: by the name of their set; weight:
     what weights them, None for counts; by_area: the area of a petal is its share, else its length;
     empty: sets of which no row has an angle and a weight; counted: by the name of the set, where
-    the features are known. notes: over the caption."""
+    the features are known. notes: over the caption. colors: of sets
+    by their names, where they are not the usual ones."""
 
     of: str
     roses: Mapping[str, Rose | Histogram]
@@ -53,6 +54,7 @@ class RoseContents:
     counted: Mapping[str, Counted] = field(default_factory=dict)
     title: str = ""
     notes: tuple[str, ...] = ()
+    colors: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def bin_deg(self) -> float:

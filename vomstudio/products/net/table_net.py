@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from vomstudio.errors import UsageError
@@ -59,6 +61,17 @@ def net_of_table(
         contouring=contouring or Contouring(),
         means=means_of(clustered),
     )
+
+
+def recoloured(net: NetContents, colors: Mapping[str, str]) -> NetContents:
+    """With colours (#rrggbb) for sets by their names, and for their means."""
+    if not colors:
+        return net
+    sets = tuple(replace(s, color=colors.get(s.name, s.color)) for s in net.sets)
+    # Of more sets than there are colours two may have had the same one: means follow their sets.
+    of_set = {(s.color, s.marker): new.color for s, new in zip(net.sets, sets, strict=True)}
+    means = tuple(replace(m, color=of_set.get((m.color, m.marker), m.color)) for m in net.means)
+    return replace(net, sets=sets, means=means)
 
 
 _ERROR_COLUMNS = ("max_confidence95_deg", "min_confidence95_deg", "error_rake_deg")

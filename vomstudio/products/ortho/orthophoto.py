@@ -42,7 +42,8 @@ from vomstudio.products.ortho.drawn_features import (
 from vomstudio.products.ortho.drawn_tiles import drawn_tiles
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import Plan
-from vomstudio.products.ortho.sheet import draw_sheet
+from vomstudio.products.ortho.sheet import draw_sheet, format_of
+from vomstudio.products.ortho.sheet_pdf import write_sheet_pdf
 from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
 from vomstudio.progress import Progress, Silent
 from vomstudio.version import __version__
@@ -158,10 +159,21 @@ def write_orthophoto(
         paths[sidecar].write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", "utf-8")
         paths[world].write_text(world_file(transform), "ascii")
         if sheet is not None and small is not None:
-            draw_sheet(paths[Path(sheet)], small.picture(), small.factor * grid.gsd, plan.view)
+            _write_sheet(paths[Path(sheet)], sheet, small, plan, features or ())
     shown = None if sheet is None else Path(sheet)
     said = tuple(warnings)
     return Made(image, sidecar, depth, world, shown, drawings, facts["coverage"], said, facts)
+
+
+def _write_sheet(
+    part: Path, sheet: str | Path, small: _Reduced, plan: Plan, features: tuple[Item, ...]
+) -> None:
+    """part : where it is written; sheet : its name, which tells the format"""
+    if format_of(sheet) == "PDF":
+        drawing, _ = draw_features(features, plan, small.within())
+        write_sheet_pdf(part, drawing, plan.view)
+    else:
+        draw_sheet(part, small.picture(), small.factor * plan.grid.gsd, plan.view)
 
 
 def _draw_features(

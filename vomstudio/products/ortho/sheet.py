@@ -61,14 +61,14 @@ def direction_in_words(view: View) -> str:
     """Which way the viewer looks, and in which sense."""
     trend = format_azimuth(view.trend_deg, 1)
     return tr(
-        "View toward {trend}/{plunge:.1f} (trend/plunge, deg), {sense}",
+        "View toward {trend}/{plunge:.1f} (trend/plunge, °), {sense}",
         trend=trend,
         plunge=view.plunge_deg,
         sense=tr(view.sense),
     )
 
 
-def _unknown(view: View) -> str | None:
+def unknown_in_words(view: View) -> str | None:
     """What a model without registration leaves unknown, in words."""
     if view.north_known:
         return None if view.metric else tr("Not registered: scale unknown")
@@ -80,7 +80,8 @@ def _unknown(view: View) -> str | None:
 def draw_sheet(
     path: Path, rgba: npt.NDArray[np.uint8], metres_per_pixel: float, view: View
 ) -> None:
-    """Write the sheet; `rgba` is the picture, reduced to a size for reading.
+    """Write the sheet as a picture, PNG or JPEG; `rgba` is the orthophoto, reduced to a size for
+    reading. As PDF it is written by `sheet_pdf`.
 
     All text is drawn beside the picture, never into it, and reads the same whichever way the view
     is flipped.
@@ -100,7 +101,7 @@ def draw_sheet(
     pad, line = 2 * size, round(1.5 * size)
     room = max(picture.width, _NARROWEST)
     left, right, up = end_labels(view)
-    unknown = _unknown(view)
+    unknown = unknown_in_words(view)
     text = [
         direction_in_words(view),
         *_wrapped(view.reason, round((room - pad) / (0.52 * size))),
@@ -127,8 +128,7 @@ def draw_sheet(
     x_words = min(x, width - pad - widest)
     for i, words in enumerate(text):
         draw.text((x_words, bottom + pad // 2 + round(line * (i + 2.2))), words, _INK, font)
-    options: dict[str, Any] = {"resolution": 150} if format_ == "PDF" else {}
-    sheet.save(path, format_, **options)
+    sheet.save(path, format_)
 
 
 def _arrow(draw: Any, x: int, y: int, size: int, label: str, font: Any) -> None:

@@ -22,6 +22,7 @@ from vomstudio.products.ortho.interpretation import Flat
 Array = npt.NDArray[np.float64]
 
 INK = "#141414"
+_EDGE = "#404040"
 LONGEST_MM = 250.0
 """Of the longer side of what is drawn, on paper."""
 MARGIN_MM = 18.0
@@ -32,7 +33,8 @@ DIP_TICK_MM = 5.0
 @dataclass(frozen=True, eq=False)
 class Shape:
     """points : (n, 2) metres right and up; of a single point `dip_deg` is the tick that is drawn,
-    down to the right; values : what files with columns say of it"""
+    down to the right; filled : the color is that of the area inside; values : what files with
+    columns say of it"""
 
     layer: str
     points: Array
@@ -40,6 +42,7 @@ class Shape:
     closed: bool = False
     label: str = ""
     dip_deg: float | None = None
+    filled: bool = False
     values: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -59,17 +62,19 @@ class Drawing:
 
     @property
     def layers(self) -> list[str]:
-        return list(dict.fromkeys(shape.layer for shape in self.shapes))
+        """Areas first, so that lines are drawn over them."""
+        ordered = sorted(self.shapes, key=lambda shape: not shape.filled)
+        return list(dict.fromkeys(shape.layer for shape in ordered))
 
 
 def shape_of(flat: Flat) -> Shape:
     """As it is drawn: a plane with its name and apparent dip; a line is named by its plane."""
     item, dip = flat.item, flat.apparent_dip_deg
-    label = item.name if item.form == "point" else ""
+    label = item.said or (item.name if item.form == "point" else "")
     if item.normal is not None and dip is not None:
         label = f"{item.name} {abs(dip):.0f}°" if item.name else f"{abs(dip):.0f}°"
     return Shape(
-        item.layer, flat.points, item.color, item.form == "ring", label, dip,
+        item.layer, flat.points, item.color, item.form == "ring", label, dip, item.filled,
         {
             "id": item.id, "name": item.name, "kind": item.kind, "set": item.set,
             "dip_direction_deg": item.dip_direction_deg, "dip_deg": item.dip_deg,
@@ -150,7 +155,10 @@ def _svg_shape(shape: Shape, mm: float) -> str:
         return "".join(parts)
     at = " ".join(f"{x!r},{-y + 0.0!r}" for x, y in shape.points.tolist())
     form = "polygon" if shape.closed else "polyline"
-    return f'<{form} points="{at}" stroke="{shape.color}"><title>{title}</title></{form}>'
+    look = f'stroke="{shape.color}"'
+    if shape.filled:
+        look = f'stroke="{_EDGE}" fill="{shape.color}" fill-opacity="0.5"'
+    return f'<{form} points="{at}" {look}><title>{title}</title></{form}>'
 
 
 def _labels(drawing: Drawing, matrix: tuple[float, float, float, float]) -> list[str]:
@@ -158,14 +166,24 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float]) -> list
     found = []
     for shape in drawing.shapes:
         if shape.label:
-            x, y = shape.points[len(shape.points) // 2].tolist()
+            place = shape.points[len(shape.points) // 2]
+            x, y = (_inside(shape.points) if shape.filled else place).tolist()
             at = f'x="{x * sx + tx + 1.2:.3f}" y="{-y * sy + ty - 1.2:.3f}" font-size="2.6"'
             words = html.escape(shape.label)
             # A halo of its own: not every program knows paint-order.
             halo = 'fill="white" stroke="white" stroke-width="0.6" stroke-linejoin="round"'
             found.append(f"<text {at} {halo}>{words}</text>")
-            found.append(f'<text {at} fill="{shape.color}">{words}</text>')
+            color = INK if shape.filled else shape.color
+            found.append(f'<text {at} fill="{color}">{words}</text>')
     return found
+
+
+def _inside(ring: Array) -> Array:
+    """(2,) a place in an area, for its name."""
+    import shapely
+
+    place = shapely.make_valid(shapely.Polygon(ring)).representative_point()
+    return np.array([place.x, place.y])
 
 
 def _frame(

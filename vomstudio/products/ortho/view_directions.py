@@ -145,13 +145,13 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
     }
     if error_deg is None:
         return tr(
-            "The error of the axis is unknown. An error of {angle:.1f} deg would shorten lengths "
+            "The error of the axis is unknown. An error of {angle:.1f}° would shorten lengths "
             "in the direction of tilt by {share:.1f} % and displace points against each other by "
             "up to {displacement:.3g} {unit} over the depth of the view ({depth:.3g} {unit}).",
             **figures,
         )
     return tr(
-        "The 95 % error of the axis, {angle:.1f} deg, shortens lengths in the direction of tilt by "
+        "The 95 % error of the axis, {angle:.1f}°, shortens lengths in the direction of tilt by "
         "{share:.1f} % and displaces points against each other by up to {displacement:.3g} {unit} "
         "over the depth of the view ({depth:.3g} {unit}).",
         **figures,

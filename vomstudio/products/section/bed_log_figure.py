@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -131,7 +131,7 @@ def _draw_bed(ax: Axes, low: float, high: float, look: LithologyStyle, style: Ne
             ax.plot([0.0, wide], ends, color=style.soft, linewidth=0.6 * style.line_pt, zorder=2)
     elif look.ornament:
         _lay_bricks(ax, bed, wide, low, high, look.ornament == "slanting bricks", style)
-    ink = {"color": style.ink, "linewidth": style.line_pt, "zorder": 3}
+    ink: dict[str, Any] = {"color": style.ink, "linewidth": style.line_pt, "zorder": 3}
     ax.plot([0.0, 0.0], [low, high], **ink)
     for at in (low, high):
         ax.plot([0.0, wide], [at, at], **ink)
@@ -181,7 +181,7 @@ def _write_bed(
 
 def _draw_heights(ax: Axes, page: LogPage, metric: bool, style: NetStyle) -> None:
     """The axis of heights, with ticks every round step."""
-    ink = {"color": style.ink, "linewidth": style.line_pt, "clip_on": False}
+    ink: dict[str, Any] = {"color": style.ink, "linewidth": style.line_pt, "clip_on": False}
     ax.plot([-3.0, -3.0], [0.0, page.column_mm], **ink)
     step = _round_up(0.001 * page.scale * 8.0)
     decimals = max(0, -math.floor(math.log10(step) + 1e-9))

@@ -253,7 +253,7 @@ def section_words(curtain: Curtain, cut: Cut) -> str:
         said = tr("Vertical section along a line of {count} pieces", count=len(curtain.panels))
     else:
         said = tr(
-            "Section along the plane {dd:03.0f}/{dip:.0f} (dip direction/dip, deg)",
+            "Section along the plane {dd:03.0f}/{dip:.0f} (dip direction/dip, °)",
             dd=plane.dip_direction_deg,
             dip=plane.dip_deg,
         )

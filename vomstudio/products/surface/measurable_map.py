@@ -140,6 +140,22 @@ def measurable_map(
     )  # fmt: skip
 
 
+def shares_in_words(found: MeasurableMap) -> tuple[str, ...]:
+    """How much of the surface would tell the plane."""
+    return (
+        tr(
+            "Of the surface {good:.0f} % would give a good plane (95 % error of 5 deg or less), "
+            "{doubtful:.0f} % a doubtful one, {poor:.0f} % a poor one, {none:.0f} % none.",
+            **{name: 100.0 * share for name, share in found.shares.items()},
+        ),
+        tr(
+            "By traces alone {good:.0f} % would be good; {share:.0f} % exposes the plane itself.",
+            good=100.0 * found.trace_shares["good"],
+            share=100.0 * found.exposed_share,
+        ),
+    )
+
+
 def _best(found: Measurable) -> dict[str, float] | None:
     """Where a trace would tell most."""
     error = np.where(np.isfinite(found.trace_deg), found.trace_deg, np.inf)
@@ -180,8 +196,8 @@ def _on_points(data: Mesh | PointCloud, found: Measurable) -> dict[str, npt.NDAr
         count = len(data.vertices)
         corners = np.asarray(data.faces, np.int64)[rows].ravel()
         weights = np.repeat(found.areas, 3)
-        for name, value in zip(FIELDS, each, strict=False):
-            own = np.repeat(value, 3)
+        for name, error in zip(FIELDS, each, strict=False):
+            own = np.repeat(error, 3)
             known = np.isfinite(own)
             total = np.bincount(corners[known], weights[known], count)
             sums = np.bincount(corners[known], (weights * np.nan_to_num(own))[known], count)
@@ -201,9 +217,9 @@ def _on_points(data: Mesh | PointCloud, found: Measurable) -> dict[str, npt.NDAr
     row_of = found.elements.row_of
     known = row_of >= 0
     for name, value in zip(FIELDS, (*each, found.classes), strict=True):
-        own = np.full(len(points), np.nan, np.float32)
-        own[known] = np.asarray(value, np.float32)[row_of[known]]
-        values[name] = own
+        at_points = np.full(len(points), np.nan, np.float32)
+        at_points[known] = np.asarray(value, np.float32)[row_of[known]]
+        values[name] = at_points
     return values
 
 
@@ -242,7 +258,7 @@ def write_raster(
     rows, columns = np.nonzero(np.isfinite(heights))
     cells = np.stack([columns + 0.5, rows + 0.5, heights[rows, columns], np.ones(len(rows))])
     seen = (plan.cell_to_world @ cells)[:3].T - elements.origin
-    values = np.full(heights.shape, np.nan, np.float32)
+    values = np.full((plan.grid.height, plan.grid.width), np.nan, np.float32)
     values[rows, columns] = found.found.best_deg[cKDTree(elements.places).query(seen)[1]]
     raster = Raster(
         plan.grid.width, plan.grid.height, "float", plan.transform,

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.io.gis.layer_reading import layers_of
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -42,16 +43,9 @@ def in_polygons(points: Array, path: Path) -> tuple[Flags, str | None]:
     that the layer states. Raises InputError where it cannot be read or has none."""
     import pyogrio
     import shapely
-    from pyogrio.errors import DataLayerError, DataSourceError
 
-    try:
-        told, _, shapes, _ = pyogrio.raw.read(path, columns=[], force_2d=True)
-    except (DataSourceError, DataLayerError, OSError) as error:
-        raise InputError(
-            tr("The mask cannot be read as a layer of polygons. Save it as GeoJSON or GeoPackage."),
-            file=path,
-            field="--stable",
-        ) from error
+    with layers_of(path, lambda: _unreadable(path)) as named:
+        told, _, shapes, _ = pyogrio.raw.read(named, columns=[], force_2d=True)
     found = [shape for shape in shapely.from_wkb(shapes) if _is_area(shape)]
     if not found:
         raise InputError(
@@ -62,6 +56,14 @@ def in_polygons(points: Array, path: Path) -> tuple[Flags, str | None]:
     area = shapely.union_all([shapely.make_valid(shape) for shape in found])
     shapely.prepare(area)
     return np.asarray(shapely.contains_xy(area, points[:, 0], points[:, 1]), np.bool_), told["crs"]
+
+
+def _unreadable(path: Path) -> InputError:
+    return InputError(
+        tr("The mask cannot be read as a layer of polygons. Save it as GeoJSON or GeoPackage."),
+        file=path,
+        field="--stable",
+    )
 
 
 def _is_area(shape: Any) -> bool:

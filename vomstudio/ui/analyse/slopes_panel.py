@@ -195,7 +195,7 @@ class SlopesPanel(SeenPanel):
 
     @property
     def _at_facets(self) -> bool:
-        return self.at.currentData() == "facets"
+        return bool(self.at.currentData() == "facets")
 
     def _planes(self) -> tuple[list[Typed], dict[str, Measurement]] | str:
         """Those that are looked at, with their measurements; or why there are none."""

@@ -40,6 +40,7 @@ from vomstudio.ui.analyse.net.menu import NetMenuButton
 from vomstudio.ui.analyse.net.source import NetSource, fold_of
 from vomstudio.ui.analyse.net.view_box import NetViewBox
 from vomstudio.ui.analyse.net.wishes import NetWishes
+from vomstudio.ui.analyse.net.written import style_of
 from vomstudio.ui.analyse.net_sets import Groups
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -250,12 +251,13 @@ class StereonetPanel(QWidget):
     def _copy_command(self) -> None:
         """Of the planes and lines that are shown, as the net shows them."""
         contours, notation = self.contours, self._studio.settings.notation
-        sets, _ = self._source.shown_sets()
+        ids = [id_ for s in self._source.shown_sets()[0] for id_ in s.ids]
+        style = style_of(self._studio)
         copy_with_table(
-            self, self._studio, "net.csv", [id_ for s in sets for id_ in s.ids],
+            self, self._studio, "net.csv", ids,
             lambda path: net_words(
                 path, self.wishes, self.view.projection, contours.method, contours.contouring,
-                notation,
+                notation, style, self._source.colors_of(ids, style),
             ),
         )  # fmt: skip
 

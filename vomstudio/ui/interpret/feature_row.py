@@ -9,6 +9,8 @@ from typing import Any
 from vomstudio.document import catalogue
 from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.kinds import KINDS, kind_of
+from vomstudio.document.kinds.lithology import LITHOLOGY
+from vomstudio.document.kinds.station import NUMBER, PHOTO
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature
 from vomstudio.ui.common.number_formatting import orientation_text
@@ -18,13 +20,18 @@ from vomstudio.words import to_translate
 CLASS = Figure(
     "class",
     to_translate("Class"),
-    to_translate("Trace, patch, lineation, reading, intersection, or the kind of a dimension"),
+    to_translate(
+        "Trace, patch, lineation, reading, intersection, contact, lithology, station, sample, or "
+        "the kind of a dimension"
+    ),
     lambda s: kind_of(s.feature).called(s.feature),
     "text",
     words=("kind", "class"),
 )
 # Shown for planes only, although files have them for lines too.
 _OF_PLANES = (catalogue.N_POINTS, catalogue.EXTENT, catalogue.RMS)
+# Words of kinds of their own, which a filter finds too.
+_TOLD = (LITHOLOGY, NUMBER, PHOTO)
 _OWN = {kind.name: {figure.name: figure for figure in kind.figures} for kind in KINDS}
 
 
@@ -38,6 +45,11 @@ class Row(Subject):
     def class_name(self) -> str:
         """Name of the feature's kind, such as trace."""
         return kind_of(self.feature).called(self.feature)
+
+    @property
+    def oriented(self) -> bool:
+        """It is of a kind that has an orientation."""
+        return bool(kind_of(self.feature).orientations)
 
     @property
     def set_name(self) -> str:
@@ -81,6 +93,7 @@ class Row(Subject):
                 self.feature.notes,
                 "overturned" if self.overturned else "",
                 orientation_text(self.measured, self.notation),
+                *(figure.text(self) for figure in _TOLD if self._own(figure) is not None),
             )
         ).casefold()
 
@@ -99,7 +112,9 @@ class Row(Subject):
     def text(self, figure: Figure) -> str:
         """A figure as text; empty where a feature of this kind cannot have it."""
         own = self._own(figure)
-        return figure.words_for(None) if own is None else own.text(self)
+        if own is None:
+            return figure.words_for(None) if self.oriented else ""
+        return own.text(self)
 
 
 def row_of(studio: Studio, feature: Feature, measured: Measurement) -> Row:

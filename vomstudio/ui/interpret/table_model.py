@@ -18,6 +18,9 @@ from vomstudio.document import catalogue as of
 from vomstudio.document import edits, slip_figures
 from vomstudio.document.figures import Figure
 from vomstudio.document.kinds import KINDS, kind_of
+from vomstudio.document.kinds.lithology import LITHOLOGY
+from vomstudio.document.kinds.station import NUMBER, PHOTO
+from vomstudio.document.length_figures import LENGTH
 from vomstudio.document.records import Feature, get_feature
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import natural, orientation_text
@@ -64,7 +67,7 @@ def _of(figure: Figure, value: Callable[[Row], Any] | None = None) -> Column:
 ORIENTATION = Column(
     to_translate("Orientation"),
     to_translate("Plane in the notation chosen under View > Notation; trend/plunge of a line"),
-    lambda row: orientation_text(row.measured, row.notation),
+    lambda row: orientation_text(row.measured, row.notation) if row.oriented else "",
     lambda row: row.azimuth,
 )
 QUALITY = _of(of.QUALITY, lambda row: _QUALITY_ORDER[row.quality])
@@ -75,7 +78,8 @@ COLUMNS: tuple[Column, ...] = (
     _of(of.NAME, lambda row: natural(row.feature.name)), TYPE, _of(of.SET), ORIENTATION, QUALITY,
     OVERTURNED, _of(of.MAX_CONFIDENCE), _of(of.MIN_CONFIDENCE), _of(of.DIP_ERROR),
     _of(of.DIP_DIRECTION_ERROR), _of(of.M), _of(of.K), _of(of.COPLANARITY), _of(of.COLLINEARITY),
-    _of(of.N_POINTS), _of(of.EXTENT), _of(of.AREA), _of(slip_figures.RAKE),
+    _of(of.N_POINTS), _of(of.EXTENT), _of(LENGTH), _of(of.AREA), _of(LITHOLOGY), _of(NUMBER),
+    _of(PHOTO), _of(slip_figures.RAKE),
     _of(slip_figures.SLIP_RAKE), _of(slip_figures.SLIP_SENSE), _of(slip_figures.ON_PLANE), TO_PICK,
     _of(of.EXTENT_OVER_RESOLUTION), _of(of.RMS), _of(of.REASONS), _of(of.PROFILE), _of(of.NOTES),
 )  # fmt: skip
@@ -101,12 +105,13 @@ def flags_of(index: _Index) -> Qt.ItemFlag:
 
 
 def _listed(feature: Feature) -> bool:
-    """The table is one of planes and lines."""
-    return bool(kind_of(feature).orientations)
+    """The table is one of planes and lines, and of what is interpreted without either."""
+    kind = kind_of(feature)
+    return bool(kind.orientations) or kind.listed
 
 
 class OrientationModel(QAbstractTableModel):
-    """A row for each feature that is a plane or a line, a column for each of COLUMNS."""
+    """A row for each feature that is interpreted, a column for each of COLUMNS."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -241,7 +246,8 @@ class OrientationModel(QAbstractTableModel):
             # Qt hands over a plain number.
             on = Qt.CheckState(value) == Qt.CheckState.Checked
             return self._studio.attempt(edits.set_attributes, [row.feature.id], overturned=on)
-        if field is None or value == getattr(row.feature, field):
+        own = [attribute.field for attribute in kind_of(row.feature).attributes]
+        if field is None or field not in own or value == getattr(row.feature, field):
             return False
         return self._studio.attempt(
             edits.set_attributes, [row.feature.id], **{field: value.strip()}

@@ -29,6 +29,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.registration.fit_command import FitCopyButton
 from vomstudio.ui.registration.other_model import OtherModel, OtherModelBox, of_project
 from vomstudio.ui.registration.pair_table import (
     PairTable,
@@ -96,6 +97,7 @@ class FitDialog(QDialog):
         self.fit = QPushButton(theme.icon("vector-combine"), tr("Fit the surfaces"))
         self.register = QPushButton(theme.icon("check"), tr("Register"))
         self.close_ = QPushButton(tr("Close"))
+        self.copy = FitCopyButton(self._studio, self.stable, self.points, self._model, self.there)
         buttons = (self.undo, self.redo, self.remove, self.fit, self.register, self.close_)
         for button in buttons:
             # Enter in a field is no wish to leave.
@@ -118,10 +120,9 @@ class FitDialog(QDialog):
         form.addWidget(self.stable, 1, 1)
         form.setColumnStretch(1, 1)
         last = QHBoxLayout()
-        last.addWidget(self.fit)
-        last.addStretch()
-        last.addWidget(self.register)
-        last.addWidget(self.close_)
+        for each in (self.fit, self.copy, self.register, self.close_):
+            last.addWidget(each)
+        last.insertStretch(2)
         right = QVBoxLayout()
         right.addLayout(form)
         right.addWidget(self.said, 1)
@@ -322,6 +323,7 @@ class FitDialog(QDialog):
         _set(self.fit, None if busy else self._why_no_fit())
         none = None if self.fitted is not None else tr("Fit the surfaces first.")
         _set(self.register, wait or none)
+        self.copy.refresh(wait)
         self.other.setEnabled(not busy)
         self.stable.setEnabled(not busy)
         self.step.setText(self._next_step())

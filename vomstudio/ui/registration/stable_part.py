@@ -98,6 +98,19 @@ class StablePartBox(QWidget):
             return StablePart(model=mask.standing(self._studio.project.cache))
         return StablePart(polygons=self._polygons) if which == _POLYGONS else None
 
+    def mask_file(self) -> Path | None:
+        """The file of what was chosen; None for all of the reference."""
+        mask = self.stable_model.current()
+        if self.which.currentIndex() == _MODEL and mask is not None:
+            return mask.path
+        return self._polygons if self.which.currentIndex() == _POLYGONS else None
+
+    def why_no_mask(self) -> str | None:
+        """Why what was chosen is in no file that a command could read; None where it is."""
+        if self.which.currentIndex() in (_NEAR, _BOX):
+            return tr("the command takes the stable part from polygons or a model")
+        return None
+
     def close_reading(self) -> None:
         """Nothing is handed over any more."""
         self.stable_model.close_reading()

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.document.edit import Edit
+from vomstudio.document.kind import color_of
 from vomstudio.document.kinds import GROUPS, group_of, kind_of
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import (
@@ -357,7 +358,7 @@ class ScenePresenter:
             id=feature.id,
             line=sketch.line if area is None else np.zeros((0, 3)),
             disc=ring,
-            color=rgb(kind.color or self._type_color(group)),
+            color=rgb(color_of(feature, studio.records) or "#ffffff"),
             label=feature.name if text == "–" else f"{feature.name}  {text}",
             anchor=sketch.anchor if area is None else _middle(area),
             visible=studio.visible(feature.id) and studio.visible(group),
@@ -365,10 +366,6 @@ class ScenePresenter:
             symbol=symbol,
             extent=extent,
         )
-
-    def _type_color(self, type_id: str) -> str:
-        kind = get(self._studio.records, type_id, FeatureType)
-        return "#ffffff" if kind is None else kind.color
 
     def _area(self, patch: Painted) -> Area | None:
         """The painted piece of an open model, made once."""

@@ -175,7 +175,7 @@ class FracturesPanel(SeenPanel):
         self.place.setEnabled(kind != EVERYTHING)
         self.place.setPlaceholderText(
             {
-                EVERYTHING: "", WINDOW: tr("x, y, x, y: around all"), CIRCLE: tr("x, y, radius"),
+                EVERYTHING: "", WINDOW: tr("around all"), CIRCLE: tr("x, y, radius"),
                 SCANLINE: tr("x, y, x, y"),
             }[kind]
         )  # fmt: skip
@@ -319,6 +319,7 @@ class FracturesPanel(SeenPanel):
                     ),
                     *made.mapped.found.warnings,
                     *made.mapped.found.notes,
+                    *self.of.left_out(),
                 ]
             self._show(made, "\n".join(notes))
         else:

@@ -77,12 +77,8 @@ def placed_by_known(
     stands = transform.matrix(model.to_world)
     evidence = _moved(evidence, stands)
     placed = register(evidence, None if extent is None else transform.apply(stands, extent))
-    whole = np.array(placed.matrix) @ stands
-    return replace(
-        placed,
-        matrix=tuple(tuple(row) for row in whole.tolist()),
-        scale=placed.scale * transform.scale_of(stands),
-    )
+    scale = placed.scale * transform.scale_of(stands)
+    return replace(placed, matrix=placed.matrix @ stands, scale=scale)
 
 
 def _moved(evidence: Evidence, by: Array) -> Evidence:

@@ -295,7 +295,7 @@ def _turn(before: Model, after: Model) -> npt.NDArray[np.float64]:
 
 
 def _matrix(placed: Placed) -> Matrix:
-    rows = [(row[0], row[1], row[2], row[3]) for row in placed.matrix]
+    rows = [(row[0], row[1], row[2], row[3]) for row in placed.matrix.tolist()]
     return (rows[0], rows[1], rows[2], rows[3])
 
 

@@ -24,7 +24,9 @@ from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.tables import TABLE_ENDINGS, read_table
 from vomstudio.words import to_translate, tr
 
-_IN_COMMENT = re.compile(r"[#\s]*(?:CRS\s*[:=]?\s*)?(EPSG:\d+\b|[A-Z]+CRS\[.*\])", re.IGNORECASE)
+_IN_COMMENT = re.compile(
+    r"[#\s]*(?:CRS\s*(?:[:=]\s*)?)?(EPSG:\d+\b|[A-Z]+CRS\[.*\])", re.IGNORECASE
+)
 _POINTS, _MARKS = ("label", "x", "y", "z"), ("label", "photo", "x", "y")
 """The order of the columns where there is no header."""
 _IN_PHOTO = tuple(name for name in PHOTO if name not in LABEL)

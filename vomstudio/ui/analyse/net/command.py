@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vomstudio.products.net.contents import Contouring
 from vomstudio.products.net.net_options import plane_of
 from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.forms.copied_command import Word, Words, numbers_text
 from vomstudio.ui.forms.copied_planes import beside
+
+if TYPE_CHECKING:
+    from vomstudio.products.net.figure_style import FigureStyle
 
 _ASKED = ("girdles", "maxima", "errors", "averages", "intersections")
 
@@ -22,12 +27,15 @@ def net_words(
     method: str | None,
     contouring: Contouring,
     notation: str,
+    style: FigureStyle,
+    colors: Mapping[str, str],
 ) -> Words:
     """Of the net, or of the roses that stand in its place. table : of what is shown; notation : in
-    which planes were typed"""
+    which planes were typed; style, colors : of figures, and of the kinds by their names"""
     end: list[Option] = [("-o", beside(table, "svg")), "--force"]
     if wishes.view != "net":
-        return ["rose", table, *_of_rose(wishes), *end]
+        width: list[Option] = [] if style.width_mm is None else [("--width", style.width_mm)]
+        return ["rose", table, *_of_rose(wishes), *width, *_look(style, colors, False), *end]
     said: list[Option] = [("--projection", projection), ("--set", "kind")]
     if method is not None:
         said.append(("--contour", method))
@@ -36,7 +44,21 @@ def net_words(
         said += [] if method == "schmidt" else [("--sigma", contouring.sigma)]
         said += [("--levels", numbers_text(wishes.levels))] if wishes.levels else []
     said += [f"--{name}" for name in _ASKED if name in wishes.asked]
+    if style.width_mm is not None or style.height_mm is not None:
+        said.append(("--size", "{:g}x{:g}".format(*style.size_mm)))
+    said += _look(style, colors, True)
     return ["stereonet", table, *said, *_typed(wishes, notation), *end]
+
+
+def _look(style: FigureStyle, colors: Mapping[str, str], symbols: bool) -> list[Option]:
+    """What the user has chosen for figures."""
+    said: list[Option] = [("--font", style.font)] if style.font else []
+    sizes = [("--font-size", style.font_pt), ("--line-width", style.line_pt)]
+    if symbols:
+        sizes.append(("--symbol-size", style.symbol_pt))
+    said += [(option, value) for option, value in sizes if value is not None]
+    said += ["--grey"] if style.grey else []
+    return said + [("--color", f"{name}={color}") for name, color in colors.items()]
 
 
 def _of_rose(wishes: NetWishes) -> list[Option]:

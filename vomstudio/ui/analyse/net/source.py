@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,6 +33,9 @@ from vomstudio.ui.analyse.net_sets import Groups, alike, on_the_net, proposed_se
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.products.net.figure_style import FigureStyle
 
 _MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "pentagon": "p",
             "star": "*"}  # fmt: skip
@@ -95,6 +99,21 @@ class NetSource:
 
         sets, beds = self.sets()
         return wished(sets), wished(beds)
+
+    def colors_of(self, ids: Iterable[str], style: FigureStyle) -> dict[str, str]:
+        """#rrggbb of these features' types in figures, by what a table calls the type."""
+        found = {}
+        records = self._studio.records
+        for id_ in ids:
+            feature = get_feature(records, id_)
+            kind = records.get(feature.type_id) if isinstance(feature, Typed) else None
+            if isinstance(kind, FeatureType):
+                found[kind.id] = kind
+        # Tables write the names of types small.
+        return {
+            kind.name.casefold(): style.colors.get(kind.color, kind.color)
+            for kind in found.values()
+        }
 
     def roses(self, sets: Sequence[NetSet]) -> RoseContents:
         """Of the sets, as is wished."""

@@ -32,7 +32,7 @@ class LithologyPanel(QWidget):
         self.lithology_box.activated.connect(self._chosen)
         self.follow_box = FollowBox(studio, self._tool)
         form = narrow_form()
-        form.addRow(tr("Lithology"), self.lithology_box)
+        form.addRow(tr("Rock"), self.lithology_box)
         form.addRow(tr("Follow"), self.follow_box)
         self.in_photos = InPhotosBox(studio, self._tool)
         form.addRow(self.in_photos)

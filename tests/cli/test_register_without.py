@@ -1,0 +1,103 @@
+"""`vomstudio register --without`: a wrong reading is named, and left out when asked."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+
+import vomstudio as vs
+from tests.registration.test_compass_checks import normals
+
+
+def readings_table(path, wrong: str) -> None:
+    rng = np.random.default_rng(8)
+    azimuth, dip = rng.uniform(0, 360, 6), rng.uniform(30, 80, 6)
+    model = normals(azimuth, dip)
+    with path.open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["id", "dip_direction", "dip", "model_x", "model_y", "model_z"])
+        for i, (a, d, m) in enumerate(zip(azimuth, dip, model, strict=True)):
+            a += 90.0 if f"B{i}" == wrong else rng.normal()
+            writer.writerow([f"B{i}", f"{a % 360:.1f}", f"{d:.1f}", *(f"{v:.6f}" for v in m)])
+
+
+@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+def test_the_command_names_it_and_leaves_it_out_when_asked(run, tmp_path) -> None:
+    table = tmp_path / "readings.csv"
+    readings_table(table, "B4")
+    ran = run("register", "-", "--orientations", str(table), "--json")
+    assert ran.code == 0, ran.err
+    assert ran.json["blunders"][0]["label"] == "B4"
+    assert ran.json["without"][0]["azimuth_off_deg"] == -90.0
+    assert "B4" in run("register", "-", "--orientations", str(table)).out
+    left = run("register", "-", "--orientations", str(table), "--without", "B4", "--json")
+    assert left.code == 0, left.err
+    assert any("Left out as asked: B4" in text for text in left.json["warnings"])
+    assert "without" not in left.json
+    turn = np.array(left.json["matrix"])[:3, :3]
+    assert turn == pytest.approx(np.eye(3), abs=0.05)
+    again = vs.register("-", orientations=table, without="B4")
+    assert np.array(again.matrix)[:3, :3] == pytest.approx(turn, abs=1e-9)
+
+
+def test_points_and_lines_are_left_out_too(run, tmp_path) -> None:
+    table = tmp_path / "pairs.csv"
+    rows = [(0, 0, 0), (9, 0, 0), (0, 8, 1), (3, 2, 7), (5, 6, 0.5)]
+    lines = ["label,model_x,model_y,model_z,x,y,z"]
+    lines += [f"P{i},{x},{y},{z},{x + 3.0 * (i == 3)},{y},{z}" for i, (x, y, z) in enumerate(rows)]
+    table.write_text("\n".join(lines))
+    wrong = run("register", "-", "--pairs", str(table), "--json").json
+    right = run("register", "-", "--pairs", str(table), "--without", "P3", "--json").json
+    assert wrong["rms_control_m"] > 0.3
+    assert right["rms_control_m"] == pytest.approx(0.0, abs=1e-9)
+    assert [point["label"] for point in right["control"]] == ["P0", "P1", "P2", "P4"]
+
+
+def test_a_label_that_is_not_there_is_refused_with_what_is_near(run, tmp_path) -> None:
+    table = tmp_path / "readings.csv"
+    readings_table(table, "")
+    ran = run("register", "-", "--orientations", str(table), "--without", "B44")
+    assert ran.code == 2
+    assert "B4" in ran.err
+    assert "--without" in ran.err
+
+
+def test_what_readings_look_like_is_said(run, tmp_path) -> None:
+    table = tmp_path / "readings.csv"
+    readings_table(table, "")
+    rows = table.read_text().splitlines()
+
+    def warned(lines: list[str]) -> str:
+        table.write_text("\n".join([*lines, ""]))
+        return " ".join(
+            run("register", "-", "--orientations", str(table), "--json").json["warnings"]
+        )
+
+    assert "radians" not in warned(rows)
+    small = [",".join([c[0], f"{np.radians(float(c[1])):.5f}", f"{np.radians(float(c[2])):.5f}",
+                       *c[3:]]) for c in (row.split(",") for row in rows[1:])]  # fmt: skip
+    assert "radians" in warned([rows[0], *small])
+    assert "Several readings have the name B1" in warned([*rows, rows[2]])
+    # Of two sources of north one may be off: not of a compass alone.
+    assert "North rests on the compass alone" in warned(rows)
+
+
+@pytest.mark.parametrize(("column", "value"), [("sigma", "500"), ("sigma", "0"), ("sigma", "-2")])
+def test_an_accuracy_that_cannot_be_is_refused_with_its_line(run, tmp_path, column, value) -> None:
+    table = tmp_path / "readings.csv"
+    readings_table(table, "")
+    rows = table.read_text().splitlines()
+    table.write_text(
+        "\n".join([f"{rows[0]},{column}", *(f"{row},{value}" for row in rows[1:]), ""])
+    )
+    ran = run("register", "-", "--orientations", str(table))
+    assert ran.code == 2
+    assert "line 2" in ran.err
+
+
+def test_azimuths_and_labels_that_cannot_be_are_refused(run) -> None:
+    assert run("register", "-", "--azimuth", "0,0,0,1,0,0,400").code == 2
+    with pytest.raises(vs.errors.InputError, match="list is needed"):
+        vs.register("-", level=[[0, 0, 0, 1, 0, 0]], without=3)

@@ -1,0 +1,143 @@
+"""Vector files that would have GDAL open other files, ask servers, or never come to an end."""
+
+from __future__ import annotations
+
+import contextlib
+import http.server
+import json
+import sqlite3
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyogrio
+import pytest
+import shapely
+
+from vomstudio.errors import InputError
+from vomstudio.io.gis.drawn_layers import read_area, read_lines
+from vomstudio.io.gis.line_reading import read_gis_lines
+from vomstudio.registration.by_model.stable import in_polygons
+
+SQUARE = [[0, 0], [300, 0], [300, 400], [0, 0]]
+
+
+@pytest.fixture
+def asked() -> Iterator[tuple[str, list[str]]]:
+    """The address of a server on this machine, and what it was asked for."""
+    pages: list[str] = []
+
+    class Answer(http.server.BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            pages.append(self.path)
+            self.send_response(404)
+            self.end_headers()
+
+        do_HEAD = do_GET  # noqa: N815 - as the library names it
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    server = http.server.HTTPServer(("127.0.0.1", 0), Answer)
+    threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}/", pages
+    server.shutdown()
+    server.server_close()
+
+
+def _polygons(path: Path) -> object:
+    return in_polygons(np.zeros((3, 3)), path)
+
+
+READERS: list[Callable[[Path], object]] = [read_gis_lines, read_lines, read_area, _polygons]
+
+
+def geojson(path: Path, kind: str, crs: dict[str, Any]) -> Path:
+    coordinates = [SQUARE] if kind == "Polygon" else SQUARE
+    shape = {"type": kind, "coordinates": coordinates}
+    features = [{"type": "Feature", "properties": {}, "geometry": shape}]
+    told = {"type": "FeatureCollection", "crs": crs, "features": features}
+    path.write_text(json.dumps(told))
+    return path
+
+
+@pytest.mark.parametrize("read", READERS)
+@pytest.mark.parametrize("kind", ["LineString", "Polygon"])
+def test_the_crs_of_a_geojson_is_not_fetched(
+    tmp_path: Path, asked: tuple[str, list[str]], read: Callable[[Path], object], kind: str
+) -> None:
+    address, pages = asked
+    for number, crs in enumerate((
+        {"type": "link", "properties": {"href": f"{address}a", "type": "proj4"}},
+        {"type": "url", "properties": {"url": f"{address}b"}},
+        {"type": "name", "properties": {"name": f"{address}c"}},
+    )):  # fmt: skip
+        with contextlib.suppress(InputError):
+            read(geojson(tmp_path / f"{number}.geojson", kind, crs))
+    assert pages == []
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("read", READERS)
+@pytest.mark.parametrize("name", ["a.geojson", "a.shp", "a.gpkg", "a.dxf", "a.vrt", "a.kml"])
+def test_no_virtual_layer_is_opened(
+    tmp_path: Path, asked: tuple[str, list[str]], read: Callable[[Path], object], name: str
+) -> None:
+    address, pages = asked
+    geojson(tmp_path / "private.geojson", "Polygon", {})
+    for source in (f"/vsicurl/{address}x.geojson", str(tmp_path / "private.geojson")):
+        (tmp_path / name).write_text(
+            f'<OGRVRTDataSource><OGRVRTLayer name="private"><SrcDataSource>{source}'
+            "</SrcDataSource></OGRVRTLayer></OGRVRTDataSource>"
+        )
+        with pytest.raises(InputError, match=name):
+            read(tmp_path / name)
+    assert pages == []
+
+
+@pytest.mark.parametrize("read", READERS)
+def test_a_view_without_end_is_not_asked(tmp_path: Path, read: Callable[[Path], object]) -> None:
+    path = tmp_path / "a.gpkg"
+    wkb = np.array([shapely.to_wkb(shapely.Polygon(SQUARE))], object)
+    pyogrio.raw.write(
+        path, wkb, [], [], layer="real", geometry_type="Polygon", driver="GPKG", crs="EPSG:32633"
+    )
+    with contextlib.closing(sqlite3.connect(path)) as db, db:
+        for table in ("gpkg_contents", "gpkg_geometry_columns"):
+            columns = [row[1] for row in db.execute(f"PRAGMA table_info({table})")]
+            given = ", ".join(
+                "'endless'" if c in ("table_name", "identifier") else c for c in columns
+            )
+            db.execute(f"INSERT INTO {table} SELECT {given} FROM {table}")
+        db.execute(
+            "CREATE VIEW endless AS WITH RECURSIVE n(fid) AS (SELECT 1 UNION ALL SELECT fid + 1"
+            " FROM n) SELECT n.fid, real.geom FROM n, real"
+        )
+    with pytest.raises(InputError, match=r"a\.gpkg.*view"):
+        read(path)
+
+
+@pytest.mark.parametrize("driver", ["GPKG", "ESRI Shapefile", "GeoJSON", "DXF"])
+@pytest.mark.filterwarnings("ignore")
+def test_what_is_named_is_read(tmp_path: Path, driver: str) -> None:
+    name = {"GPKG": "a.gpkg", "GeoJSON": "a.geojson", "DXF": "a.dxf"}.get(driver, "a.shp")
+    wkb = np.array([shapely.to_wkb(shapely.LineString(SQUARE))], object)
+    pyogrio.raw.write(
+        tmp_path / name, wkb, [], [], geometry_type="LineString", driver=driver,
+        crs=None if driver == "DXF" else "EPSG:32633",
+    )  # fmt: skip
+    assert len(read_gis_lines(tmp_path / name).lines) == 1
+    assert len(read_lines(tmp_path / name).shapes) == 1
+
+
+def test_a_kml_says_what_has_stayed_where_it_was(tmp_path: Path) -> None:
+    (tmp_path / "a.kml").write_text(
+        '<?xml version="1.0"?>\n<!-- drawn by hand -->\n'
+        '<kml xmlns="http://www.opengis.net/kml/2.2"><Placemark><Polygon><outerBoundaryIs>'
+        "<LinearRing><coordinates>-1,-1 1,-1 1,1 -1,-1</coordinates></LinearRing>"
+        "</outerBoundaryIs></Polygon></Placemark></kml>"
+    )
+    inside, _ = in_polygons(np.array([[0.5, 0.0, 0.0], [9.0, 9.0, 0.0]]), tmp_path / "a.kml")
+    assert inside.tolist() == [True, False]

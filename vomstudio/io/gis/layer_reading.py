@@ -1,0 +1,93 @@
+"""Layers of vector files through GDAL: of the formats that are named here, and of no other.
+
+GDAL chooses a driver by the content, whatever the file is called. Some of its drivers open other
+files, or ask servers, because the file says so: a virtual layer may be called `faults.geojson`, and
+the CRS of a real GeoJSON may be the address of a page. Nothing is fetched from the network here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import sqlite3
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from vomstudio.errors import InputError
+from vomstudio.files.names import utf8_name
+from vomstudio.files.regular import require_regular
+from vomstudio.words import tr
+
+NO_NETWORK = {"GDAL_HTTP_PROXY": "127.0.0.1:9", "GDAL_HTTPS_PROXY": "127.0.0.1:9"}
+"""Options of GDAL: whatever is asked for goes to the port of this machine that discards it."""
+
+_HEAD = 4096
+_SQLITE = b"SQLite format 3\0"
+_SHAPEFILE = b"\0\0\x27\x0a"
+_DXF = re.compile(rb"\s*\d{1,4}[ \t]*\r?\n|AutoCAD Binary DXF")
+_JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*\{")
+_KML = re.compile(rb"(?:\xef\xbb\xbf)?\s*<(?:[^>]*>\s*<)*?(?:kml:)?kml[\s>]", re.IGNORECASE)
+_options = threading.Lock()
+
+
+@contextlib.contextmanager
+def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path]:
+    """A name of the file under which pyogrio may be asked for its layers inside.
+
+    unreadable : the sentence for what is no GeoPackage, GeoJSON, shapefile, DXF or KML, or cannot
+        be read as one. Raises InputError.
+    """
+    import pyogrio
+    from pyogrio.errors import DataLayerError, DataSourceError, FeatureError, GeometryError
+
+    require_regular(path)
+    try:
+        with open(path, "rb") as file:
+            head = file.read(_HEAD)
+        if not _is_known(head):
+            raise unreadable()
+        if head.startswith(_SQLITE):
+            _refuse_views(path)
+        with utf8_name(path) as named, _options:
+            pyogrio.set_gdal_config_options(NO_NETWORK)
+            try:
+                yield named
+            finally:
+                pyogrio.set_gdal_config_options(dict.fromkeys(NO_NETWORK))
+    except (
+        DataSourceError, DataLayerError, FeatureError, GeometryError, OSError, ValueError,
+        # pyogrio's own, where GDAL cannot write a damaged CRS as text.
+        UnboundLocalError,
+    ) as error:  # fmt: skip
+        raise unreadable() from error
+
+
+def _is_known(head: bytes) -> bool:
+    return head.startswith((_SQLITE, _SHAPEFILE)) or (
+        any(kind.match(head) for kind in (_JSON, _DXF, _KML)) and b"<OGRVRT" not in head
+    )
+
+
+def _refuse_views(path: Path) -> None:
+    """A layer that is a view is a program of whoever wrote it, and need not come to an end. Raises
+    InputError, ValueError."""
+    try:
+        with contextlib.closing(
+            sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)
+        ) as db:
+            found = db.execute(
+                "SELECT name FROM sqlite_master WHERE type = 'view' AND lower(name) IN"
+                " (SELECT lower(table_name) FROM gpkg_contents"
+                "  UNION ALL SELECT lower(table_name) FROM gpkg_geometry_columns)"
+            ).fetchone()
+    except sqlite3.Error as error:
+        raise ValueError(str(error)) from error
+    if found is not None:
+        raise InputError(
+            tr(
+                "The layer '{name}' is a view, which is not read. Export it as a layer of its own.",
+                name=str(found[0])[:100],
+            ),
+            file=path,
+        )

@@ -1,0 +1,178 @@
+"""The sheet of an orthophoto as PDF: true to scale on paper, its words as text, and the frame, the
+scale bar and the interpretation as lines over the picture."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.units import bar_text, round_length
+from vomstudio.products.net.written_figure import write_figure
+from vomstudio.products.ortho.sheet import direction_in_words, end_labels, unknown_in_words
+from vomstudio.products.ortho.vector_drawing import (
+    DIP_TICK_MM,
+    INK,
+    Drawing,
+    Shape,
+    paper_scale,
+    ticks_over,
+)
+from vomstudio.products.ortho.view_directions import View
+from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = npt.NDArray[np.float64]
+
+_MARGIN_MM, _TOP_MM = 18.0, 16.0
+_LEAST_WIDTH_MM = 130.0
+"""Of what stands below the picture, beside a narrow one."""
+_FONT_PT, _LABEL_PT, _LINE_PT = 8.0, 7.0, 0.9
+_LETTER_MM = 0.19
+"""Of a letter's mean width and of a point of its size."""
+_ROW_MM = 4.6
+_BAR_MM, _WORDS_MM = 14.5, 20.5
+"""Below the picture: the scale bar, and the first row of words."""
+
+
+def write_sheet_pdf(path: Path, drawing: Drawing, view: View) -> None:
+    """drawing : with its picture, in metres of its plane"""
+    low, high = drawing.bounds
+    scale = paper_scale(drawing.bounds)
+    wide, tall = (1000.0 * (high - low) / scale).tolist()
+    page = max(wide, _LEAST_WIDTH_MM)
+    words = _words(view, page)
+    size = (page + 2 * _MARGIN_MM, tall + _TOP_MM + _WORDS_MM + _ROW_MM * len(words) + 6.0)
+    left, bottom = 0.5 * (size[0] - wide), size[1] - _TOP_MM - tall
+
+    def draw(figure: Figure) -> None:
+        ax = figure.add_axes((left / size[0], bottom / size[1], wide / size[0], tall / size[1]))
+        ax.set_xlim(float(low[0]), float(high[0]))
+        ax.set_ylim(float(low[1]), float(high[1]))
+        _draw_plane(ax, drawing, scale)
+        _draw_frame(ax, drawing)
+        page_axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        page_axes.set_xlim(0.0, size[0])
+        page_axes.set_ylim(0.0, size[1])
+        page_axes.set_axis_off()
+        _draw_ends(page_axes, drawing, view, (left, bottom, wide, tall))
+        _draw_bar(page_axes, drawing, scale, (left, bottom, wide))
+        for k, line in enumerate(words):
+            page_axes.text(
+                min(left, 0.5 * (size[0] - page)), bottom - _WORDS_MM - _ROW_MM * k, line,
+                fontsize=_FONT_PT, color=INK, va="top", parse_math=False,
+            )  # fmt: skip
+
+    write_figure(path, draw, format="pdf", size_mm=size, paper="#ffffff", dpi=300.0)
+
+
+def _words(view: View, width_mm: float) -> list[str]:
+    import textwrap
+
+    unknown = unknown_in_words(view)
+    letters = round(width_mm / (_LETTER_MM * _FONT_PT))
+    said = [direction_in_words(view), *textwrap.wrap(view.reason, letters)]
+    return [*said, *([unknown] if unknown else [])]
+
+
+def _draw_plane(ax: Axes, drawing: Drawing, scale: int) -> None:
+    """The picture, what is interpreted on it, and labels that cover no other."""
+    low, high = drawing.bounds
+    if drawing.picture is not None:
+        extent = (float(low[0]), float(high[0]), float(low[1]), float(high[1]))
+        ax.imshow(drawing.picture, extent=extent, interpolation="none", aspect="auto", zorder=0)
+    for shape in drawing.shapes:
+        _draw_shape(ax, shape, scale)
+    taken: list[tuple[float, float, float, float]] = []
+    mm = 0.001 * scale
+    for shape in drawing.shapes:
+        if not shape.label:
+            continue
+        x, y = shape.points[len(shape.points) // 2].tolist()
+        wide, tall = _LETTER_MM * _LABEL_PT * (len(shape.label) + 1) * mm, 3.4 * mm
+        for dx, dy in ((1.2 * mm, 1.2 * mm), (1.2 * mm, -tall), (-wide, 1.2 * mm), (-wide, -tall)):
+            box = (x + dx, y + dy, x + dx + wide, y + dy + tall)
+            inside = box[0] >= low[0] and box[1] >= low[1] and box[2] <= high[0]
+            if inside and box[3] <= high[1] and not any(_meet(box, other) for other in taken):
+                taken.append(box)
+                ax.text(
+                    box[0], box[1] + 0.5 * tall, shape.label, fontsize=_LABEL_PT, va="center",
+                    color=shape.color, zorder=4, parse_math=False,
+                    bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
+                )  # fmt: skip
+                break
+
+
+def _draw_shape(ax: Axes, shape: Shape, scale: int) -> None:
+    points = shape.points
+    if len(points) == 1:
+        x, y = points[0].tolist()
+        ax.plot([x], [y], "o", markersize=3.0, color=shape.color, zorder=3)
+        if shape.dip_deg is None:
+            return
+        a, reach = math.radians(shape.dip_deg), 0.001 * scale * DIP_TICK_MM
+        across = np.array([math.cos(a), -math.sin(a)]) * reach
+        points = np.stack([points[0] - across, points[0] + across])
+    if shape.closed:
+        points = np.vstack([points, points[:1]])
+    # Light below, so that a line is seen on dark rock too.
+    for width, color, above in ((2.2, "white", 1), (1.0, shape.color, 2)):
+        ax.plot(points[:, 0], points[:, 1], color=color, linewidth=width * _LINE_PT, zorder=above,
+                solid_joinstyle="round")  # fmt: skip
+
+
+def _draw_frame(ax: Axes, drawing: Drawing) -> None:
+    low, high = drawing.bounds
+    ax.set_xticks(ticks_over(float(low[0]), float(high[0])))
+    ax.set_yticks(ticks_over(float(low[1]), float(high[1])))
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_formatter(lambda value, _: f"{value + 0.0:.12g}")
+    ax.tick_params(labelsize=_FONT_PT, width=0.6, length=3.0, color=INK, labelcolor=INK)
+    for spine in ax.spines.values():
+        spine.set_linewidth(0.6)
+        spine.set_color(INK)
+    ax.set_xlabel(drawing.axes[0], fontsize=_FONT_PT, color=INK)
+    ax.set_ylabel(drawing.axes[1], fontsize=_FONT_PT, color=INK)
+
+
+def _draw_ends(
+    ax: Axes, drawing: Drawing, view: View, frame: tuple[float, float, float, float]
+) -> None:
+    """Beside a narrow picture the words of its ends keep clear of the arrow."""
+    left, bottom, wide, tall = frame
+    above, middle = bottom + tall + 3.0, left + 0.5 * wide
+    side = max(0.5 * wide, 12.0 + _LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))
+    look: dict[str, Any] = {"fontsize": _FONT_PT + 1.0, "weight": "bold", "color": INK}
+    ax.text(middle - side, above, drawing.ends[0], ha="left", va="bottom", **look)
+    ax.text(middle + side, above, drawing.ends[1], ha="right", va="bottom", **look)
+    arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
+    ax.annotate("", (middle, above + 7.0), (middle, above - 0.5), arrowprops=arrow)
+    ax.text(middle + 2.0, above + 3.0, end_labels(view)[2], va="center", **look)
+
+
+def _draw_bar(ax: Axes, drawing: Drawing, scale: int, place: tuple[float, float, float]) -> None:
+    from matplotlib.patches import Rectangle
+
+    left, bottom, _ = place
+    low, high = drawing.bounds
+    length = round_length(0.25 * float(high[0] - low[0]))
+    wide, y = 1000.0 * length / scale, bottom - _BAR_MM
+    for part, color in ((0.0, INK), (0.5, "white")):
+        ax.add_patch(
+            Rectangle((left + part * wide, y), 0.5 * wide, 1.3, facecolor=color, edgecolor=INK,
+                      linewidth=0.6)
+        )  # fmt: skip
+    said = bar_text(length, metric=drawing.metric)
+    if drawing.metric:
+        said = tr("{length}, 1 : {scale}", length=said, scale=f"{scale:,}".replace(",", " "))
+    ax.text(left + wide + 2.0, y + 0.65, said, va="center", fontsize=_FONT_PT, color=INK)
+
+
+def _meet(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

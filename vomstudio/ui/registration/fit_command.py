@@ -1,0 +1,109 @@
+"""The fit of one model to another as a command."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtWidgets import QWidget
+
+from vomstudio.document.records import Model
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.forms.copied_command import (
+    CopyCommandButton,
+    Word,
+    Words,
+    copy_command,
+    copy_with_file,
+)
+from vomstudio.ui.registration.other_model import OtherModel
+from vomstudio.ui.registration.picking_view import PickingView
+from vomstudio.ui.registration.point_pairs import PointPairs
+from vomstudio.ui.registration.stable_part import StablePartBox
+from vomstudio.words import tr
+
+_START_SIGMA_M = 10.0
+
+
+class FitCopyButton(CopyCommandButton):
+    """Copies the fit of the dialog that it stands in. there : shows what the model is fitted to"""
+
+    def __init__(
+        self,
+        studio: Studio,
+        stable: StablePartBox,
+        points: PointPairs,
+        model: Callable[[], Model | None],
+        there: PickingView,
+    ) -> None:
+        super().__init__(
+            self._copy,
+            tr(
+                "the command that fits the model to this one; of a file that states no unit it "
+                "finds the scale too"
+            ),
+        )
+        self._studio, self._stable, self._points = studio, stable, points
+        self._model, self._there = model, there
+
+    def refresh(self, wait: str | None) -> None:
+        """wait : why it cannot be copied now, apart from what is chosen"""
+        self.allow(wait or why_no_command(self._studio, self._there.model, self._stable))
+
+    def _copy(self) -> None:
+        model, reference = self._model(), self._there.model
+        if model is not None and reference is not None:
+            copy_fit(self, self._studio, model, reference, self._stable, self._points)
+
+
+def why_no_command(
+    studio: Studio, reference: OtherModel | None, stable: StablePartBox
+) -> str | None:
+    """Why the command could not say the same; None where it can."""
+    if reference is None:
+        return tr("choose what the model is fitted to first")
+    record = studio.records.get(reference.id)
+    if isinstance(record, Model) and record.registration is not None:
+        return tr(
+            "the other model stands elsewhere in this project than its file says; save a copy of "
+            "it and choose that"
+        )
+    return stable.why_no_mask()
+
+
+def copy_fit(
+    parent: QWidget,
+    studio: Studio,
+    model: Model,
+    reference: OtherModel,
+    stable: StablePartBox,
+    points: PointPairs,
+) -> None:
+    """Put the command on the clipboard; where points were clicked, ask for their table first."""
+    from vomstudio.io.control.writing import write_pairs
+
+    path = studio.project.find_model(model)
+    if path is None:
+        return
+    crs = reference.standing(studio.project.cache).crs
+    mask = stable.mask_file()
+
+    def words(pairs: Path | None) -> Words:
+        said: list[Word | tuple[str, Word]] = ["register", path, ("--reference", reference.path)]
+        if pairs is not None:
+            said.append(("--pairs", pairs))
+        if mask is not None:
+            said.append(("--stable", mask))
+        return [*said, *([("--crs", crs)] if crs else [])]
+
+    if points.pairs:
+        pairs = points.as_pairs()
+        # They are where the fit starts. Beside the surfaces they would pull at it otherwise.
+        pairs = replace(pairs, sigma=np.full_like(pairs.world, _START_SIGMA_M))
+        write = partial(write_pairs, pairs=pairs)
+        copy_with_file(parent, studio, "pairs.csv", write, words)
+    else:
+        copy_command(studio, words(None))
