@@ -115,7 +115,7 @@ def _beside(graph: Graph, path: Ints) -> npt.NDArray[np.bool_]:
     for _ in range(_BESIDE):
         first, count = graph.starts[fresh], np.diff(graph.starts)[fresh]
         at = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
-        met = np.unique(graph.near[at])
+        met = np.unique(graph.near[at]).astype(np.int64)
         fresh = met[~near_it[met]]
         near_it[fresh] = True
     return near_it

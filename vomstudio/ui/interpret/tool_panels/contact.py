@@ -9,12 +9,12 @@ from vomstudio.document.length_figures import words
 from vomstudio.tools.contact import ContactTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.follow_box import FollowBox
-from vomstudio.ui.common.in_photos_box import InPhotosBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking, set_field
+from vomstudio.ui.interpret.tool_panels.in_photos_box import InPhotosBox
 from vomstudio.words import tr
 
 

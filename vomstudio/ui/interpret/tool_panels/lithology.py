@@ -9,11 +9,11 @@ from vomstudio.document.kinds.lithology import CHOICES, words
 from vomstudio.tools.lithology import LithologyTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.follow_box import FollowBox
-from vomstudio.ui.common.in_photos_box import InPhotosBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking
+from vomstudio.ui.interpret.tool_panels.in_photos_box import InPhotosBox
 from vomstudio.words import tr
 
 

@@ -9,7 +9,6 @@ from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.follow_box import FollowBox
-from vomstudio.ui.common.in_photos_box import InPhotosBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
@@ -19,6 +18,7 @@ from vomstudio.ui.interpret.tool_panels.common import (
     lay_out_picking,
     set_field,
 )
+from vomstudio.ui.interpret.tool_panels.in_photos_box import InPhotosBox
 from vomstudio.words import tr
 
 
