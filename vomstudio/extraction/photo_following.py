@@ -17,10 +17,10 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
-from vomstudio.extraction.following import shortest
 from vomstudio.extraction.path_costs import OF_COLOURS, compared, node_costs
 from vomstudio.extraction.photo_votes import Voter, agreement
 from vomstudio.extraction.pixel_graph import along, around, pixel_graph
+from vomstudio.extraction.shortest_paths import straightest
 from vomstudio.extraction.surface_graph import Graph
 from vomstudio.words import tr
 
@@ -194,7 +194,7 @@ class PhotoFollower:
             if down == 0 and voters:
                 costs = self._voted(graph, costs, voters, given)
             first, last = (_nearest(graph, end) for end in ends)
-            path = shortest(graph, first, last, costs)
+            path = straightest(graph, first, last, costs)
             if path is None:
                 raise GeometryError(tr("The way-points lie apart in the photo."))
             line = graph.places[path, :2]
