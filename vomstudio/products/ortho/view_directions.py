@@ -64,9 +64,9 @@ class View:
 
 
 def view_along_line(trend_deg: float, plunge_deg: float) -> View:
-    """A view as typed. Raises UsageError for a plunge beyond 90 degrees, and a trend beyond two
-    turns."""
-    for angle, most, field in ((trend_deg, 720.0, "--trend"), (plunge_deg, 90.0, "--plunge")):
+    """A view as typed. Raises UsageError for a plunge beyond 90 degrees, and a trend beyond ten
+    turns, which is none that was meant."""
+    for angle, most, field in ((trend_deg, 3600.0, "--trend"), (plunge_deg, 90.0, "--plunge")):
         if not abs(angle) <= most:
             raise UsageError(
                 tr("A view needs a trend in degrees and a plunge from -90 (up) to 90 (down)."),

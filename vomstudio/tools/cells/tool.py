@@ -169,7 +169,7 @@ TOOL = ToolEntry(
     CellsTool,
     label=to_translate("Ce&lls"),
     icon="grid",
-    key="J",
+    key="Shift+L",
     tip=to_translate("Mark the cells of a grid as done, empty or unmeasurable."),
     order=70,
     in_bar=False,
