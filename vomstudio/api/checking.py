@@ -18,7 +18,8 @@ from vomstudio.errors import InputError, VomError, VomWarning
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.places import no_places
-from vomstudio.io.text.tables import COORDINATES, plain
+from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.tables import COORDINATES
 from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]

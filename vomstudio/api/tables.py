@@ -13,10 +13,11 @@ from vomstudio.document import catalogue
 from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.io.text import orientation_reading
+from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.orientation_columns import ALIASES
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
 from vomstudio.io.text.table_turns import registrations_in
-from vomstudio.io.text.tables import TextTable, plain, read_table, table_of_cells
+from vomstudio.io.text.tables import TextTable, read_table, table_of_cells
 from vomstudio.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
 from vomstudio.tables.registration_lines import registration_lines
 from vomstudio.words import tr

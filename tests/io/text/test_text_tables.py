@@ -13,7 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vomstudio.errors import InputError, UsageError
-from vomstudio.io.text.tables import PointGroups, plain, read_points, read_table
+from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.tables import PointGroups, read_points, read_table
 
 TRIANGLE = np.array([[1.5, 2.0, 3.0], [4.0, 5.25, 6.0], [7.0, 8.0, -9.5]])
 

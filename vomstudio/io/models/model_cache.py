@@ -89,17 +89,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         "unit_m": loaded.unit_m,
         **_stamp(loaded.path),
     }
-    try:
-        make_folder(folder.parent)
-        draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
-    except OSError as error:
-        raise TargetError(
-            tr(
-                "The cache cannot be written ({reason}). Free its disk or move the project.",
-                reason=reason_of(folder.parent, error),
-            ),
-            file=folder,
-        ) from error
+    draft = _draft(folder)
     try:
         # What is worked out takes as long as the writing, and can go on beside it.
         with ThreadPoolExecutor(2) as pool:
@@ -119,19 +109,32 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         (draft / META).write_text(json.dumps(meta), encoding="utf-8")
         _put_in_place(draft, folder)
     except OSError as error:
-        raise TargetError(
-            tr(
-                "The cache cannot be written ({reason}). Free its disk or move the project.",
-                reason=reason_of(folder.parent, error),
-            ),
-            file=folder,
-        ) from error
+        raise _not_cached(folder, error) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
     if isinstance(data, PointCloud):
         data = replace(data, arrangement=arrangement)
     where = Path(loaded.path).absolute()
     return replace(loaded, data=data, path=where, resolution=usual, height_unit=None)
+
+
+def _draft(folder: Path) -> Path:
+    """A folder beside it, to be filled. Raises TargetError."""
+    try:
+        make_folder(folder.parent)
+        return Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+    except OSError as error:
+        raise _not_cached(folder, error) from error
+
+
+def _not_cached(folder: Path, error: OSError) -> TargetError:
+    return TargetError(
+        tr(
+            "The cache cannot be written ({reason}). Free its disk or move the project.",
+            reason=reason_of(folder.parent, error),
+        ),
+        file=folder,
+    )
 
 
 def _stored(material: Material) -> dict[str, object]:

@@ -10,8 +10,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from vomstudio.io.project.field_table import FieldTable, is_orientation, number_in
+from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.orientation_columns import ALIASES
-from vomstudio.io.text.tables import COORDINATES, plain
+from vomstudio.io.text.tables import COORDINATES
 from vomstudio.words import tr
 
 _NAMES = {"name", "label", "reading", "measurement", "station", "locality", "site", "dataid"}

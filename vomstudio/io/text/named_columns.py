@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.places import why_no_coordinate
+from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.rows import shortened
-from vomstudio.io.text.tables import TextTable, plain, read_table
+from vomstudio.io.text.tables import TextTable, read_table
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]

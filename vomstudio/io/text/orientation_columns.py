@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_angle, parse_azimuth
 from vomstudio.geometry.vectors import wrap360
+from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.rows import parse_number
-from vomstudio.io.text.tables import TextTable, lines_in_words, plain
+from vomstudio.io.text.tables import TextTable, lines_in_words
 from vomstudio.words import tr, tr_n
 
 ALIASES: dict[str, set[str]] = {

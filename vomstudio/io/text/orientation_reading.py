@@ -22,10 +22,11 @@ from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, lines_to_vectors, planes_to_poles
 from vomstudio.geometry.vectors import wrap360
+from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.orientation_columns import Columns
 from vomstudio.io.text.rows import shortened
 from vomstudio.io.text.table_turns import bowed_in, turns_of_table
-from vomstudio.io.text.tables import TextTable, lines_in_words, plain, read_table
+from vomstudio.io.text.tables import TextTable, lines_in_words, read_table
 from vomstudio.words import tr, tr_n
 
 Azimuth = Literal["strike", "dipdir"]

@@ -12,8 +12,9 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geology.sets.discontinuities import Pieces
+from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.orientation_reading import OrientationTable
-from vomstudio.io.text.tables import coordinate_columns, plain
+from vomstudio.io.text.tables import coordinate_columns
 from vomstudio.words import tr
 
 SET, PROBABILITY, DISCONTINUITY = "set", "set_probability", "discontinuity"

@@ -23,8 +23,9 @@ from vomstudio.geology.orientation import (
     rake_of,
 )
 from vomstudio.geology.slip import slip_rake
+from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.rows import parse_number
-from vomstudio.io.text.tables import TextTable, lines_in_words, plain, read_table
+from vomstudio.io.text.tables import TextTable, lines_in_words, read_table
 from vomstudio.words import tr, tr_n
 
 OFF_PLANE_DEG = 10.0

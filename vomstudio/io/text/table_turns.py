@@ -18,8 +18,9 @@ import numpy.typing as npt
 
 from vomstudio.geology.common_turns import Turns, together
 from vomstudio.geometry.tilts import CHI2_TWO
+from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.rows import parse_number
-from vomstudio.io.text.tables import TextTable, plain
+from vomstudio.io.text.tables import TextTable
 from vomstudio.tables.registration_lines import MARK
 
 _COLUMN = "registration_error_deg"

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.places import FARTHEST_M, why_no_coordinate
+from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.io.text.rows import (
     TextRows,
@@ -222,32 +223,6 @@ class PointGroups:
     warnings: tuple[str, ...]
     words: Words[str] = field(default_factory=dict)
     """Kind and set of the groups that have one."""
-
-
-def plain(name: str) -> str:
-    """A column's name without case, separators and unit: what is compared.
-
-    `Dip direction (deg)`, `dip_direction_deg` and `DIPDIRECTION` are all `dipdirection`.
-    """
-    text = _without_brackets(name.casefold()).replace("°", " ")
-    text = re.sub(r"(?<=[\s_\-.])(deg|degrees?|metres?|meters?|m)\s*$", "", text)
-    return re.sub(r"[\W_]+", "", text)
-
-
-def _without_brackets(text: str) -> str:
-    """With a blank for each pair of brackets and what is in it. By hand: a pattern would look for
-    the end of every bracket that has none, through all of a long name."""
-    kept, at = [], 0
-    while begun := _OPENS.search(text, at):
-        ended = _CLOSES.search(text, begun.end())
-        if ended is None:
-            break
-        kept += [text[at : begun.start()], " "]
-        at = ended.end()
-    return "".join([*kept, text[at:]])
-
-
-_OPENS, _CLOSES = re.compile(r"[\[(]"), re.compile(r"[\])]")
 
 
 def lines_in_words(lines: Sequence[int], limit: int = 8) -> str:

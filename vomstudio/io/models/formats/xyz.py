@@ -17,6 +17,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.io.models.formats._common import drop_unsound_points, read_whole, scale_colors
 from vomstudio.io.models.reader import LoadedModel, Reader
+from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.encodings import as_utf8
 from vomstudio.io.text.rows import (
     LARGEST_FILE,
@@ -31,7 +32,7 @@ from vomstudio.io.text.rows import (
     refuse_decimal_commas_between_spaces,
     sniff,
 )
-from vomstudio.io.text.tables import TextTable, coordinate_columns, plain, read_points
+from vomstudio.io.text.tables import TextTable, coordinate_columns, read_points
 from vomstudio.progress import Progress
 from vomstudio.words import to_translate, tr, tr_n
 
