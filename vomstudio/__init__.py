@@ -28,6 +28,7 @@ _PLACES = {
     "stats": "sets",
     "fold": "sets",
     "slip": "sets",
+    "repeats": "sets",
     "sets": "set_proposals",
     "slope": "sets",
     "displacement": "measures",

@@ -35,6 +35,7 @@ from vomstudio.api.sections import Section as Section
 from vomstudio.api.sections import section as section
 from vomstudio.api.set_proposals import sets as sets
 from vomstudio.api.sets import fold as fold
+from vomstudio.api.sets import repeats as repeats
 from vomstudio.api.sets import slip as slip
 from vomstudio.api.sets import slope as slope
 from vomstudio.api.sets import stats as stats

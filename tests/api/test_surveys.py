@@ -61,6 +61,7 @@ def test_a_plan_is_that_of_the_command(command: Any, tmp_path: Path) -> None:
         )
     assert json.loads(to_json(found.as_dict())) == {k: v for k, v in told.items() if k != "sheet"}
     assert found.photos == told["photos"]
+    assert [station.as_dict() for station in found.stations] == told["positions"]
     assert (tmp_path / "own.svg").is_file()
 
 

@@ -179,10 +179,11 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "register": Case(vs.register, {"model_points": MODEL, "world_points": WORLD}),
         "register -": Case(vs.register, {
             "model_points": "-", "level": [[0, 0, 0, 5, 0, 0.1], [0, 0, 0, 0, 5, 0.2]]}, KNOWN),
+        "register()": Case(vs.register(MODEL, WORLD), {"points": MODEL}),
         "compare": Case(vs.compare, {"model": GROUND + [0, 0, 0.05], "benchmark": GROUND}),
         "agreement": Case(vs.agreement, {"first": table, "second": table}),
         "facets": Case(vs.facets, {"model": GROUND}),
-        "measurable": Case(vs.measurable, {"model": GROUND, "plane": "120/30", "length_m": 5.0}),
+        "measurable": Case(vs.measurable, {"model": GROUND, "plane": (90, 45), "length_m": 1.0}),
         "follow": Case(vs.follow, {
             "model": mesh, "through": [[0.1, 0.1, 0.02], [2, 2, 0.4]], "cost": "curvature"}),
         "reconstruct": Case(vs.reconstruct, photos),
@@ -210,11 +211,13 @@ NAMES = (
     "fit_parallel", "fit_curved", "plane_band", "plane_of_crossing", "read_orientations", "stats",
     "fold", "slip", "sets", "slope", "displacement", "threepoint", "log", "fractures", "stereonet",
     "rose", "orthophoto", "orthophoto plane", "orthophoto fold", "dem", "section",
-    "section profile", "extend", "extend of", "surface", "register", "register -", "compare",
-    "agreement", "facets", "follow", "reconstruct", "sample", "Mesh.save", "PointCloud.save",
+    "section profile", "extend", "extend of", "surface", "register", "register -",
+    "register()", "compare",
+    "agreement", "facets", "measurable", "follow", "reconstruct", "sample", "Mesh.save",
+    "PointCloud.save",
     "Orthophoto.save", "ElevationModel.save", "Section.save", "Project.open", "Project.create",
     "Project.add_model", "Project.add_trace", "Project.fit", "Project.judge_by", "Project.export",
-    "Project.save_as", "measurable",
+    "Project.save_as",
 )  # fmt: skip
 
 

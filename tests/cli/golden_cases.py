@@ -194,8 +194,15 @@ CASES = (
     Case("log-refused", "log {work}/log.csv --bed 90/95", code=2),
     Case("rose-refused", "rose {work}/planes.csv --bin 7 -o {work}/roses.svg", code=2),
     Case("slope", "slope {work}/planes.csv --face 310/75 --friction 35", after=("fit-by",)),
+    Case("repeats", "repeats {work}/repeats.csv"),
+    Case("repeats-refused", "repeats {work}/planes.csv", after=("fit-by",), code=2),
     Case("slip", "slip {work}/faults.txt"),
     Case("slip-refused", "slip {work}/planes.csv", after=("fit-by",), code=2),
+    Case(
+        "slope-facets",
+        "slope {work}/planes.csv --facets {work}/planes.csv --friction 35 -o {work}/facets_s.csv",
+        after=("fit-by",),
+    ),
     Case("slope-refused", "slope {work}/planes.csv --face 310/0 --friction 35", code=2),
     Case(
         "displacement",
@@ -316,6 +323,8 @@ CASES = (
     Case("no-command", "", code=2),
     Case("unknown-command", "dance", code=2),
     Case("wrong-option", "fit {work}/three.csv --wrong", code=2),
+    # It opens the project, which brings its journal up to date.
+    Case("project-looked-at", "project {specimens}/schema1.vom looked-at"),
 )
 
 
@@ -337,6 +346,10 @@ def prepare(folder: Path) -> dict[str, str]:
         "x,y,z,part\n" + "".join(f"{x},{y},{0.3 * x + 0.1 * y * y},a\n" for x in range(4)
                                  for y in range(3)) + "0,0,0,b\n1,1,1,b\n"
     )  # fmt: skip
+    (work / "repeats.csv").write_text(
+        "id,dip_direction,dip,max_confidence95_deg,repeat_of,interpreter\na,90,40,3,,AB\n"
+        "b,100,50,3,,AB\nc,120,60,2,,AB\nd,90,43,3,a,AB\ne,101,52,3,b,CD\nf,99,53,3,zz,CD\n"
+    )
     (work / "faults.txt").write_text(
         "strike\tdip\ttrend\tplunge\tsense\n20\t60\t100\t59.6\tNL\n195\t55\t290\t54.9\tNR\n"
         "10\t70\t102\t70\tN\n100\t88\t101\t10\tL\n30\t50\t\t\tN\n"

@@ -587,3 +587,12 @@ def test_a_model_of_a_project_is_fitted_to_a_reference(run, tmp_path: Path) -> N
     with vs.Project.open(project) as again:
         assert again.models[0].read().points != pytest.approx(truth, abs=0.05)
     assert "PAIRS" in run("project", project, "register").said
+
+
+@pytest.mark.parametrize("places", ["0,0,0", "0,0,0\n1,0,0", "0,0,0\n1,0,0\n2,0,0\n3,0,0"])
+def test_pairs_that_place_nothing_are_named(run, tmp_path: Path, places: str) -> None:
+    table = tmp_path / "pairs.csv"
+    rows = [f"p{i},{place},{place}" for i, place in enumerate(places.splitlines())]
+    table.write_text("\n".join(["label,model_x,model_y,model_z,x,y,z", *rows]))
+    failed = run("register", "-", "--pairs", table, "--json")
+    assert (failed.code, failed.json["error"]["file"]) == (2, str(table))

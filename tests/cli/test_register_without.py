@@ -62,3 +62,42 @@ def test_a_label_that_is_not_there_is_refused_with_what_is_near(run, tmp_path) -
     assert ran.code == 2
     assert "B4" in ran.err
     assert "--without" in ran.err
+
+
+def test_what_readings_look_like_is_said(run, tmp_path) -> None:
+    table = tmp_path / "readings.csv"
+    readings_table(table, "")
+    rows = table.read_text().splitlines()
+
+    def warned(lines: list[str]) -> str:
+        table.write_text("\n".join([*lines, ""]))
+        return " ".join(
+            run("register", "-", "--orientations", str(table), "--json").json["warnings"]
+        )
+
+    assert "radians" not in warned(rows)
+    small = [",".join([c[0], f"{np.radians(float(c[1])):.5f}", f"{np.radians(float(c[2])):.5f}",
+                       *c[3:]]) for c in (row.split(",") for row in rows[1:])]  # fmt: skip
+    assert "radians" in warned([rows[0], *small])
+    assert "Several readings have the name B1" in warned([*rows, rows[2]])
+    # Of two sources of north one may be off: not of a compass alone.
+    assert "North rests on the compass alone" in warned(rows)
+
+
+@pytest.mark.parametrize(("column", "value"), [("sigma", "500"), ("sigma", "0"), ("sigma", "-2")])
+def test_an_accuracy_that_cannot_be_is_refused_with_its_line(run, tmp_path, column, value) -> None:
+    table = tmp_path / "readings.csv"
+    readings_table(table, "")
+    rows = table.read_text().splitlines()
+    table.write_text(
+        "\n".join([f"{rows[0]},{column}", *(f"{row},{value}" for row in rows[1:]), ""])
+    )
+    ran = run("register", "-", "--orientations", str(table))
+    assert ran.code == 2
+    assert "line 2" in ran.err
+
+
+def test_azimuths_and_labels_that_cannot_be_are_refused(run) -> None:
+    assert run("register", "-", "--azimuth", "0,0,0,1,0,0,400").code == 2
+    with pytest.raises(vs.errors.InputError, match="list is needed"):
+        vs.register("-", level=[[0, 0, 0, 1, 0, 0]], without=3)

@@ -56,3 +56,46 @@ def test_the_sample_is_measured_to_within_the_stated_confidence(
     axis = vector(*(float(words[words.index(name) + 1]) for name in ("trend", "plunge")))
     assert fold["used"] == 8
     assert angle_deg(beta, axis) < 1.0
+
+
+@pytest.mark.slow
+def test_half_of_the_traces_are_good_after_three_clicks_each() -> None:
+    """At the first, the middle and the last of each pick, with nothing else known."""
+    from vomstudio.extraction.best_cost import follow_best
+    from vomstudio.extraction.surface_graph import SurfaceGraph
+    from vomstudio.geology.orientation import Plane
+    from vomstudio.geology.quality import judge, total_error_deg
+    from vomstudio.geometry.planes import fit_plane
+    from vomstudio.geometry.surface import VertexSurface
+    from vomstudio.workspace.world_models import read_in_world
+
+    def rows(name: str) -> list[dict[str, str]]:
+        with resource("sample", name).open(newline="") as stream:
+            return list(csv.DictReader(line for line in stream if not line.startswith("#")))
+
+    truth = {r["name"]: r for r in rows("truth.csv") if r["dip_deg"]}
+    picked: dict[str, list[list[float]]] = {}
+    for row in rows("picks.csv"):
+        if row["pick"] in truth:
+            picked.setdefault(row["pick"], []).append([float(row[k]) for k in "xyz"])
+    assert len(picked) == 31
+    data = read_in_world(resource("sample", "sample.obj")).data
+    surface, near = SurfaceGraph(data), VertexSurface(np.asarray(data.vertices))
+    near.build()
+    good = good_and_off = held = 0
+    for name, points in picked.items():
+        clicks = np.array([points[0], points[len(points) // 2], points[-1]])
+        path, _, _ = follow_best(surface, clicks, near.resolution_near)
+        fit, resolution = fit_plane(path.points), near.resolution_near(path.points)
+        stated = total_error_deg(fit, resolution)
+        plane = Plane(float(truth[name]["dip_direction_deg"]), float(truth[name]["dip_deg"]))
+        error = np.degrees(np.arccos(min(1.0, abs(float(fit.normal @ plane.normal())))))
+        held += stated is None or error <= stated
+        verdict = judge(
+            fit, resolution_m=resolution, outcrop_normal=near.outcrop_normal(path.points)
+        )
+        good += verdict.quality == "good"
+        good_and_off += verdict.quality == "good" and error > 5.0
+    assert good >= 16
+    assert good_and_off == 0
+    assert held >= 29

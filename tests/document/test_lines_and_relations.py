@@ -30,6 +30,7 @@ from vomstudio.geology.orientation import (
 from vomstudio.geology.slip import slip_rake
 from vomstudio.geometry.lines import fit_line
 from vomstudio.tables.orientation_table import write_orientation_csv
+from vomstudio.tables.project_layers import project_layers
 from vomstudio.tables.project_table import project_table
 
 HASH = "0" * 64
@@ -381,7 +382,8 @@ def test_the_layers_hold_lines_and_dimensions(tmp_path: Path):
     )  # fmt: skip
     records[MODEL.id] = replace(MODEL, placement=Frame("crs", "EPSG:32633"))
     out = tmp_path / "out.gpkg"
-    write_layers(out, records, project_table(records), Measurements())
+    table = project_table(records)
+    write_layers(out, records, table, project_layers(records, table, Measurements()))
     assert {"planes", "traces", "lines", "lineations", "dimensions"} <= {
         name for name, _ in pyogrio.list_layers(out)
     }

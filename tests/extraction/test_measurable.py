@@ -279,7 +279,7 @@ def test_on_the_sample_simulated_traces_state_what_the_map_tells() -> None:
     mesh = read_in_world(SAMPLE).data
     assert isinstance(mesh, Mesh)
     planes = [Plane(315.3, 38.3), Plane(94.3, 23.4), Plane(305.9, 66.5), Plane(140, 79)]
-    told, stated = agreement(mesh, planes, 4.0, 40)
+    told, stated = agreement(mesh, planes, 4.0, 18)
     known = stated < 80.0
     assert spearmanr(told, stated).statistic > 0.8
     assert 0.7 < np.median(told[known] / stated[known]) < 1.7

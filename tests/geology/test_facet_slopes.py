@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.geology.facet_slopes import MODES, FacetFace, facet_slopes
+from vomstudio.geology.fractures.facet_slopes import MODES, FacetFace, facet_slopes
 from vomstudio.geology.orientation import Plane, normals_to_planes
 from vomstudio.geology.slopes import SlopeFace
 from vomstudio.geology.table_slopes import table_slope

@@ -13,6 +13,7 @@ from vomstudio.document.kinds.lithology import Lithology
 from vomstudio.document.kinds.station import Station
 from vomstudio.tools.contact import ContactTool
 from vomstudio.tools.lithology import LithologyTool
+from vomstudio.ui.interpret.table_model import COLUMNS
 from vomstudio.ui.interpret.tool_panels.contact import ContactPanel
 from vomstudio.ui.interpret.tool_panels.lithology import LithologyPanel
 from vomstudio.ui.interpret.tool_panels.station import StationPanel
@@ -128,7 +129,7 @@ def test_a_contact_line_follows_the_contact(opened, picks):
 
 def test_a_rock_area_is_measured_on_the_surface(opened):
     window, studio = opened, opened.studio
-    key(window, Qt.Key.Key_K)
+    key(window, Qt.Key.Key_R, SHIFT)
     panel = driver.tool_panel(window, LithologyPanel)
     panel.lithology_box.setCurrentIndex(panel.lithology_box.findData("sandstone"))
     panel.lithology_box.activated.emit(panel.lithology_box.currentIndex())
@@ -149,3 +150,31 @@ def test_a_rock_area_is_measured_on_the_surface(opened):
     field.setCurrentIndex(field.findData("shale"))
     field.activated.emit(field.currentIndex())
     assert studio.records[made.id].lithology == "shale"
+
+
+def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_path):
+    from vomstudio.io.project.export import export_records
+    from vomstudio.ui.interpret.listed_import import import_listed
+
+    window, studio = opened, opened.studio
+    key(window, Qt.Key.Key_D)
+    click(window.viewport, spots(window, (0, 0))[0])
+    key(window, Qt.Key.Key_R, SHIFT)
+    for spot in spots(window, (-60, -30), (60, -20), (50, 40)):
+        click(window.viewport, spot)
+    key(window, Qt.Key.Key_Return)
+    assert window.actions_table.all["import_listed"].isEnabled()
+    export_records(studio.records, "gpkg", tmp_path / "o.gpkg")
+    import_listed(studio, tmp_path / "o.gpkg")
+    one, other = studio.session.of(Lithology)
+    assert other.area == pytest.approx(one.area, rel=1e-6), "measured anew on the surface"
+    assert len(studio.session.of(Station)) == 2
+    assert len(studio.selection.ids) == 2
+    key(window, Qt.Key.Key_Z, driver.CTRL)
+    assert (len(studio.session.of(Station)), len(studio.session.of(Lithology))) == (1, 1)
+    assert window.table.model.rowCount() == 2
+    place = window.table.model.place(one.id)
+    texts = [column.text(window.table.model.row(place)) for column in COLUMNS]
+    shown = {column.title: text for column, text in zip(COLUMNS, texts, strict=True)}
+    assert shown["Area"]
+    assert shown["Orientation"] == shown["95 % max"] == shown["M"] == shown["Quality"] == ""

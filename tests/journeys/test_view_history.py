@@ -8,6 +8,8 @@ from PySide6.QtCore import QPoint, Qt
 
 from tests import driver
 from tests.driver import click, drag, key, wait
+from vomstudio.extraction.selecting.looking import count_of
+from vomstudio.tools.select import SelectTool
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 
@@ -113,3 +115,32 @@ def test_another_project_has_no_earlier_view(opened):
     rest(opened)
     assert not opened.actions_table.all["view_back"].isEnabled()
     assert not opened.actions_table.all["view_forward"].isEnabled()
+
+
+def test_what_was_isolated_is_shown_again_by_going_back(opened):
+    elements = opened.studio.workspace.elements
+    (model_id,) = elements.shown()
+    tool = opened.studio.tool_of(SelectTool)
+    key(opened, Qt.Key.Key_S)
+    count = count_of(elements.data(model_id))
+    mask = np.zeros(count, bool)
+    mask[: count // 3] = True
+    tool.take(model_id, mask, tool.combine, "Choose a third")
+    camera = view(opened)
+    rest(opened)
+    key(opened, Qt.Key.Key_H, SHIFT)
+    assert elements.hidden(model_id).sum() == count - count // 3
+    rest(opened)
+    key(opened, Qt.Key.Key_N)
+    turn(opened)
+    assert not np.allclose(view(opened), camera, atol=1e-9)
+    back(opened)
+    assert np.allclose(view(opened), camera, atol=1e-9)
+    assert elements.hidden(model_id) is not None, "the turn was the last change of the view"
+    back(opened)
+    assert elements.hidden(model_id) is None
+    forward(opened)
+    assert elements.hidden(model_id).sum() == count - count // 3
+    assert np.array_equal(tool.chosen.mask, mask), "what is chosen is no matter of the view"
+    back(opened)
+    assert elements.hidden(model_id) is None

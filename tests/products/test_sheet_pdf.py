@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 import zlib
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from vomstudio.products.ortho.sheet_pdf import write_sheet_pdf
-from vomstudio.products.ortho.vector_drawing import Drawing, Shape, paper_scale
+from vomstudio.products.ortho.vector_drawing import Drawing, Shape, paper_scale, placed_labels
 from vomstudio.products.ortho.view_directions import view_along_line
 
 MM = 72.0 / 25.4
@@ -101,9 +102,18 @@ def test_a_narrow_picture_and_unknown_scale_are_said_whole(tmp_path: Path) -> No
     assert box[2] / MM == pytest.approx(166.0, abs=0.1)
 
 
-def test_labels_that_would_cover_each_other_are_left_out(tmp_path: Path) -> None:
+def test_no_label_covers_another_and_those_apart_are_led_to() -> None:
+    """Twelve planes at one place: some find room beside it, some at the end of a line, the others
+    have no label."""
     at = np.array([[0.0, 0.0]])
-    many = tuple(Shape("j", at + 0.01 * i, label=f"J{i}", dip_deg=30.0) for i in range(12))
-    write_sheet_pdf(tmp_path / "s.pdf", replace(drawing(), shapes=many), view_along_line(45, 0))
-    words = texts_of(page_of(tmp_path / "s.pdf")[1]).split("\n")
-    assert 1 <= sum(word.startswith("J") for word in words) <= 4
+    many = tuple(Shape("j", at + 0.01 * i, label=f"J{i:02d} 30°", dip_deg=30.0) for i in range(40))
+    made = replace(drawing(), shapes=many)
+    placed = placed_labels(made, 100.0, 2.6)
+    assert 4 <= len(placed) < 40
+    wide, tall = 0.001 * 100.0 * 2.6 * 0.5 * 7, 0.001 * 100.0 * 2.6
+    boxes = [(p.x - wide if p.right else p.x, p.y - tall / 2) for p in placed]
+    for (x, y), (u, v) in combinations(boxes, 2):
+        assert abs(x - u) >= wide or abs(y - v) >= tall - 1e-9
+    for p in placed:
+        near = abs(p.y - p.named[1]) < 0.001 * 100.0 * 5.0
+        assert p.apart != near

@@ -9,6 +9,7 @@ from pyproj import Transformer
 
 from vomstudio.errors import GeometryError
 from vomstudio.registration import coordinate_checks as checks
+from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import register_points
 
 Array = npt.NDArray[np.float64]
@@ -188,3 +189,47 @@ def test_two_mistakes_that_hide_each_other_are_both_named() -> None:
     assert {blunder.label for blunder in found.blunders} == {"1", "2"}
     sizes = sorted(blunder.error_m for blunder in found.blunders)
     assert sizes == pytest.approx([2.0, np.sqrt(10.0)], abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("scale", "unit"), [(1000.0, "millimetres"), (100.2, "centimetres"), (0.001, "kilometres")]
+)
+def test_units_show_in_the_scale(scale: float, unit: str) -> None:
+    (said,) = checks.said_of_feet(scale, 0.001)
+    assert unit in said
+
+
+@pytest.mark.parametrize("order", [[7, 0, 1, 2, 3, 4, 5, 6], [2, 3, 4, 5, 6, 7, 0, 1],
+                                   [7, 6, 5, 4, 3, 2, 1, 0]])  # fmt: skip
+def test_points_numbered_in_another_order_are_named(order: list[int]) -> None:
+    chance = np.random.default_rng(3)
+    model = chance.uniform([0, 0, 0], [60, 25, 30], (8, 3))
+    world = model + [398_000.0, 4_980_000.0, 330.0] + chance.normal(size=model.shape) * 0.01
+    labels = [f"P{i}" for i in range(1, 9)]
+    control = Points(labels, model, world[order], np.full(model.shape, np.nan))
+    (said,) = checks.doubts_about_points(control, labels, control.world)
+    assert "another order" in said
+    assert f"P1 had the coordinates of P{order.index(0) + 1}" in said
+    right = Points(labels, model, world, np.full(model.shape, np.nan))
+    assert checks.doubts_about_points(right, labels, world) == []
+
+
+def test_two_points_at_one_place_are_named() -> None:
+    world = site()[1].copy()
+    world[3] = world[1]
+    labels = [f"P{i}" for i in range(len(world))]
+    (said,) = checks.said_of_one_place(labels, world)
+    assert said.startswith("P1, P3")
+
+
+def test_a_web_map_is_no_system_for_lengths() -> None:
+    """Of Web Mercator the scale is 1 / cos(latitude), but for the ellipsoid."""
+    from pyproj import Transformer
+
+    x, y = Transformer.from_crs("EPSG:4326", "EPSG:3857", always_xy=True).transform(13.7, 45.0)
+    places = np.array([[x, y, 330.0], [x + 20.0, y, 340.0], [x, y + 30.0, 335.0]])
+    (said,) = checks.said_of_area(places, "EPSG:3857")
+    assert "1.41" in said
+    assert "32633" in said or "33N" in said
+    utm = Transformer.from_crs("EPSG:4326", "EPSG:32633", always_xy=True).transform(13.7, 45.0)
+    assert checks.said_of_area(np.array([[*utm, 330.0]]), "EPSG:32633") == []

@@ -11,9 +11,11 @@ class Paths:
 
     def __init__(self) -> None:
         self.asked: list = []
+        self.photos: list[str] = []
 
-    def follow(self, model_id, cost, ends, *, live, answer):
+    def follow(self, model_id, cost, ends, *, photo="", live, answer):
         self.asked.append((model_id, cost, ends, live, answer))
+        self.photos.append(photo)
 
 
 class Elements:

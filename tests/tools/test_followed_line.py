@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from vomstudio.document import edits
 from vomstudio.document.journal import replay
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.session import Session
+from vomstudio.tools.followed_line import Way
 from vomstudio.tools.interaction_types import Pointer
 from vomstudio.tools.trace import TraceTool
 
@@ -41,7 +44,7 @@ def bowed(ends) -> np.ndarray:
 def answer_all(context) -> None:
     asked, context.paths.asked = context.paths.asked, []
     for _, _, ends, _, answer in asked:
-        answer(bowed(ends))
+        answer(Way(bowed(ends)))
 
 
 def clicks(tool, *points) -> None:
@@ -82,7 +85,7 @@ def test_the_way_to_the_cursor_is_shown_before_the_click(tool, context):
     tool.pointer(event(Pointer.MOVE, at=B))
     ((_, cost, ends, live, answer),) = context.paths.asked
     assert (cost, ends, live) == ("dark", (A, B), True)
-    answer(bowed(ends))
+    answer(Way(bowed(ends)))
     assert np.allclose(context.shown[-1].ahead, bowed((A, B)))
     # The click takes it as it is.
     clicks(tool, B)
@@ -95,9 +98,9 @@ def test_a_way_for_an_older_place_of_the_cursor_changes_nothing(tool, context):
     tool.pointer(event(Pointer.MOVE, at=C))
     (_, _, first, _, late), (_, _, second, _, answer) = context.paths.asked
     shown = len(context.shown)
-    late(bowed(first))
+    late(Way(bowed(first)))
     assert len(context.shown) == shown
-    answer(bowed(second))
+    answer(Way(bowed(second)))
     assert np.allclose(context.shown[-1].ahead, bowed(second))
 
 
@@ -183,3 +186,88 @@ def test_a_continued_trace_is_picked_point_by_point(tool, context):
     tool.finish()
     assert not context.paths.asked
     assert len(context.session.of(Trace)[0].vertices) == 18
+
+
+def in_photo(photo: str, at, kind=Pointer.CLICK, handle=None):
+    return replace(event(kind, at=at, handle=handle), in_photo=True, photo=photo)
+
+
+def voted(ends, photo: str) -> Way:
+    return Way(bowed(ends), photo, ("other.jpg", "third.jpg"), judged=8, confirmed=6)
+
+
+def test_what_is_clicked_in_a_photo_is_followed_there_and_the_votes_are_kept(tool, context):
+    tool.pointer(in_photo("d/a.jpg", A))
+    tool.pointer(in_photo("d/a.jpg", B))
+    assert context.paths.photos == ["d/a.jpg"]
+    ((_, _, ends, _, answer),) = context.paths.asked
+    answer(voted(ends, "d/a.jpg"))
+    assert tool.votes is not None
+    assert "a.jpg" in tool.votes
+    assert "75 %" in tool.votes
+    context.paths.asked = []
+    tool.pointer(event(at=C))
+    assert context.paths.photos[-1] == "", "a click on the outcrop is followed over it"
+    answer_all(context)
+    tool.finish()
+    (trace,) = context.session.of(Trace)
+    assert "3 way-points" in trace.notes
+    assert "2 other photos" in trace.notes
+
+
+def test_the_way_to_the_cursor_in_a_photo_is_asked_again_with_the_votes(tool, context):
+    tool.pointer(in_photo("a.jpg", A))
+    tool.pointer(in_photo("a.jpg", B, Pointer.MOVE))
+    ((_, _, ends, live, answer),) = context.paths.asked
+    assert live
+    answer(Way(bowed(ends), "a.jpg", final=False))
+    assert np.allclose(context.shown[-1].ahead, bowed((A, B)))
+    context.paths.asked = []
+    tool.pointer(in_photo("a.jpg", B))
+    ((_, _, ends, live, answer),) = context.paths.asked
+    assert not live
+    assert tool.searching
+    assert np.allclose(context.shown[-1].path, bowed((A, B))), "seen until the votes are there"
+    answer(voted(ends, "a.jpg"))
+    assert not tool.searching
+
+
+def test_a_way_point_that_is_dragged_in_a_photo_is_one_of_that_photo(tool, context):
+    clicks(tool, A, B)
+    answer_all(context)
+    tool.pointer(in_photo("b.jpg", B, Pointer.DRAG_START, handle=1))
+    tool.pointer(in_photo("b.jpg", C, Pointer.DRAG_MOVE))
+    tool.pointer(in_photo("b.jpg", C, Pointer.DRAG_END))
+    assert context.paths.photos[-1] == "b.jpg"
+    tool.follow_in_photos(False)
+    assert context.paths.photos[-1] == ""
+
+
+def test_what_photos_do_not_show_is_followed_over_the_surface(tool, context):
+    tool.follow("curvature")
+    tool.pointer(in_photo("a.jpg", A))
+    tool.pointer(in_photo("a.jpg", B))
+    assert context.paths.photos == [""]
+
+
+def test_why_a_piece_is_not_followed_in_the_photo_is_said_once(tool, context):
+    tool.pointer(in_photo("a.jpg", A))
+    tool.pointer(in_photo("a.jpg", B))
+    ((_, _, ends, _, answer),) = context.paths.asked
+    answer(Way(bowed(ends), said="The photo a.jpg does not show both way-points."))
+    assert context.said == ["The photo a.jpg does not show both way-points."]
+    assert tool.votes is None
+
+
+def test_a_draft_keeps_in_which_photo_its_way_points_were_set(tool, context):
+    tool.pointer(in_photo("a.jpg", A))
+    tool.pointer(in_photo("a.jpg", B))
+    state = replay(context.journal.kept).draft.state
+    tool.forget()
+    context.paths.asked, context.paths.photos = [], []
+    again = TraceTool(context)
+    assert again.restore(state)
+    assert context.paths.photos == ["a.jpg"]
+    # What is no list of names is left aside.
+    for strange in ("a.jpg", [1, None], [["x"]], {}):
+        assert TraceTool(context).restore({**state, "photos": strange})

@@ -16,7 +16,8 @@ def test_each_tool_has_a_name_a_key_and_a_place_of_its_own() -> None:
         assert not shared, (value, shared)
     for entry in TOOLS:
         letter = entry.label.partition("&")[2][:1]
-        assert letter.upper() == entry.key, "the letter in the menu is the key over the outcrop"
+        words = "the letter in the menu is the key over the outcrop"
+        assert letter.upper() == entry.key.removeprefix("Shift+"), words
 
 
 def test_each_tool_is_made_idle_and_says_what_to_do() -> None:

@@ -47,8 +47,8 @@ def test_the_answer_comes_in_the_owners_thread(loop: Loop, paths: PathFinding) -
     assert loop.run_until(lambda: bool(found) and ended(), 20.0)
     path, thread = found[0]
     assert thread is threading.current_thread()
-    assert np.array_equal(path[0], A)
-    assert np.array_equal(path[-1], B)
+    assert np.array_equal(path.points[0], A)
+    assert np.array_equal(path.points[-1], B)
 
 
 def test_of_ways_to_the_cursor_only_the_last_one_comes(loop: Loop, paths: PathFinding) -> None:

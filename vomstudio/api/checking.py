@@ -26,6 +26,8 @@ Floats = npt.NDArray[np.float64]
 
 _MOST_DEG = 720.0
 """An angle beyond two turns is a slip of the pen or of the unit, as in a table."""
+_MOST_COUNT = 2**53
+"""What lies beyond is no count of anything, and not a whole number in floating point."""
 
 
 def warn(sentences: Iterable[str], depth: int = 3) -> None:
@@ -271,7 +273,7 @@ def whole_number(value: Any, name: str) -> int | None:
     if value is None:
         return None
     try:
-        if not isinstance(value, bool | np.bool_):
+        if not isinstance(value, bool | np.bool_) and abs(operator.index(value)) < _MOST_COUNT:
             return operator.index(value)
     except TypeError:
         pass

@@ -31,8 +31,8 @@ class ElevationModel:
     heights : (h, w) float32, metres along the plane's upward normal: Z of World over the
         horizontal, else above ``figures.reference_point``; NaN where there is no surface. Rows run
         down the plane's dip, from North to South over the horizontal
-    figures : as the command prints them: width, height, gsd_m, coverage, reference_point,
-        cell_to_world, lowest_m, highest_m, interpolation_limit_m ...
+    figures : as the command prints them, each an attribute, too: width, height, gsd_m, coverage,
+        reference_point, cell_to_world, lowest_m, highest_m, interpolation_limit_m ...
     warnings : sentences
 
     >>> import vomstudio as vs
@@ -69,6 +69,61 @@ class ElevationModel:
     def reference_point(self) -> npt.NDArray[np.float64]:
         """(3,) World, the centre of the model's bounds."""
         return np.array(self.figures.reference_point)
+
+    @property
+    def width(self) -> int:
+        """Cells."""
+        return self.figures.width
+
+    @property
+    def height(self) -> int:
+        """Cells."""
+        return self.figures.height
+
+    @property
+    def dip_direction_deg(self) -> float:
+        """Of the plane of reference."""
+        return self.figures.dip_direction_deg
+
+    @property
+    def dip_deg(self) -> float:
+        """Of the plane of reference."""
+        return self.figures.dip_deg
+
+    @property
+    def right(self) -> npt.NDArray[np.float64]:
+        """(3,) unit vector of World along the columns."""
+        return np.array(self.figures.right)
+
+    @property
+    def down(self) -> npt.NDArray[np.float64]:
+        """(3,) unit vector of World along the rows."""
+        return np.array(self.figures.down)
+
+    @property
+    def normal(self) -> npt.NDArray[np.float64]:
+        """(3,) unit vector of World along the heights."""
+        return np.array(self.figures.normal)
+
+    @property
+    def lowest_m(self) -> float:
+        """The lowest height."""
+        return self.figures.lowest_m
+
+    @property
+    def highest_m(self) -> float:
+        """The highest height."""
+        return self.figures.highest_m
+
+    @property
+    def interpolation_limit_m(self) -> float | None:
+        """Longest side of triangles between a cloud's points; None for a mesh."""
+        return self.figures.interpolation_limit_m
+
+    @property
+    def crs(self) -> str | None:
+        """Of heights over the horizontal; None over any other plane."""
+        return self.figures.crs
 
     def slope(self) -> npt.NDArray[np.float32]:
         """(h, w) dip of the surface from the horizontal of World, degrees; Horn's gradients over

@@ -15,6 +15,7 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
 from vomstudio.geometry.plane_discs import disc_of_fit
+from vomstudio.tables.orientation_table import COLUMNS
 from vomstudio.tables.project_layers import Layer, project_layers
 from vomstudio.tables.project_table import project_table
 
@@ -34,7 +35,7 @@ def orientations(
 
     table = project_table(records, measurements)
     rows = [row for row in table.rows if row["geometry"] == nature]
-    made = frame(rows)
+    made = frame(rows, (*COLUMNS, *table.more))
     places = [
         None if row["x"] is None else shapely.Point(row["x"], row["y"], row["z"]) for row in rows
     ]
@@ -44,8 +45,12 @@ def orientations(
     return made
 
 
-def shapes(records: Records, measurements: Measurements, name: Literal["traces", "patches"]) -> Any:
-    """One layer of lines or rings, as the GeoPackage has it."""
+def shapes(
+    records: Records,
+    measurements: Measurements,
+    name: Literal["traces", "patches", "stations", "contacts", "lithologies"],
+) -> Any:
+    """One layer of points, lines or rings, as the GeoPackage has it."""
     import pandas
 
     table = project_table(records, measurements)
@@ -69,6 +74,8 @@ def _columns(name: str) -> list[str]:
 def _geometry(layer: Layer) -> list[Any]:
     import shapely
 
+    if layer.kind == "point":
+        return [shapely.Point(shape[0]) for shape in layer.shapes]
     make = shapely.LineString if layer.kind == "line" else shapely.Polygon
     return [make(shape) for shape in layer.shapes]
 

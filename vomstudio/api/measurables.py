@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from vomstudio.api.checking import attitude_of, single_number, warn, whole_number
+from vomstudio.api.checking import attitude_of, required_number, single_number, warn, whole_number
 from vomstudio.api.comparisons import placed
 from vomstudio.api.reporting import Reported, told
 from vomstudio.products.surface.measurable_map import MeasurableMap, measurable_map
@@ -77,7 +77,7 @@ def measurable(
         noise_m=single_number(noise_m, "noise_m"),
         points=whole_number(points, "points"),
         angle_deg=single_number(angle_deg, "angle_deg"),
-        registration_deg=single_number(registration_error_deg, "registration_error_deg") or 0.0,
+        registration_deg=required_number(registration_error_deg, "registration_error_deg"),
         progress=told(progress, cancel),
     )
     warn(found.warnings)

@@ -27,6 +27,7 @@ from vomstudio.workspace.frame_declaration import DeclaredFrame
 from vomstudio.workspace.headless_project import HeadlessProject, Picks
 from vomstudio.workspace.layer_export import written_layers
 from vomstudio.workspace.project_summary import fitted_records
+from vomstudio.workspace.surfaces.grid_shares import GridShare, shares_of
 
 if TYPE_CHECKING:
     from vomstudio.io.settings import Settings
@@ -220,6 +221,29 @@ class Project:
     def patches(self) -> Any:
         """All patches likewise; ``geometry`` is the outline as a shapely Polygon with z."""
         return feature_tables.shapes(self._records, self._measurements, "patches")
+
+    def stations(self) -> Any:
+        """All stations and samples likewise, with ``number`` and ``photo``; ``geometry`` is a
+        shapely Point with z."""
+        return feature_tables.shapes(self._records, self._measurements, "stations")
+
+    def contacts(self) -> Any:
+        """All contact lines likewise, with ``length_m``; they have no plane."""
+        return feature_tables.shapes(self._records, self._measurements, "contacts")
+
+    def lithologies(self) -> Any:
+        """All rock areas likewise: ``lithology``, ``area_m2`` of the surface inside, ``outline_m2``
+        of the outline laid flat; ``geometry`` is the outline as a shapely Polygon with z."""
+        return feature_tables.shapes(self._records, self._measurements, "lithologies")
+
+    def looked_at(self) -> list[GridShare]:
+        """What was looked at of each face with a grid: ``id``, ``name``, ``model`` and ``found``
+        (``cells``, ``done``, ``empty``, ``unmeasurable``, ``not_looked_at``, ``looked_at_share``,
+        ``density_1_per_m2``, ``P21_1_per_m``; areas in m2). A grid whose model is gone is left out
+        with a warning."""
+        found, said = shares_of(self._open_desk())
+        warn(said)
+        return found
 
     def fit(self, id: str) -> PlaneFit | LineFit:
         """The figures of one feature by its id or name: PlaneFit of a plane, LineFit of a line.

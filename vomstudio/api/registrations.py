@@ -123,9 +123,6 @@ def register(
     >>> found = vs.register(model, world, check=[False, False, False, False, True])
     >>> round(found.scale, 6), round(found.rms_check_m, 6)
     (0.01, 0.0)
-    >>> corner = found.matrix @ [900, 0, 0, 1]
-    >>> corner.round(2).tolist()
-    [500.0, 109.0, 20.0, 1.0]
 
     A model of a file by the positions of its cameras would be
     ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.
@@ -137,6 +134,10 @@ def register(
         )
         return _by_file(path_of(model_points, "model_points"), known)
     _refuse(known, tr("This belongs to the path of a model. Give that in place of points."))
+    return _by_points(model_points, world_points, sigma_m, check)
+
+
+def _by_points(model_points: Any, world_points: Any, sigma_m: Any, check: Any) -> Placed:
     if world_points is None:
         raise InputError(tr("Give the same points in World."), field="world_points")
     model, world = points(model_points, "model_points"), points(world_points, "world_points")

@@ -36,7 +36,8 @@ class Section:
 
     polylines : each (n, 3) World; profiles : the same points, each (n, 2): distance along the
         section and height in it (Z in a vertical one), metres
-    figures : as the command prints them: length_m, slab_m, left_deg, right_deg ...
+    figures : as the command prints them, most of them attributes, too: length_m, slab_m, left_deg,
+        right_deg ...
 
     Examples
     --------
@@ -58,6 +59,31 @@ class Section:
     def length_m(self) -> float:
         """Of all lines together."""
         return self.figures.length_m
+
+    @property
+    def slab_m(self) -> float | None:
+        """Thickness of the slab of a cloud's points; None for a mesh."""
+        return self.figures.slab_m
+
+    @property
+    def dip_direction_deg(self) -> float | None:
+        """Of the section's plane; None along a line with bends."""
+        return self.figures.dip_direction_deg
+
+    @property
+    def dip_deg(self) -> float | None:
+        """Of the section's plane; None along a line with bends."""
+        return self.figures.dip_deg
+
+    @property
+    def left_deg(self) -> float:
+        """Azimuth of its left end."""
+        return self.figures.left_deg
+
+    @property
+    def right_deg(self) -> float:
+        """Azimuth of its right end."""
+        return self.figures.right_deg
 
     def save(self, path: str | Path, *, force: bool = False) -> WrittenSection:
         """Write .csv, .dxf or .svg, as the command does. Raises vs.errors.UsageError,

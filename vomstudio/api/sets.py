@@ -9,9 +9,11 @@ from vomstudio.api.checking import (
     attitude_of,
     column_of,
     flag,
+    is_path,
     items_of,
     naming,
     one_of,
+    path_of,
     required_number,
     single_number,
     warn,
@@ -19,10 +21,13 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.tables import Azimuth, rows_of, text_of
 from vomstudio.geology.faults.table_slip import TableSlip, table_slip
+from vomstudio.geology.looked_at.table_repeats import TableRepeats, table_repeats
 from vomstudio.geology.populations.error_weights import WEIGHTINGS
 from vomstudio.geology.populations.table_statistics import TableStatistics, table_statistics
 from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
+from vomstudio.io.project.folder import is_project
+from vomstudio.io.project.repeated_picks import read_picks_again
 from vomstudio.io.text.slip_reading import slips_of
 
 
@@ -199,6 +204,58 @@ def slope(
     found = table_slope(rows, asked)
     warn(found.warnings[len(rows.warnings) :])
     return found
+
+
+def repeats(
+    table: Any,
+    *,
+    by: str | None = None,
+    interpreter: str | None = None,
+    azimuth: Azimuth | None = None,
+) -> TableRepeats:
+    """How far apart repeated picks of the same structures lie, beside the errors that they state.
+
+    Parameters
+    ----------
+    table, azimuth : as in `stats`, or the folder of a project; planes are compared with planes,
+        lines with lines
+    by : column whose word is the same for picks of the same structure; None for the column
+        ``repeat_of``, which holds the id of the pick that a row repeats
+    interpreter : column of who picked; None for ``interpreter``, where there is one
+
+    Returns
+    -------
+    TableRepeats: ``n``, ``structures`` and ``repeats``; ``spread`` (``sigma_deg`` of one pick along
+    one axis, ``error95_deg``, the half-angle that holds 95 % of picks, each with its 95 %
+    interval), ``stated95_deg`` of the same picks; ``test`` (``chi_square``, ``p``, the ``factor``
+    by which the stated errors would have to be multiplied, ``within95`` of ``n``),
+    ``stated_errors_hold`` (yes, no or undetermined) with ``reasons``; ``interpreters`` and
+    ``between`` (the F test of whether they differ); ``pairs`` and ``left_out``. None is what cannot
+    be stated.
+
+    Raises
+    ------
+    vs.errors.UsageError for a column that is not there; vs.errors.InputError as `stats`.
+
+    Picks that are wrong by sigma along each axis differ from their repeats by sqrt(2) sigma
+    (Dahlberg 1940); intervals are those of chi square. Errors of the model and its registration
+    are the same in both picks and do not show.
+
+    Examples
+    --------
+    >>> import pandas
+    >>> import vomstudio as vs
+    >>> picks = pandas.DataFrame({"dip_direction": [90, 90, 200, 200], "dip": [40, 43, 60, 58],
+    ...                           "bed": ["A", "A", "B", "B"]})
+    >>> found = vs.repeats(picks, by="bed")
+    >>> found.repeats, round(found.spread.sigma_deg, 2), found.stated_errors_hold
+    (2, 1.27, 'undetermined')
+    """
+    if is_path(table) and is_project(path_of(table, "table")):
+        rows = read_picks_again(path_of(table, "table"))
+    else:
+        rows = rows_of(table, azimuth, repeats=True)
+    return table_repeats(rows, column_of(by), words_of(interpreter, "interpreter"))
 
 
 def slip(table: Any) -> TableSlip:

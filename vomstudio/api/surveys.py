@@ -75,7 +75,8 @@ def check(
     Returns
     -------
     FolderCheck: ``photos`` (``name``, ``gsd_m``, ``blur`` in pixels, ``views`` ...), ``findings``
-    (``code``, ``severity``, ``photos``, ``text``, ``value``), ``verdict``, ``next_time``.
+    (``code``, ``severity``, ``photos``, ``text``, ``value``), ``plane_error`` (``size_m``,
+    ``error95_deg``), ``verdict``, ``next_time``.
 
     Raises
     ------
@@ -135,7 +136,8 @@ def plan(
     Returns
     -------
     SurveyPlan: ``gsd_m``, ``footprint_m``, ``spacing_m``, ``photos``, ``smallest_plane_m``,
-    ``depth_of_field_m``, ``stations``, ``control_points``, ``registration``, ``warnings``.
+    ``plane_error`` (each ``size_m``, ``error95_deg``), ``depth_of_field_m``, ``stations``,
+    ``control_points``, ``registration``, ``warnings``.
 
     Raises
     ------

@@ -69,7 +69,9 @@ def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> An
     >>> beds.attrs["convention"]
     "planes as strike (right-hand rule)/dip ('strike', 'dip')"
     """
-    table = orientation_reading.read_orientations(path_of(path, "path"), meaning_of(azimuth))
+    table = orientation_reading.read_orientations(
+        path_of(path, "path"), meaning_of(azimuth), repeats=True
+    )
     said = _noticed(table)
     warn(said)
     return frame_of_table(table, said)
@@ -84,20 +86,28 @@ def meaning_of(azimuth: Any) -> Azimuth | None:
 
 
 def rows_of(
-    table: Any, azimuth: Azimuth | None = None, depth: int = 4, name: str = "table"
+    table: Any,
+    azimuth: Azimuth | None = None,
+    depth: int = 4,
+    name: str = "table",
+    *,
+    repeats: bool = False,
 ) -> OrientationTable:
     """Planes and lines of a DataFrame, a file, or two arrays (dip direction, dip).
 
     Warnings of the table are Python warnings, too; depth : of this call from the user's line.
-    name : of the argument. Raises InputError, UsageError.
+    name : of the argument; repeats : also rows that repeat the pick of another. Raises InputError,
+    UsageError.
     """
     azimuth = meaning_of(azimuth)
     if is_path(table):
-        found = orientation_reading.read_orientations(path_of(table, name), azimuth)
+        path = path_of(table, name)
+        found = orientation_reading.read_orientations(path, azimuth, repeats=repeats)
     elif hasattr(table, "columns") and hasattr(table, "itertuples"):
         names, cells = _cells_of(_without_claims(table), name)
         told = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
-        found = orientations_of(table_of_cells(names, cells, _IN_MEMORY, told), azimuth)
+        made = table_of_cells(names, cells, _IN_MEMORY, told)
+        found = orientations_of(made, azimuth, repeats=repeats)
     else:
         found = orientations_of(_arrays(table, name), None)
     warn(_noticed(found), depth)
@@ -190,7 +200,9 @@ def frame(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = COLUMNS) -
     import pandas
 
     kept = list(rows)
-    made = {name: _column([row.get(name) for row in kept], FORMS[name]) for name in columns}
+    made = {
+        name: _column([row.get(name) for row in kept], FORMS.get(name, "text")) for name in columns
+    }
     return pandas.DataFrame(made, columns=list(columns))
 
 

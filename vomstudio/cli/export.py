@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.common.output import Output
@@ -36,13 +37,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     table = export_project(Path(args.project), args.to, Path(args.output), force=args.force)
     files = [str(path) for path in table.files]
-    out.result({"files": files, "n": len(table.rows), "skipped": table.skipped})
+    found: dict[str, Any] = {"files": files, "n": len(table.rows), "skipped": table.skipped}
+    if table.layers:
+        found["layers"] = dict(table.layers)
+    out.result(found)
     out.warn(_left_out(table.skipped))
     out.text(
         tr_n(
             "{files}: {count} feature",
             "{files}: {count} features",
-            len(table.rows),
+            len(table.rows) if table.features is None else table.features,
             files=", ".join(files),
         )
     )

@@ -65,10 +65,20 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("name or number of the column that tells the traces apart, and names them"),
     )
     picks.add_argument("--set", default="", help=tr("the set that they belong to"))
+    taken = add("import", _import, tr("Add stations, contact lines and rock areas from a file"))
+    taken.add_argument(
+        "file", metavar="FILE", help=tr("GeoPackage, GeoJSON, shapefile, KML or CSV, as exported")
+    )
+    taken.add_argument(
+        "--model",
+        default=None,
+        help=tr("name or id of the model they lie on (default: the only one)"),
+    )
     fit = add("fit", _fit, tr("Fit and judge the features"))
     fit.add_argument(
         "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
     )
+    add("looked-at", _looked_at, tr("What was looked at of the faces with a grid"))
     profile = add("profile", _profile, tr("Judge all features by another profile"))
     profile.add_argument(
         "name", metavar="NAME", choices=["error", "textbook"],
@@ -152,6 +162,19 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
     if any(row.get("quality") for row in found.rows):
         said.append(found.limits.in_words)
     out.text("\n".join(said) or tr("no features"))
+
+
+def _looked_at(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.products.fractures.words import looked_at_rows
+    from vomstudio.workspace.surfaces.grid_shares import shares_of
+
+    with _changing(args, out, saves=False) as desk:
+        found, said = shares_of(desk)
+    grids = [{"id": g.id, "name": g.name, "model": g.model, **g.found.as_dict()} for g in found]
+    out.result({**_summary(args).as_dict(), "grids": grids})
+    out.warn(said)
+    lines = [line for g in found for line in (g.name, *looked_at_rows(g.found), "")]
+    out.text("\n".join(lines).strip() or tr("no grid was laid over a face"))
 
 
 def _verify(args: argparse.Namespace, out: Output) -> None:
@@ -247,6 +270,26 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
     said = tr_n(
         "{count} trace on {model}", "{count} traces on {model}", len(added.traces), model=model.name
     )
+    _report(args, out, what, said)
+
+
+def _import(args: argparse.Namespace, out: Output) -> None:
+    with _changing(args, out) as desk:
+        model = desk.find_model(args.model)
+        added = desk.take_in(Path(args.file), model)
+    left_out = [
+        tr("{feature} was left out: {reason}", feature=name, reason=reason)
+        for name, reason in added.skipped
+    ]
+    out.warn([*added.warnings, *left_out])
+    what = {
+        "added": [{"id": feature.id, "name": feature.name} for feature in added.features],
+        "skipped": [{"id": name, "reason": reason} for name, reason in added.skipped],
+        "warnings": list(added.warnings),
+    }
+    count = len(added.features)
+    said = tr_n("{count} feature on {model}", "{count} features on {model}", count,
+                model=model.name)  # fmt: skip
     _report(args, out, what, said)
 
 

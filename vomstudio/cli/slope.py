@@ -19,7 +19,7 @@ from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.geology.facet_slopes import FacetSlopes
+    from vomstudio.geology.fractures.facet_slopes import FacetSlopes
     from vomstudio.geology.table_slopes import Mode, TableSlope
 
 _SHOWN = 20
@@ -122,7 +122,7 @@ def _run_face(args: argparse.Namespace, out: Output) -> None:
 def _run_facets(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.common.labelled_models import write_labelled
     from vomstudio.files.atomic import check_target
-    from vomstudio.geology.facet_slopes import facet_slopes
+    from vomstudio.geology.fractures.facet_slopes import facet_slopes
     from vomstudio.geology.slopes import LATERAL_DEG
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.io.text.orientation_reading import read_orientations

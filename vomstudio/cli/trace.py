@@ -54,7 +54,7 @@ def add_parser(subparsers: Subparsers) -> None:
         default="colour",
         help=tr(
             "what is followed: colour (like that at the way-points, the default), dark, light, "
-            "gradient, curvature, or low values of a field"
+            "gradient, curvature, low values of a field, or auto, whichever tells the plane best"
         ),
     )
     straight_traces.add_sets(parser)
@@ -111,7 +111,7 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
         found = _found(args, model, surface, given, spacing)
     except GeometryError as error:
         raise GeometryError(str(error), file=args.through) from error
-    notes = [tr("followed over {model}", model=Path(args.model).name), f"cost: {args.cost}"]
+    notes = [tr("followed over {model}", model=Path(args.model).name), f"cost: {found.cost}"]
     if args.photo is not None:
         notes.append(tr("in the photo {photo}", photo=Path(args.photo).name))
     write_path(args.output, found.points, crs=model.crs, notes=notes, force=args.force)
@@ -205,6 +205,16 @@ def in_words(found: FollowedTrace) -> str:
         )
         if found.plane["quality_reason"]:
             said.append(str(found.plane["quality_reason"]))
+    if found.tried:
+        said.append(
+            tr(
+                "Followed by {cost}, which tells the plane best of {tried}.",
+                cost=found.cost,
+                tried=", ".join(
+                    f"{one.cost} ({text_tables.number(one.error95_deg, 1)})" for one in found.tried
+                ),
+            )
+        )
     if found.band is not None:
         said += straight_traces.band_in_words(found.band)
     return "\n".join(said)

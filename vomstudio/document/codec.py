@@ -18,6 +18,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.field_types import Reader, field_types
 from vomstudio.document.records import (
     Asset,
+    FaceGrid,
     FeatureType,
     Frame,
     ImageMark,
@@ -46,6 +47,7 @@ _KINDS: dict[str, type] = {
     "reconstruction": Reconstruction,
     "registration": Registration,
     "verdict_profile": VerdictProfile,
+    "face_grid": FaceGrid,
 }
 _PARTS: dict[str, type] = {
     "placement": Frame,

@@ -20,6 +20,7 @@ from vomstudio.document.record_map import highest_number
 from vomstudio.document.records import (
     PROFILE_ID,
     SURROUNDINGS_RULE,
+    FaceGrid,
     Feature,
     FeatureType,
     Frame,
@@ -115,7 +116,9 @@ def remove_model(records: Records, model_id: str) -> Edit:
     """Take a model out of the project. Its features stay and keep their last frame only as long as
     the model is there, so a model with features is refused."""
     model = _get(records, model_id, Model)
-    count = sum(isinstance(r, OnAModel) and r.model_id == model_id for r in records.values())
+    count = sum(
+        isinstance(r, OnAModel | FaceGrid) and r.model_id == model_id for r in records.values()
+    )
     if count:
         raise DocumentError(
             tr_n(

@@ -144,7 +144,8 @@ class Kind:
         feature in place of the kind's colour, "" for that
     prefix : the word with whose first letter an untyped feature is named
     places : (n, 3) World, by which its distance from another place is told
-    listed : it stands in the window's table although it has no orientation
+    listed : it stands in the window's table although it has no orientation; written : what is
+        then written beside it on a drawing
     """
 
     name: str
@@ -177,6 +178,7 @@ class Kind:
     prefix: Callable[[Any], str] = lambda feature: ""
     places: Callable[[Subject], Floats] = _own_points
     listed: bool = False
+    written: Callable[[Any], str] = lambda feature: str(feature.name)
 
     @property
     def typed(self) -> bool:

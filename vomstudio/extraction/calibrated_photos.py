@@ -105,7 +105,7 @@ def open_photos(
     scale = transform.scale_of(matrix)
     moved = [own.views[n].moved(scale, matrix[:3, :3] / scale, matrix[:3, 3]) for n in names]
     origin = np.floor(np.median([view.centre for view in moved], axis=0))
-    near = tuple(_scaled(view, files.get(i)).moved(1.0, np.eye(3), -origin)
+    near = tuple(scaled(view, files.get(i)).moved(1.0, np.eye(3), -origin)
                  for i, view in enumerate(moved))  # fmt: skip
     x, y, z = (int(value) for value in origin)
     tree = RayTree(data, _REACH_SPACINGS * resolution)
@@ -147,7 +147,7 @@ def _files(names: list[str], own: object, photo: Path) -> tuple[int, dict[int, P
     return row, files
 
 
-def _scaled(view: View, file: Path | None) -> View:
+def scaled(view: View, file: Path | None) -> View:
     """The view for its photo as it lies there, which may have been made smaller."""
     from vomstudio.io.photos.pixels import opened
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.extraction.best_cost import AUTO, Tried, follow_best
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.files.atomic import write_bytes
@@ -38,6 +39,7 @@ class FollowedTrace(Shown):
     plane : row of the orientation table, or None where there is no plane
     band : of the planes that a straight trace allows; None where its plane is determined
     way_points : how many; cost : what was followed; vertices : n
+    tried : of each cost by which it was followed, the best first, where the best was asked for
     """
 
     points: Array = field(repr=False)
@@ -49,11 +51,13 @@ class FollowedTrace(Shown):
     cost: str
     vertices: int
     warnings: tuple[str, ...]
+    tried: tuple[Tried, ...] = field(default=(), kw_only=True)
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command, but for its file."""
         told = {name: value for name, value in vars(self).items() if name != "points"}
         told["warnings"] = list(self.warnings)
+        told["tried"] = [asdict(one) for one in self.tried]
         told["band"] = None if self.band is None else self.band.as_dict()
         return told
 
@@ -90,17 +94,22 @@ def followed_trace(
 ) -> FollowedTrace:
     """Follow a contact through way-points (w, 3) in World and fit its plane.
 
-    surface : of a model in World; resolution : of the model, m; priors : sets against which a
-    straight trace is held
+    surface : of a model in World; cost : of COSTS, a field, or "auto" for the best of COSTS;
+    resolution : of the model, m; priors : sets against which a straight trace is held
     Raises GeometryError for a way-point that is not on the model, for fewer than two, and where the
     model does not hang together between two; UsageError for a cost that the model does not have.
     """
-    follower = Follower(surface, cost)
+    follower = None if cost == AUTO else Follower(surface, cost)
     require_on_model(surface, way_points, resolution)
-    path = follower.follow(way_points, whole=True)
+    near = near_surface(surface)
+    tried: tuple[Tried, ...] = ()
+    if follower is None:
+        path, cost, tried = follow_best(surface, way_points, near.resolution_near, whole=True)
+    else:
+        path = follower.follow(way_points, whole=True)
     notes = tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost)
     plane, band, said = plane_of(
-        path.points, surface, model=model, frame=frame, thresholds=thresholds, notes=notes,
+        path.points, near, model=model, frame=frame, thresholds=thresholds, notes=notes,
         priors=priors,
     )  # fmt: skip
     return FollowedTrace(
@@ -113,7 +122,15 @@ def followed_trace(
         cost=cost,
         vertices=len(path.points),
         warnings=said,
+        tried=tried,
     )
+
+
+def near_surface(surface: SurfaceGraph) -> VertexSurface:
+    """What is asked of a model around the points of a path."""
+    near = VertexSurface(surface.places + surface.origin)
+    near.build()
+    return near
 
 
 def require_on_model(surface: SurfaceGraph, way_points: Array, resolution: float) -> None:
@@ -126,7 +143,7 @@ def require_on_model(surface: SurfaceGraph, way_points: Array, resolution: float
 
 def plane_of(
     points: Array,
-    surface: SurfaceGraph,
+    near: VertexSurface,
     *,
     model: str,
     frame: str,
@@ -134,14 +151,12 @@ def plane_of(
     notes: str,
     priors: Sequence[SetPrior],
 ) -> tuple[Row | None, BandFigures | None, tuple[str, ...]]:
-    """The row of the plane through points (n, 3) of a model, or None; the band of planes that they
-    allow where they are straight; and why there is no plane."""
+    """The row of the plane through points (n, 3) of the model `near`, or None; the band of planes
+    that they allow where they are straight; and why there is no plane."""
     try:
         fit = fit_plane(points)
     except GeometryError as error:
         return None, None, (str(error),)
-    near = VertexSurface(surface.places + surface.origin)
-    near.build()
     own = near.resolution_near(points)
     verdict = judge(
         fit, resolution_m=own, outcrop_normal=near.outcrop_normal(points), thresholds=thresholds

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.path_costs import COSTS, OF_COLOURS, node_costs, tint
+from vomstudio.extraction.shortest_paths import shortest, straightest
 from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
 from vomstudio.words import tr
 
@@ -118,7 +119,7 @@ class Follower:
             graph = self.surface.corridor(one, other, stretch, margin)
             ends = _nearest(graph.places, np.stack([one, other]))
             if np.linalg.norm(graph.places[ends[1]] - other) <= reached:
-                path = shortest(graph, int(ends[0]), int(ends[1]), self._costs(graph, tints))
+                path = straightest(graph, int(ends[0]), int(ends[1]), self._costs(graph, tints))
                 if path is not None:
                     return self.surface.world(graph, path)
             if len(graph.places) in (before, len(self.surface.places)) or stretch > 50.0:
@@ -163,23 +164,6 @@ class Follower:
 
 def _nearest(places: Array, points: Array) -> Ints:
     return np.array([np.argmin(((places - p) ** 2).sum(axis=1)) for p in points], np.int64)
-
-
-def shortest(graph: Graph, one: int, other: int, costs: Array) -> Ints | None:
-    """Nodes from one to the other on the way that costs least; None where there is no way."""
-    from vomstudio.extraction.path_kernels import least_cost
-
-    n = len(graph.places)
-    before, heap, place = (np.empty(n, np.int32) for _ in range(3))
-    if not least_cost(
-        graph.places, graph.starts, graph.near, costs, one, other, np.full(n, np.inf), before,
-        heap, place,
-    ):  # fmt: skip
-        return None
-    path = [other]
-    while path[-1] != one:
-        path.append(int(before[path[-1]]))
-    return np.array(path[::-1], np.int64)
 
 
 def _apart(number: int) -> GeometryError:

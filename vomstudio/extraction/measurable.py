@@ -186,23 +186,25 @@ def _surface(data: Mesh | PointCloud, length: float, progress: Progress) -> tupl
     rows = np.flatnonzero(sound)
     if not len(rows):
         raise GeometryError(tr("The mesh has no faces with places."))
-    origin = vertices[faces[rows]].reshape(-1, 3).min(axis=0)
-    sides = np.linalg.norm(
-        vertices[faces[rows]] - vertices[np.roll(faces[rows], 1, axis=1)], axis=2
-    ).max(axis=1)
-    if (sides <= 2.0 * step_of(float(np.percentile(sides, 75.0)), length)).all():
+    own = faces if len(rows) == len(faces) else faces[rows]
+    square = np.zeros(len(own))
+    for one, other in ((0, 1), (1, 2), (2, 0)):
+        side = vertices[own[:, one]] - vertices[own[:, other]]
+        np.maximum(square, np.einsum("ij,ij->i", side, side), out=square)
+    longest = 2.0 * step_of(float(np.sqrt(np.percentile(square, 75.0))), length)
+    if float(square.max()) <= longest**2:
         elements = elements_of(data, _NORMALS_DEG, progress)
         return elements, np.asarray(elements.rows)
     from vomstudio.geometry.coincident_points import welded
 
     number = welded(vertices)
     places = np.zeros((int(number.max()) + 1, 3))
-    places[number] = np.where(np.isfinite(vertices), vertices, 0.0) - origin
-    longest = 2.0 * step_of(float(np.percentile(sides, 75.0)), length)
-    places, fine, own = finer(places, number[faces[rows]], longest)
+    origin = vertices[whole].min(axis=0)
+    places[number] = np.where(whole[:, None], vertices, origin) - origin
+    places, fine, of = finer(places, number[own], longest)
     cut = Mesh(places + origin, fine.astype(np.int32))
     elements = elements_of(cut, _NORMALS_DEG, progress)
-    return elements, rows[own[elements.rows]]
+    return elements, rows[of[elements.rows]]
 
 
 def _resolutions(points: Array, elements: Elements) -> Array:

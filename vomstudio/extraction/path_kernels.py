@@ -110,69 +110,154 @@ def slopes(places, starts, near, values, out):  # type: ignore[no-untyped-def]
         out[node, 0], out[node, 1], out[node, 2] = x / count, y / count, z / count
 
 
+# --- a heap of nodes: four below each, their keys beside them, which are read in one piece --------
 @part
-def _raise(heap, place, distance, at):  # type: ignore[no-untyped-def]
+def _raise(keys, heap, place, at):  # type: ignore[no-untyped-def]
     """Move what is at a place of the heap toward its root."""
-    node = heap[at]
+    node, key = heap[at], keys[at]
     while at > 0:
-        above = (at - 1) // 2
-        if distance[heap[above]] <= distance[node]:
+        above = (at - 1) >> 2
+        if keys[above] <= key:
             break
-        heap[at] = heap[above]
+        heap[at], keys[at] = heap[above], keys[above]
         place[heap[at]] = at
         at = above
-    heap[at] = node
-    place[node] = at
+    heap[at], keys[at], place[node] = node, key, at
 
 
 @part
-def _lower(heap, place, distance, size):  # type: ignore[no-untyped-def]
-    """Move what is at the root of the heap to where it belongs."""
-    node, at = heap[0], 0
+def _without_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
+    """Take the root away: the new size."""
+    place[heap[0]] = -1
+    size -= 1
+    node, key, at = heap[size], keys[size], 0
     while True:
-        below = 2 * at + 1
-        if below >= size:
+        first = 4 * at + 1
+        if first >= size:
             break
-        if below + 1 < size and distance[heap[below + 1]] < distance[heap[below]]:
-            below += 1
-        if distance[heap[below]] >= distance[node]:
+        least = first
+        for other in range(first + 1, min(first + 4, size)):
+            if keys[other] < keys[least]:
+                least = other
+        if keys[least] >= key:
             break
-        heap[at] = heap[below]
+        heap[at], keys[at] = heap[least], keys[least]
         place[heap[at]] = at
-        at = below
-    heap[at] = node
-    place[node] = at
+        at = least
+    if size > 0:
+        heap[at], keys[at], place[node] = node, key, at
+    return size
 
 
-@kernel("b1(f8[:,::1], i8[::1], i4[::1], f8[::1], i8, i8, f8[::1], i4[::1], i4[::1], i4[::1])")
-def least_cost(places, starts, near, costs, one, other, distance, before, heap, place):  # type: ignore[no-untyped-def]
-    """Dijkstra's search from one node until another is reached: whether it is. An arc costs its
-    length times the mean of what a metre costs at its ends. distance comes in as infinity; before
-    is the node that each is reached from. heap, place (n,) are space."""
-    distance[one] = 0.0
-    heap[0], place[one], before[one] = one, 0, -1
-    size = 1
+@part
+def _put(keys, heap, place, size, node, key):  # type: ignore[no-untyped-def]
+    """Put a node in, or move it up to a smaller key: the new size. place is -1 for what is not in
+    the heap."""
+    at = place[node]
+    if at < 0:
+        at, size = size, size + 1
+        heap[at], place[node] = node, at
+    keys[at] = key
+    _raise(keys, heap, place, at)
+    return size
+
+
+@kernel(
+    "b1(f8[:,::1], i8[::1], i4[::1], f8[::1], i8, i8, f8, "
+    "f8[::1], i4[::1], f8[::1], i4[::1], i4[::1])"
+)
+def least_cost(places, starts, near, costs, one, other, least, distance, before, keys, heap, place):  # type: ignore[no-untyped-def]
+    """The search of Dijkstra from one node until another is reached: whether it is. An arc costs
+    its length times the mean of what a metre costs at its ends.
+
+    least : that no metre costs less; above 0 what is still to go is reckoned with it (A*, Hart,
+    Nilsson & Raphael 1968). distance comes in as infinity, place as -1; before is the node that
+    each is reached from. keys, heap (n,) are space.
+    """
+    distance[one], before[one] = 0.0, -1
+    size = _put(keys, heap, place, 0, one, 0.0)
     while size > 0:
         node = heap[0]
         if node == other:
             return True
-        size -= 1
-        if size > 0:
-            heap[0] = heap[size]
-            _lower(heap, place, distance, size)
+        size = _without_root(keys, heap, place, size)
         base = distance[node]
         for at in range(starts[node], starts[node + 1]):
             to = near[at]
             # Two places at no distance still are an arc.
             step = max(_distance(places, node, to) * 0.5 * (costs[node] + costs[to]), 1e-15)
             total = base + step
-            known = distance[to]
-            if total < known:
+            if total < distance[to]:
                 distance[to] = total
                 before[to] = node
-                if known == math.inf:
-                    heap[size] = to
-                    place[to] = size
-                    size += 1
-                _raise(heap, place, distance, place[to])
+                ahead = least * _distance(places, to, other) if least > 0.0 else 0.0
+                size = _put(keys, heap, place, size, to, total + ahead)
     return False
+
+
+@part
+def _slot_of(node, slots, nodes, count, headings, distance, place):  # type: ignore[no-untyped-def]
+    """Where the states of a node are, made ready when it is first met; nodes is full at -1."""
+    slot = slots[node]
+    if slot >= 0 or count == len(nodes):
+        return slot
+    slots[node], nodes[count] = count, node
+    for state in range(count * headings, (count + 1) * headings):
+        distance[state], place[state] = math.inf, -1
+    return count
+
+
+@kernel(
+    "i8(f8[:,::1], f8[:,::1], i8[::1], i4[::1], f8[::1], i8, i8, f8[::1], f8, i8, f8, "
+    "i4[::1], i4[::1], f8[::1], i4[::1], f8[::1], i4[::1], i4[::1])"
+)
+def least_turning(  # type: ignore[no-untyped-def]
+    places, flat, starts, near, costs, one, other, rest, turn, headings, widest,
+    slots, nodes, distance, before, keys, heap, place,
+):  # fmt: skip
+    """The same over states: to be at a node with one of so many headings around the circle. From a
+    state lead the arcs within an angle (cosine `widest`) of its heading in the plane, flat (n, 2);
+    and to the next heading to either side, which costs `turn`. The state at the other node; -1
+    where there is no way, -2 where more nodes were met than there is room for.
+
+    rest (n,) is what it costs at least from a node to the other, which no arc's cost undercuts.
+    slots (n,) comes in as -1; state slot * headings + h is at nodes[slot]. All else is space.
+    """
+    count = _slot_of(one, slots, nodes, 0, headings, distance, place) + 1
+    size = 0
+    for state in range(headings):
+        distance[state], before[state] = 0.0, -1
+        size = _put(keys, heap, place, size, state, rest[one])
+    while size > 0:
+        state = heap[0]
+        slot, h = state // headings, state % headings
+        node = nodes[slot]
+        if node == other:
+            return state
+        size = _without_root(keys, heap, place, size)
+        base = distance[state]
+        for side in (1, headings - 1):
+            to = slot * headings + (h + side) % headings
+            if base + turn < distance[to]:
+                distance[to] = base + turn
+                before[to] = state
+                size = _put(keys, heap, place, size, to, base + turn + rest[node])
+        angle = 2.0 * math.pi * h / headings
+        x, y = math.cos(angle), math.sin(angle)
+        for at in range(starts[node], starts[node + 1]):
+            end = near[at]
+            right, up = flat[end, 0] - flat[node, 0], flat[end, 1] - flat[node, 1]
+            # What leads straight out of the plane has no direction in it.
+            if right * x + up * y < widest * math.sqrt(right * right + up * up):
+                continue
+            step = max(_distance(places, node, end) * 0.5 * (costs[node] + costs[end]), 1e-15)
+            there = _slot_of(end, slots, nodes, count, headings, distance, place)
+            if there < 0:
+                return -2
+            count = max(count, there + 1)
+            to = there * headings + h
+            if base + step < distance[to]:
+                distance[to] = base + step
+                before[to] = state
+                size = _put(keys, heap, place, size, to, base + step + rest[end])
+    return -1

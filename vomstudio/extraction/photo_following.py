@@ -17,10 +17,10 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
-from vomstudio.extraction.following import shortest
 from vomstudio.extraction.path_costs import OF_COLOURS, compared, node_costs
 from vomstudio.extraction.photo_votes import Voter, agreement
 from vomstudio.extraction.pixel_graph import along, around, pixel_graph
+from vomstudio.extraction.shortest_paths import straightest
 from vomstudio.extraction.surface_graph import Graph
 from vomstudio.words import tr
 
@@ -57,6 +57,16 @@ class PhotoPath:
     voters: tuple[str, ...]
     warnings: tuple[str, ...] = ()
 
+    @property
+    def judged(self) -> int:
+        """How many points others could judge."""
+        return int((self.seen > 0).sum())
+
+    @property
+    def confirmed(self) -> int:
+        """Of these, how many at least half of the others confirm."""
+        return int(((self.seen > 0) & (2 * self.agreeing >= self.seen)).sum())
+
 
 class PhotoFollower:
     """Follows contacts in one photo of a model, with one cost.
@@ -78,13 +88,18 @@ class PhotoFollower:
         self.photos, self.cost, self._voting = photos, cost, voting
         self.view = photos.views.views[photos.chosen]
         self._pyramid = [photos.pixels(photos.chosen)]
+        # Those of the last line, whose pixels the next one wants too.
+        self._kept: dict[int, Voter] = {}
 
-    def follow(self, way_points: Array) -> PhotoPath:
-        """The path through pixels (w, 2) of the photo, at least two. Raises GeometryError where
-        they are one pixel, off the photo or beside the model."""
+    def follow(self, way_points: Array, *, alone: bool = False) -> PhotoPath:
+        """The path through pixels (w, 2) of the photo, at least two.
+
+        alone : no other photo is asked, which takes a moment
+        Raises GeometryError where they are one pixel, off the photo or beside the model.
+        """
         given = np.asarray(way_points, np.float64).reshape(-1, 2)
         self._require(given)
-        voters, said = self._voters(given)
+        voters, said = ([], list[str]()) if alone else self._voters(given)
         legs = [self._leg(a, b, given, voters) for a, b in pairwise(given)]
         pixels = np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
         at = np.concatenate([[0], np.cumsum([len(leg) - 1 for leg in legs])])
@@ -140,15 +155,21 @@ class PhotoFollower:
         places = self.thrown(line)
         places = places[np.isfinite(places[:, 0])]
         found: list[Voter] = []
+        used = dict[int, Voter]()
         for seen in photos.views.sightings(places):
             if seen.view == photos.chosen or seen.view not in photos.files:
                 continue
             try:
-                found.append(Voter(photos.views, seen.view, photos.pixels(seen.view)))
+                voter = self._kept.get(seen.view) or Voter(
+                    photos.views, seen.view, photos.pixels(seen.view)
+                )
+                used[seen.view] = voter
+                found.append(voter)
             except InputError as error:
                 said.append(str(error))
             if len(found) == _VOTERS:
                 break
+        self._kept = used
         if not found:
             said.append(tr("No other photo that was found shows the place, so none has a say."))
         return found, said
@@ -173,7 +194,7 @@ class PhotoFollower:
             if down == 0 and voters:
                 costs = self._voted(graph, costs, voters, given)
             first, last = (_nearest(graph, end) for end in ends)
-            path = shortest(graph, first, last, costs)
+            path = straightest(graph, first, last, costs)
             if path is None:
                 raise GeometryError(tr("The way-points lie apart in the photo."))
             line = graph.places[path, :2]

@@ -11,7 +11,13 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
-from vomstudio.extraction.followed_trace import FARTHEST, FollowedTrace, plane_of, require_on_model
+from vomstudio.extraction.followed_trace import (
+    FARTHEST,
+    FollowedTrace,
+    near_surface,
+    plane_of,
+    require_on_model,
+)
 from vomstudio.extraction.photo_following import PhotoFollower, PhotoPath
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geology.plane_bands import SetPrior
@@ -87,8 +93,8 @@ def photo_trace(
         photo=photos.name,
     )
     plane, band, said = plane_of(
-        path.points, surface, model=model, frame=frame, thresholds=thresholds, notes=notes,
-        priors=priors,
+        path.points, near_surface(surface), model=model, frame=frame, thresholds=thresholds,
+        notes=notes, priors=priors,
     )  # fmt: skip
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
     share = _share(path)
@@ -135,10 +141,7 @@ def _seen_at(photos: CalibratedPhotos, given: Array, resolution: float) -> Array
 
 
 def _share(path: PhotoPath) -> float | None:
-    judged = path.seen > 0
-    if not judged.any():
-        return None
-    return float((2 * path.agreeing[judged] >= path.seen[judged]).mean())
+    return path.confirmed / path.judged if path.judged else None
 
 
 def _doubts(path: PhotoPath, steps: Array, share: float | None, resolution: float) -> list[str]:

@@ -1,13 +1,20 @@
 """Sets first, then their planes: the sequence of the Discontinuity Set Extractor, DSE.
 
 Of Riquelme, Abellan, Tomas & Jaboyedoff (2014, Computers & Geosciences 68, 38-52): a normal for
-each point by its 30 nearest, where they are coplanar within 20 %; the places where the poles are
-densest, at least 10 degrees apart, are the sets; each point is of the nearest within 30 degrees;
-in each set the points that lie close (DBSCAN; Ester, Kriegel, Sander & Xu 1996: four points within
-the mean distance of the fourth neighbour and two standard deviations of it) are clusters, of which
-those of 100 points or more are planes. DSE looks for the densest places on a stereographic net and
-leaves it to its user which are sets; here they are looked for on the sphere, where a steep set is
-one place, and are sets from a twentieth of the densest on.
+each point by its 30 nearest, itself among them, where the least eigenvalue is at most 20 % of their
+sum; the places where the poles are densest, at least 10 degrees apart, are the sets; each point is
+of the nearest within 30 degrees; in each set the points that lie close (DBSCAN; Ester, Kriegel,
+Sander & Xu 1996: four points within the mean distance of the fourth neighbour in the set and two
+standard deviations of it, each distance counted once) are clusters, of which those of 100 points or
+more are planes.
+
+Read in DSE's source, version 2.10 (github.com/adririquelme/DSE): the 30 neighbours and 20 % to
+which its boxes return, the share of the least eigenvalue, the four points and two standard
+deviations. The 10 and 30 degrees are those of its window, which is no text; it keeps clusters of
+any size and leaves their least one to its user. It gives all clusters of a set the set's
+orientation unless it is told to fit each; here each is fitted. DSE looks for the densest places on
+a stereographic net and leaves it to its user which are sets; here they are looked for on the
+sphere, where a steep set is one place, and are sets from a twentieth of the densest on.
 """
 
 from __future__ import annotations
@@ -199,12 +206,15 @@ def _clusters(
     from scipy.spatial import cKDTree
 
     progress.stage(tr("Telling planes apart"), count)
-    own = cKDTree(elements.places[inside], compact_nodes=False, balanced_tree=False)
-    fourth = own.query(elements.places[inside], k=CORE_POINTS + 1)[0][:, -1]
-    reach = float(fourth.mean() + _BEYOND_MEAN * fourth.std())
     for number in range(count):
         progress.step(number)
         rows = np.flatnonzero(set_of == number)
+        if len(rows) <= CORE_POINTS:
+            continue
+        own = cKDTree(elements.places[rows], compact_nodes=False, balanced_tree=False)
+        fourth = np.unique(own.query(elements.places[rows], k=CORE_POINTS + 1)[0][:, -1])
+        spread = fourth.std(ddof=1) if len(fourth) > 1 else 0.0
+        reach = float(fourth.mean() + _BEYOND_MEAN * spread)
         part = dbscan(elements.places[rows], reach, CORE_POINTS)
         found = part >= 0
         labels[rows[found]] = part[found] + len(sets)

@@ -65,18 +65,37 @@ def tilted_planes(table: OrientationRows, rows: npt.NDArray[np.int64]) -> Tilted
     rake the larger one in all directions; without these `dip_error_deg` and
     `dip_direction_error_deg`."""
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
-    largest, smallest, total, registration, rake = (
-        _cells(table, rows, name)
+    turns = None if table.turns is None else table.turns.of(rows)
+    turned = np.zeros(len(rows))
+    if turns is not None:
+        # What turns the planes together is no error of their own.
+        registration = np.nan_to_num(cells_of(table, rows, "registration_error_deg"))
+        turned = np.where(turns.group >= 0, registration, 0.0)
+    axes = _axes(table, rows, turned)
+    return TiltedPlanes(planes_to_normals(azimuth, dip), axes, turns)
+
+
+def axes_without_registration(table: OrientationRows, rows: npt.NDArray[np.int64]) -> Array:
+    """(n, 2, 3) as those of TiltedPlanes, of each plane by itself: what its model's registration
+    adds to `total95_deg` is taken out."""
+    registration = np.nan_to_num(cells_of(table, rows, "registration_error_deg"))
+    return _axes(table, rows, registration)
+
+
+def _axes(table: OrientationRows, rows: npt.NDArray[np.int64], turned: Array) -> Array:
+    """turned : (n,) 95 % half-angles that are taken out of the total error, degrees"""
+    azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
+    largest, smallest, total, rake = (
+        cells_of(table, rows, name)
         for name in (
             "max_confidence95_deg",
             "min_confidence95_deg",
             "total95_deg",
-            "registration_error_deg",
             "error_rake_deg",
         )
     )
     along, across = (
-        _cells(table, rows, name) for name in ("dip_error_deg", "dip_direction_error_deg")
+        cells_of(table, rows, name) for name in ("dip_error_deg", "dip_direction_error_deg")
     )
     # An error of the dip direction turns the plane by its part along the strike.
     across = across * np.sin(np.radians(dip))
@@ -85,18 +104,12 @@ def tilted_planes(table: OrientationRows, rows: npt.NDArray[np.int64]) -> Tilted
     smallest = np.where(split, np.where(np.isfinite(across), across, along), smallest)
     smallest = np.where(np.isfinite(rake) | split, smallest, largest)
     rake = np.where(split, 90.0, rake)
-    turns = None if table.turns is None else table.turns.of(rows)
-    turned = np.zeros(len(rows))
-    if turns is not None:
-        # What turns the planes together is no error of their own.
-        turned = np.where(turns.group >= 0, np.nan_to_num(registration), 0.0)
     own = np.nan_to_num(largest)
     rest = np.sqrt(np.maximum(np.nan_to_num(total) ** 2 - own**2 - turned**2, 0.0))
     narrow = np.where(np.isfinite(smallest), smallest, own)
     semi = np.sqrt(np.stack([own, narrow], axis=-1) ** 2 + rest[:, None] ** 2)
     sigma = np.radians(np.minimum(semi, _WIDEST_DEG)) / math.sqrt(CHI2_TWO)
-    frames = _frames(azimuth, dip, np.nan_to_num(rake))
-    return TiltedPlanes(planes_to_normals(azimuth, dip), sigma[..., None] * frames, turns)
+    return np.asarray(sigma[..., None] * _frames(azimuth, dip, np.nan_to_num(rake)))
 
 
 def _frames(azimuth_deg: Array, dip_deg: Array, rake_deg: Array) -> Array:
@@ -111,7 +124,7 @@ def _frames(azimuth_deg: Array, dip_deg: Array, rake_deg: Array) -> Array:
     return np.stack([cos_r * strike + sin_r * down, cos_r * down - sin_r * strike], axis=1)
 
 
-def _cells(table: OrientationRows, rows: npt.NDArray[np.int64], name: str) -> Array:
+def cells_of(table: OrientationRows, rows: npt.NDArray[np.int64], name: str) -> Array:
     """Numbers of a column, NaN where there is none; half-angles and rakes are never negative."""
     try:
         cells = table.column(name)

@@ -87,6 +87,54 @@ COMPUTE_FIELDS = Job("compute_fields", Lane.PRODUCTS, FieldsOrder, ComputedField
 
 
 @dataclass(frozen=True)
+class MeasurableOrder:
+    """normal : of the plane, World; length_m : of a trace, m; registration_deg : 95 %; out : the
+    file for the fields, float32 of all points, by the names of
+    `products.surface.measurable_map.FIELDS`"""
+
+    model: StandingModel
+    normal: tuple[float, float, float]
+    length_m: float
+    registration_deg: float
+    out: Path
+
+
+@dataclass(frozen=True)
+class MappedMeasurable:
+    """said : how much of the surface would tell the plane, and what else is to be known"""
+
+    out: Path
+    said: tuple[str, ...]
+
+
+def _map_measurable(asked: MeasurableOrder, progress: Progress) -> MappedMeasurable:
+    import numpy as np
+
+    from vomstudio.geology.orientation import Plane
+    from vomstudio.products.surface.measurable_map import measurable_map, shares_in_words
+
+    found = measurable_map(
+        in_world(asked.model, progress),
+        Plane.from_normal(np.array(asked.normal)),
+        length_m=asked.length_m,
+        registration_deg=asked.registration_deg,
+        progress=progress,
+    )
+    said = (*shares_in_words(found), *found.warnings)
+    arrays: dict[str, Any] = {**found.as_fields(), "said": np.array(said, np.str_)}
+    asked.out.parent.mkdir(parents=True, exist_ok=True)
+    part = asked.out.with_name(f"{asked.out.stem}.part.npz")
+    np.savez(part, **arrays)
+    os.replace(part, asked.out)
+    return MappedMeasurable(asked.out, said)
+
+
+MAP_MEASURABLE = Job(
+    "map_measurable", Lane.PRODUCTS, MeasurableOrder, MappedMeasurable, _map_measurable
+)
+
+
+@dataclass(frozen=True)
 class Sight:
     """From where to where somebody looks, World; `points` of the surface there are looked at."""
 
@@ -213,4 +261,4 @@ def _corners(part: Part, element: str, rows: Any) -> npt.NDArray[np.float64]:
 
 FIND_FACETS = Job("find_facets", Lane.PRODUCTS, FacetsOrder, FoundFacets, _find)
 
-JOBS = (COMPUTE_FIELDS, FIND_FACETS)
+JOBS = (COMPUTE_FIELDS, MAP_MEASURABLE, FIND_FACETS)

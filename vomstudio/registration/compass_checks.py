@@ -18,6 +18,7 @@ from vomstudio.words import tr
 Array = npt.NDArray[np.float64]
 
 _FEWEST = 5
+_FEWEST_RADIANS = 3
 _TRIALS = 100
 _FAR_DEG = 15.0
 _TIMES = 5.0
@@ -74,6 +75,20 @@ def said_of_azimuths(labels: Sequence[str], model: Array, world: Array) -> list[
                 )
             )
     return said
+
+
+def said_of_radians(azimuth_deg: Array, inclination_deg: Array) -> list[str]:
+    """Of angles (n,) that are all as small as radians are."""
+    if len(azimuth_deg) < _FEWEST_RADIANS:
+        return []
+    if azimuth_deg.max() > 2.0 * np.pi + 0.01 or inclination_deg.max() > np.pi / 2.0 + 0.01:
+        return []
+    return [
+        tr(
+            "The angles look like radians: no azimuth is above 6.29 and no dip above 1.58. "
+            "Multiply them by 57.29578."
+        )
+    ]
 
 
 def said_of_lone_compass() -> list[str]:

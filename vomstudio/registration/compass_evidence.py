@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -10,7 +11,8 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.io.control.observation_tables import CompassTable
-from vomstudio.registration.observations import Azimuths, Directions
+from vomstudio.registration.compass_checks import said_of_azimuths, said_of_radians
+from vomstudio.registration.observations import Azimuths, Directions, Observed
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -28,6 +30,28 @@ class Segment(NamedTuple):
     value: float
     sigma: float | None = None
     label: str = ""
+
+
+def said_of_compass(table: CompassTable, kinds: Sequence[Observed]) -> list[str]:
+    """What looks wrong with readings: angles in radians, a name given twice, a strike read as dip
+    direction. kinds : what they became, without what is left out"""
+    read = table.read
+    azimuth = np.where(read.is_plane, read.dip_direction_deg, read.trend_deg)
+    inclination = np.where(read.is_plane, read.dip_deg, read.plunge_deg)
+    said = said_of_radians(azimuth, inclination)
+    twice = [name for name, count in Counter(read.ids).items() if count > 1]
+    if twice:
+        said.append(
+            tr(
+                "Several readings have the name {names}: one that is wrong cannot be named, nor "
+                "left out alone. Give each its own.",
+                names=", ".join(twice[:8]),
+            )
+        )
+    planes = next((kind for kind in kinds if isinstance(kind, Directions)), None)
+    if planes is not None and read.is_plane.any():
+        said += said_of_azimuths(planes.labels, planes.model, planes.world)
+    return said
 
 
 def compass_directions(

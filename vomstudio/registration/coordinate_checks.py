@@ -13,12 +13,19 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.registration.observations import Points
+from vomstudio.registration.overlap import said_of_stretch
 from vomstudio.registration.similarity import fit_robustly, fit_similarity
-from vomstudio.words import tr, tr_n
+from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
 _FOOT_M = 0.3048
+_UNITS = (
+    (1000.0, to_translate("millimetres")),
+    (100.0, to_translate("centimetres")),
+    (1.0 / _FOOT_M, to_translate("feet")),
+    (0.001, to_translate("kilometres")),
+)
 # Another reading of the numbers is proposed where it fits so much better, and these do not fit.
 _BETTER = 0.3
 _FITS = 0.01
@@ -44,7 +51,7 @@ def doubts_about_points(control: Points, labels: Sequence[str], world: Array) ->
 
     labels, world : of all of them (n, 3), those that only judge among them
     """
-    alike = said_of_like_labels(labels)
+    alike = [*said_of_like_labels(labels), *said_of_one_place(labels, world)]
     if degrees := said_of_degrees(world):
         return [*alike, *degrees]
     far = far_from_others(world)
@@ -53,7 +60,8 @@ def doubts_about_points(control: Points, labels: Sequence[str], world: Array) ->
     if level := said_of_one_height(control.model, control.world):
         return [*alike, *level]
     readings = said_of_readings(control.model, control.world, mirrors=False)
-    readings = readings or said_of_exchanged_labels(control.labels, control.model, control.world)
+    those = (control.labels, control.model, control.world)
+    readings = readings or said_of_exchanged_labels(*those) or said_of_shifted_labels(*those)
     return [*alike, *readings]
 
 
@@ -76,6 +84,22 @@ def said_of_like_labels(labels: Sequence[str]) -> list[str]:
                 ", ".join(f"“{label}”" for label in group) for group in twins[:_NAMED]
             ),
         )
+    ]
+
+
+def said_of_one_place(labels: Sequence[str], world: Array) -> list[str]:
+    """Of points with the same coordinates."""
+    places: dict[tuple[float, ...], list[str]] = {}
+    for label, place in zip(labels, world.tolist(), strict=True):
+        places.setdefault(tuple(place), []).append(label)
+    return [
+        tr(
+            "{labels} have the same coordinates: a row may have been copied. Correct one, or take "
+            "it out.",
+            labels=", ".join(group[:_NAMED]),
+        )
+        for group in places.values()
+        if len(group) > 1
     ]
 
 
@@ -173,6 +197,37 @@ def said_of_exchanged_labels(labels: Sequence[str], model: Array, world: Array) 
     ]
 
 
+def said_of_shifted_labels(labels: Sequence[str], model: Array, world: Array) -> list[str]:
+    """Of rows whose coordinates are those of another row throughout: some rows on, or in the
+    reverse order, as when a point was added to one of two lists."""
+    n = len(labels)
+    if not _FEWEST <= n <= _MOST:
+        return []
+    given = _rms(model, world)
+    if given is None or given < _FITS * _reach(world):
+        return []
+    rows = np.arange(n)
+    orders = [np.roll(rows, -k) for k in range(1, n)]
+    orders += [np.roll(rows[::-1], k) for k in range(n)]
+    misses = [_rms(model, world[order]) for order in orders]
+    known = [np.inf if miss is None else miss for miss in misses]
+    best = int(np.argmin(known))
+    miss = known[best]
+    if miss > _MUCH_BETTER * given:
+        return []
+    return [
+        tr(
+            "The points look numbered in another order: they would fit within {after:.2g} m "
+            "instead of {before:.2g} m if {first} had the coordinates of {second}, and so on. "
+            "Compare both lists.",
+            after=miss,
+            before=given,
+            first=labels[0],
+            second=labels[int(orders[best][0])],
+        )
+    ]
+
+
 # --- all of them ------------------------------------------------------------------------------
 def said_of_degrees(world: Array) -> list[str]:
     """Of x and y that are degrees."""
@@ -241,22 +296,18 @@ def said_of_feet(scale: float, scale_error_95: float | None) -> list[str]:
     if scale_error_95 is None or scale_error_95 > 4 * _SAME_SCALE:
         return []
     near = max(_SAME_SCALE, scale_error_95)
-    if abs(scale / 1000.0 - 1.0) < near:
-        return [
-            tr(
-                "The model grows {times:.1f} times, as from metres to millimetres: if its unit is "
-                "the metre, what was given is in millimetres. Divide it by 1000.",
-                times=scale,
-            )
-        ]
-    if abs(scale * _FOOT_M - 1.0) < near:
-        return [
-            tr(
-                "The model grows {times:.3f} times, as from metres to feet: if its unit is the "
-                "metre, what was given is in feet. Multiply it by 0.3048.",
-                times=scale,
-            )
-        ]
+    for times, unit in _UNITS:
+        if abs(scale / times - 1.0) < near:
+            return [
+                tr(
+                    "The model is {times:.4g} times as large then, as from metres to {unit}: if "
+                    "its unit is the metre, what was given is in {unit}. Multiply it by "
+                    "{metres:.4g}.",
+                    times=scale,
+                    unit=tr(unit),
+                    metres=1.0 / times,
+                )
+            ]
     return []
 
 
@@ -289,11 +340,13 @@ def said_of_area(world: Array, crs: str | None, *, converted: bool = False) -> l
     x, y = float(middle[0]), float(middle[1])
     off, longitude, latitude = beyond(x, y)
     if off <= _BEYOND_DEG:
-        return []
+        return said_of_stretch(crs, longitude, latitude)
     if converted:
         what = tr("Choose {zone} instead.", zone=utm_zone(longitude, latitude))
     elif beyond(y, x)[0] == 0.0:
         what = tr("Within it they would be with x and y exchanged. Exchange the columns.")
+    elif off > _NEXT_ZONES_DEG and beyond(x * 1000.0, y * 1000.0)[0] == 0.0:
+        what = tr("Within it they would be if they were in kilometres. Multiply them by 1000.")
     elif off > _NEXT_ZONES_DEG and beyond(x * _FOOT_M, y * _FOOT_M)[0] == 0.0:
         what = tr("Within it they would be if they were in feet. Multiply them by 0.3048.")
     else:

@@ -36,8 +36,13 @@ from vomstudio.registration.attitude_evidence import (
 )
 from vomstudio.registration.blunders import left_out
 from vomstudio.registration.combined import Combined
-from vomstudio.registration.compass_checks import said_of_azimuths, said_of_lone_compass
-from vomstudio.registration.compass_evidence import Segment, azimuth_lines, compass_directions
+from vomstudio.registration.compass_checks import said_of_lone_compass
+from vomstudio.registration.compass_evidence import (
+    Segment,
+    azimuth_lines,
+    compass_directions,
+    said_of_compass,
+)
 from vomstudio.registration.coordinate_checks import (
     doubts_about_points,
     far_from_others,
@@ -51,7 +56,6 @@ from vomstudio.registration.coordinate_checks import (
 )
 from vomstudio.registration.level_evidence import LevelLine, level_lines_of, said_of_level_lines
 from vomstudio.registration.observations import (
-    Directions,
     Lengths,
     LevelLines,
     Observed,
@@ -66,12 +70,10 @@ from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 Marked = tuple[str, str, float, float]
-
 _TAPE = 0.005
 """One sigma of a length by tape whose ends are picked on a model, as a share of it."""
 _UNSURE_DEG = 60.0
-# Photos are not taken nearer to each other, and no receiver would tell.
-_SAME_PLACE_M = 0.01
+_SAME_PLACE_M = 0.01  # photos are not taken nearer to each other
 
 
 @dataclass
@@ -156,27 +158,25 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         kinds.append(_level(evidence, evidence.level, extent, said))
     if evidence.level_lines:
         kinds.append(level_lines_of(evidence.level_lines))
+    doubt = evidence.compass_doubt_deg
     if evidence.compass is not None:
-        doubt = evidence.compass_doubt_deg
         read = compass_directions(evidence.compass, evidence.compass_turn_deg, doubt)
         kinds += read
     if evidence.azimuths:
-        kinds.append(azimuth_lines(evidence.azimuths, evidence.compass_doubt_deg))
+        kinds.append(azimuth_lines(evidence.azimuths, doubt))
     if evidence.reference is not None:
         kinds.append(evidence.reference)
     if evidence.without:
         kinds, check = left_out(kinds, check, evidence.without)
         said.append(tr("Left out as asked: {names}.", names=", ".join(evidence.without)))
-    if evidence.compass is not None and evidence.compass.read.is_plane.any():
-        planes = next((kind for kind in kinds if isinstance(kind, Directions)), None)
-        if planes is not None:
-            said += said_of_azimuths(planes.labels, planes.model, planes.world)
+    if evidence.compass is not None:
+        said += said_of_compass(evidence.compass, kinds)
     try:
         placed = place(kinds, check, extent)
     except GeometryError as error:
         # What looks wrong with the values is the cause: where points lie follows from it.
         raise GeometryError(" ".join(said if doubted else [*said, str(error)])) from error
-    if evidence.compass is not None and len(kinds) == len(read) and not evidence.compass_doubt_deg:
+    if evidence.compass is not None and len(kinds) == len(read) and not doubt:
         said += said_of_lone_compass()
     said += said_of_feet(placed.scale, placed.scale_error_95)
     said += _said_of_cameras(evidence, kinds, placed)

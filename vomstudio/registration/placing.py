@@ -66,6 +66,14 @@ def place(
     nothing else.
     """
     kinds = [kind for kind in kinds if len(kind.labels)]
+    if not kinds and check is not None and len(check.labels):
+        raise GeometryError(
+            tr(
+                "All {count} points are marked as check, and none places the model. Mark 3 or more "
+                "as control.",
+                count=len(check.labels),
+            )
+        )
     points = next((kind for kind in kinds if isinstance(kind, Points)), None)
     if points is not None and len(kinds) == 1:
         _require_enough(points)

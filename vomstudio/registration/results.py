@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.errors import InputError
+from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.registration.blunders import Blunder, Without
 from vomstudio.reprs import Shown
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -119,9 +122,18 @@ class Placed(Shown):
     without: tuple[Without, ...] = ()
 
     def __call__(self, points: npt.ArrayLike) -> Array:
-        """(n, 3) World of model points (n, 3)."""
+        """(n, 3) World of model points (n, 3), or (3,) of one. Raises InputError."""
         m = self.matrix
-        return np.asarray(np.asarray(points, np.float64) @ m[:3, :3].T + m[:3, 3])
+        try:
+            places = np.asarray(points, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            places = np.empty(0)
+        if not places.ndim or places.shape[-1] != 3 or not (np.abs(places) <= FARTHEST_M).all():
+            raise InputError(
+                tr("Points need three finite coordinates each, x, y, z, as an array (n, 3)."),
+                field="points",
+            )
+        return np.asarray(places @ m[:3, :3].T + m[:3, 3])
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command."""

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.errors import UsageError
+from vomstudio.geometry.plane_sizes import PlaneError
 from vomstudio.io.photos.reading import PhotoFolder, read_photos
 from vomstudio.progress import Progress
 from vomstudio.reprs import Shown
@@ -38,6 +39,16 @@ class FolderCheck(Shown):
     def findings(self) -> tuple[Finding, ...]:
         """What was found, the gravest first."""
         return self.report.findings
+
+    @property
+    def stage(self) -> str:
+        """ "before" the alignment."""
+        return self.report.stage
+
+    @property
+    def plane_error(self) -> tuple[PlaneError, ...]:
+        """Expected 95 % error of planes against their size; empty where no pixel size is known."""
+        return self.report.plane_error
 
     @property
     def verdict(self) -> str:

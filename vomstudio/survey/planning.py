@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import UsageError
-from vomstudio.geometry.plane_sizes import PlaneSizes
+from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.reprs import Shown
 from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane
 from vomstudio.survey.plan_camera import PlanCamera
@@ -131,6 +131,11 @@ class SurveyPlan(Shown):
         return PlaneSizes.of_pixels(self.gsd_m)
 
     @property
+    def plane_error(self) -> tuple[PlaneError, ...]:
+        """Expected 95 % error of planes against their size, without an error of registration."""
+        return tuple(self.planes.curve())
+
+    @property
     def photos(self) -> int:
         """How many."""
         return len(self.stations)
@@ -151,7 +156,7 @@ class SurveyPlan(Shown):
             "spacing_m": list(self.spacing_m),
             "photos": self.photos,
             "smallest_plane_m": self.smallest_plane_m,
-            "plane_error": [plane.as_dict() for plane in self.planes.curve()],
+            "plane_error": [plane.as_dict() for plane in self.plane_error],
             "depth_of_field_m": list(self.depth_of_field_m),
             "distance_m": self.distance_m,
             "overlap": self.overlap,
@@ -160,14 +165,7 @@ class SurveyPlan(Shown):
             "views_least": self.views_least,
             "views_median": self.views_median,
             "f_number": self.f_number,
-            "camera": {
-                "name": self.camera.name,
-                "sensor_width_mm": self.camera.sensor_width_mm,
-                "sensor_height_mm": self.camera.sensor_height_mm,
-                "focal_mm": self.camera.focal_mm,
-                "width_px": self.camera.width_px,
-                "height_px": self.camera.height_px,
-            },
+            "camera": {k: v for k, v in asdict(self.camera).items() if k != "f_number"},
             "positions": [station.as_dict() for station in self.stations],
             "control_points": [point.as_dict() for point in self.control_points],
             "target_size_m": self.target_size_m,

@@ -204,7 +204,7 @@ def _plain_column(values: list[Any]) -> list[Any]:
 
 
 def _csv_column(values: Sequence[Any]) -> list[str]:
-    """`_csv_cell` of each. The cells of a column are mostly of one class, and words come again."""
+    """`csv_cell` of each. The cells of a column are mostly of one class, and words come again."""
     classes = set(map(type, values))
     if classes == {float} and all(map(math.isfinite, values)):
         # Formatted together: each alone takes half as long again.
@@ -212,12 +212,12 @@ def _csv_column(values: Sequence[Any]) -> list[str]:
     if classes <= _NUMBERS:
         return ["" if v is None or not math.isfinite(v) else f"{v:.12g}" for v in values]
     if classes <= _WORDS:
-        known = {value: _csv_cell(value) for value in set(values)}
+        known = {value: csv_cell(value) for value in set(values)}
         return [known[value] for value in values]
-    return [_csv_cell(value) for value in values]
+    return [csv_cell(value) for value in values]
 
 
-def _csv_cell(value: Any) -> str:
+def csv_cell(value: Any) -> str:
     if value is None:
         return ""
     match value:

@@ -16,6 +16,7 @@ from vomstudio.document.kind import GisLayer, Kind, color_of
 from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
+from vomstudio.document.repeats import firsts
 from vomstudio.tables.orientation_table import plain
 from vomstudio.tables.project_table import ProjectTable
 
@@ -53,10 +54,10 @@ class Layer:
 def project_layers(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> list[Layer]:
-    """The layers of the kinds, each after that of the points of its orientations. Those that would
-    be empty are left out, but for `planes` and `traces`. A compass reading without a place is in
-    the table only."""
-    features = [r for r in records.values() if isinstance(r, Feature)]
+    """The layers of the kinds, without repeats, each after the points of its orientations. Those
+    that would be empty are left out, but for `planes` and `traces`. A compass reading without a
+    place is in the table only."""
+    features = firsts((r for r in records.values() if isinstance(r, Feature)), records)
     measured = measurements.of(records, [f.id for f in features])
     own: dict[Kind, list[Subject]] = {}
     for f in features:
@@ -72,6 +73,7 @@ def project_layers(
 
 
 def _points(name: str, nature: str, table: ProjectTable) -> Layer:
+    table = table.without_repeats()
     rows = [row for row in table.rows if row["x"] is not None and row["geometry"] == nature]
     places = [np.array([[row[c] for c in "xyz"]], np.float64) for row in rows]
     # The layer's own key is `fid`, so `id` stays the record's.

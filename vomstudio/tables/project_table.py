@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,8 @@ from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.reading_comparison import nearest_picks
 from vomstudio.document.records import Feature, Model, OnAModel, Record, get, limits_of
 from vomstudio.document.records.frames import crs_label
+from vomstudio.document.repeats import COLUMNS as REPEAT_COLUMNS
+from vomstudio.document.repeats import told
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.tables.orientation_table import Row, rows_of
@@ -37,6 +39,10 @@ class ProjectTable:
     north: str
     files: tuple[Path, ...] = ()
     """What an export has written."""
+    layers: Mapping[str, int] = field(default_factory=dict)
+    """How many features each layer has that was written."""
+    features: int | None = None
+    """How many features these are together, each once; None where only the rows were written."""
     unit_m: float = 1.0
     """Metres in a unit of `crs`; the rows are in metres whatever it is."""
     axes: Axes = WORLD
@@ -45,6 +51,25 @@ class ProjectTable:
     """By which all rows were judged."""
     registrations: tuple[dict[str, Any], ...] = ()
     """As `registration_lines.registrations_of` tells them."""
+
+    @property
+    def more(self) -> tuple[str, ...]:
+        """The columns behind the others: who picked what, and what repeats another."""
+        return tuple(c for c in REPEAT_COLUMNS if any(c in row for row in self.rows))
+
+    def without_repeats(self) -> ProjectTable:
+        """For programs that would take a second pick for a second structure."""
+        again = [row for row in self.rows if "repeat_of" in row]
+        if not again:
+            return self
+        names = {row["id"]: row["name"] for row in self.rows}
+        left = [
+            {"id": row["id"], "name": row["name"],
+             "reason": tr("it repeats {first}", first=names.get(row["repeat_of"]))}
+            for row in again
+        ]  # fmt: skip
+        rows = [row for row in self.rows if "repeat_of" not in row]
+        return replace(self, rows=rows, skipped=[*self.skipped, *left])
 
 
 def project_table(
@@ -71,8 +96,9 @@ def project_table(
             skipped.append({"id": feature.id, "name": feature.name, "reason": reason})
         else:
             rows.append(row)
-    crs, north, unit_m = _frame(records, features)
-    axes = _axes(records, features)
+    placed = [*features, *_listed(records, only)] or _on_models(records, only)
+    crs, north, unit_m = _frame(records, placed)
+    axes = _axes(records, placed)
     limits = limits_of(records, measurements.otherwise)
     told = tuple(registrations_of(records, features))
     return ProjectTable(
@@ -93,8 +119,19 @@ def feature_rows(subjects: Sequence[Subject]) -> list[Row | None]:
         for i, row in zip(own, made, strict=True):
             said = [subjects[i].feature.notes, *kind.remarks(subjects[i])]
             row["notes"] = "; ".join(filter(None, said)) or None
+            row |= told(subjects[i].feature, subjects[i].records)
             rows[i] = row
     return rows
+
+
+def _listed(records: Mapping[str, Record], only: Collection[str] | None) -> list[Feature]:
+    """What is interpreted without an orientation: layers have it beside the rows."""
+    return [f for f in _on_models(records, only) if kind_of(f).listed]
+
+
+def _on_models(records: Mapping[str, Record], only: Collection[str] | None) -> list[Feature]:
+    wanted = (r for r in records.values() if isinstance(r, OnAModel))
+    return [r for r in wanted if only is None or r.id in only]
 
 
 def _axes(records: Mapping[str, Record], features: list[Feature]) -> Axes:

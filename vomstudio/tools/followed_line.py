@@ -7,17 +7,43 @@ when they are found, and those that nobody waits for any more are forgotten.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.extraction.path_costs import OF_COLOURS
 from vomstudio.tools.interaction_types import Point
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
-Answer = Callable[["Array | str"], None]
-"""Called with the vertices (n, 3) of a path in the model's file frame, or why there is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """points : (n, 3) of a path, in the model's file frame
+
+    photo : the one in which it was followed; "" over the surface
+    voters : the other photos that had a say; judged, confirmed : how many of the points these could
+    judge, and on how many at least half of them show the same
+    said : what the user should know of it
+    final : False for a way to the cursor, in which other photos had no say yet
+    """
+
+    points: Array
+    photo: str = ""
+    voters: tuple[str, ...] = ()
+    judged: int = 0
+    confirmed: int = 0
+    said: str = ""
+    final: bool = True
+
+
+Answer = Callable[[Way | str], None]
+"""Called with a path, or why there is none."""
+Key = tuple[str, str, Point, Point, str]
 
 _MOST_LEGS = 400
 
@@ -26,14 +52,23 @@ class PathFinder(Protocol):
     """Finds paths over models, beside the window."""
 
     def follow(
-        self, model_id: str, cost: str, ends: tuple[Point, Point], *, live: bool, answer: Answer
+        self,
+        model_id: str,
+        cost: str,
+        ends: tuple[Point, Point],
+        *,
+        photo: str = "",
+        live: bool,
+        answer: Answer,
     ) -> None:
         """Ask for the path between two places of a model, in its file frame. `answer` is called in
-        the caller's thread, later. live : only the last of these is answered."""
+        the caller's thread, later. photo : the one in whose pixels it is followed; "" for the
+        surface. live : only the last of these is answered."""
 
 
 class FollowedLine:
-    """The legs of one line. cost : what is followed; None for straight legs.
+    """The legs of one line. cost : what is followed; None for straight legs. in_photos : a leg
+    whose end was set in a photo is followed there, where the cost is one of photos.
 
     found : called when a leg has come; said : called with why there is none, once a leg
     """
@@ -43,9 +78,27 @@ class FollowedLine:
     ) -> None:
         self._finder, self._found, self._said = finder, found, said
         self.cost: str | None = None
-        self._legs: dict[tuple[str, str, Point, Point], Array | None] = {}
-        self._asked: set[tuple[str, str, Point, Point]] = set()
-        self._live: tuple[str, str, Point, Point] | None = None
+        self.in_photos = True
+        self._photos: dict[Point, str] = {}
+        self._legs: dict[Key, Way | None] = {}
+        self._asked: set[Key] = set()
+        self._live: Key | None = None
+
+    def set_in(self, photo: str, place: Point) -> None:
+        """A way-point, or the cursor, was brought to this place in a photo; "" for elsewhere."""
+        if photo:
+            self._photos[place] = photo
+        else:
+            self._photos.pop(place, None)
+
+    def photo_of(self, place: Point) -> str:
+        """The photo in which a way-point was set; "" for elsewhere."""
+        return self._photos.get(place, "")
+
+    def ways(self, model_id: str, way_points: Sequence[Point]) -> list[Way]:
+        """Those legs that are known."""
+        keys = (self._key(model_id, a, b) for a, b in pairwise(way_points))
+        return [way for key in keys if (way := self._legs.get(key)) is not None]
 
     def path(self, model_id: str, way_points: Sequence[Point], *, live: bool = False) -> Array:
         """(n, 3) through the way-points, straight where a leg is not known yet, which is asked for.
@@ -67,37 +120,47 @@ class FollowedLine:
         """The path between two places; None while it is searched for, and where there is none."""
         if self.cost is None or one == other:
             return None
-        key = (model_id, self.cost, one, other)
-        if key in self._legs:
-            return self._legs[key]
-        if live:
+        key = self._key(model_id, one, other)
+        known = self._legs.get(key)
+        points = None if known is None else known.points
+        if live and key not in self._legs:
             self._live = key
-        elif key in self._asked:
-            return None
+        elif live or self._has(key) or key in self._asked:
+            return points
         else:
             self._asked.add(key)
         self._finder.follow(
             model_id,
             self.cost,
             (one, other),
+            photo=key[4],
             live=live,
             answer=lambda found: self._keep(key, found),
         )
-        return None
+        return points
+
+    def _key(self, model_id: str, one: Point, other: Point) -> Key:
+        photo = self.photo_of(other) if self.in_photos and self.cost in OF_COLOURS else ""
+        return model_id, self.cost or "", one, other, photo
+
+    def _has(self, key: Key) -> bool:
+        """Nothing more is to come of a leg."""
+        known = self._legs.get(key)
+        return key in self._legs if known is None else known.final
 
     def searching(self, model_id: str, way_points: Sequence[Point]) -> bool:
         """Whether a leg between these way-points has not come yet."""
         if self.cost is None:
             return False
-        keys = ((model_id, self.cost, a, b) for a, b in pairwise(way_points) if a != b)
-        return any(key not in self._legs for key in keys)
+        keys = (self._key(model_id, a, b) for a, b in pairwise(way_points) if a != b)
+        return any(not self._has(key) for key in keys)
 
     def forget(self) -> None:
         """Nobody waits for a leg any more."""
         self._asked.clear()
         self._live = None
 
-    def _keep(self, key: tuple[str, str, Point, Point], found: Array | str) -> None:
+    def _keep(self, key: Key, found: Way | str) -> None:
         awaited = key in self._asked
         self._asked.discard(key)
         if len(self._legs) > _MOST_LEGS:
@@ -108,6 +171,32 @@ class FollowedLine:
                 self._legs[key] = None
                 self._said(found)
         else:
-            self._legs[key] = found
+            if found.final or not self._has(key):
+                self._legs[key] = found
+            if awaited and found.said:
+                self._said(found.said)
         if awaited or self._live == key:
             self._found()
+
+
+def photo_votes(ways: Sequence[Way]) -> str | None:
+    """In which photos these were followed, and what the others say, in sentences; None for none."""
+    if not ways:
+        return None
+    said = tr(
+        "Followed in the pixels of {photos}.",
+        photos=", ".join(dict.fromkeys(way.photo.rpartition("/")[2] for way in ways)),
+    )
+    judged = sum(way.judged for way in ways)
+    if not judged:
+        if not all(way.final for way in ways):
+            return said
+        return f"{said} {tr('No other photo could judge it.')}"
+    voters = {voter for way in ways for voter in way.voters}
+    votes = tr_n(
+        "{count} other photo was asked, which shows the same on {percent:.0f} % of the line.",
+        "{count} other photos were asked, which show the same on {percent:.0f} % of the line.",
+        len(voters),
+        percent=100.0 * sum(way.confirmed for way in ways) / judged,
+    )
+    return f"{said} {votes}"

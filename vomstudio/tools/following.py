@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any, TypeVar
 
 import numpy as np
@@ -10,7 +11,8 @@ import numpy.typing as npt
 
 from vomstudio.document.records import Picked, Point
 from vomstudio.geometry import transform
-from vomstudio.tools.followed_line import FollowedLine
+from vomstudio.tools.followed_line import FollowedLine, photo_votes
+from vomstudio.tools.interaction_types import Pointer, PointerEvent
 from vomstudio.tools.polyline import PolylineTool
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.words import tr
@@ -44,6 +46,36 @@ class FollowingTool(PolylineTool[F]):
             self._keep(self._feature, self._steps, self.current_vertex)
         else:
             self._context.tool_changed()
+
+    @property
+    def in_photos(self) -> bool:
+        """A piece whose end was set in a photo is followed in the pixels of that photo."""
+        return self._line.in_photos
+
+    def follow_in_photos(self, wanted: bool) -> None:
+        """Whether what is clicked in a photo is followed there, or over the surface."""
+        if wanted == self._line.in_photos:
+            return
+        self._line.in_photos = wanted
+        if self._feature is not None:
+            self._keep(self._feature, self._steps, self.current_vertex)
+        else:
+            self._context.tool_changed()
+
+    def pointer(self, event: PointerEvent) -> None:
+        """As of all; a place in a photo is one of that photo."""
+        if event.hit is not None and event.kind is not Pointer.DOUBLE_CLICK:
+            self._line.set_in(event.photo, event.hit.position)
+        super().pointer(event)
+
+    @property
+    def votes(self) -> str | None:
+        """In which photos the open feature is followed, and what the other photos say of it, in
+        sentences; None where it is followed in none."""
+        if self._feature is None or not self.followed:
+            return None
+        ways = self._line.ways(self._feature.model_id, self._way(self.vertices))
+        return photo_votes([way for way in ways if way.photo])
 
     @property
     def followed(self) -> bool:
@@ -95,21 +127,39 @@ class FollowingTool(PolylineTool[F]):
 
     def _followed_words(self, feature: F) -> str:
         """For the notes of what was followed."""
-        return tr(
+        said = tr(
             "Followed by {cost} through {count} way-points.",
             cost=self._line.cost,
             count=len(feature.vertices),
         )
+        votes = self.votes
+        return said if votes is None else f"{said} {votes}"
 
     # --- drafts ------------------------------------------------------------------------------
     def _cost_state(self) -> dict[str, Any]:
         """For the draft; nothing where nothing is followed."""
         return {"cost": self._line.cost} if self.followed or self._line.cost else {}
 
+    def _state(self, feature: F) -> dict[str, Any]:
+        state = super()._state(feature)
+        photos = [self._line.photo_of(place) for place in feature.vertices]
+        return {**state, "photos": photos} if any(photos) else state
+
+    def _take_photos(self, state: Mapping[str, Any]) -> None:
+        """In which photos the way-points of a draft were set, as far as it says."""
+        photos, vertices = state.get("photos"), state.get("vertices")
+        if not isinstance(photos, list) or not isinstance(vertices, list):
+            return
+        for photo, place in zip(photos, vertices, strict=False):
+            with suppress(TypeError, ValueError):
+                x, y, z = place
+                self._line.set_in(str(photo), (float(x), float(y), float(z)))
+
     def restore(self, state: Mapping[str, Any]) -> bool:
         if state.get("tool") == self.name:
             cost = state.get("cost")
             self._line.cost = cost if isinstance(cost, str) else None
+            self._take_photos(state)
         return super().restore(state)
 
     # --- what is seen ------------------------------------------------------------------------

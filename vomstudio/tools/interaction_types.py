@@ -58,7 +58,8 @@ class PointerEvent:
 
     `handle` is the index of the preview's vertex handle under the cursor, or None. `more`: another
     one of the same drag follows at once, so nothing needs to be shown yet. `turns`: notches of the
-    wheel, positive away from the user. `in_photo`: x, y are of a photo, not of the viewport.
+    wheel, positive away from the user. `in_photo`: x, y are of a photo, not of the viewport,
+    and `photo` is its name.
     """
 
     kind: Pointer
@@ -72,6 +73,7 @@ class PointerEvent:
     more: bool = False
     turns: float = 0.0
     in_photo: bool = False
+    photo: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -131,9 +131,9 @@ class LithologyTool(FollowingTool[Lithology]):
 
 TOOL = ToolEntry(
     LithologyTool,
-    label=to_translate("Roc&k area"),
+    label=to_translate("&Rock area"),
     icon="layers",
-    key="K",
+    key="Shift+R",
     tip=to_translate("Click around one rock; the area is measured on the surface of the model."),
     order=28,
 )

@@ -13,7 +13,8 @@ class ToolEntry:
     """tool : its class, made with a `ToolContext` alone; label, tip : noted for translation, label
     with "&" before its mnemonic; icon : of Material Design Icons; key : shortcut in the viewport;
     order : of its button among those of the other tools; takes_keys : it has a use for Shift with
-    the left button, which else pans, and for the wheel with Ctrl or Shift
+    the left button, which else pans, and for the wheel with Ctrl or Shift;
+    in_bar : its button stands in the tool bar too
     """
 
     tool: type[Any]
@@ -23,6 +24,7 @@ class ToolEntry:
     tip: str
     order: int
     takes_keys: bool = False
+    in_bar: bool = True
 
     @property
     def name(self) -> str:

@@ -20,6 +20,7 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import (
     SURROUNDINGS_RULE,
+    Feature,
     FeatureType,
     Model,
     Point,
@@ -31,9 +32,9 @@ from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError, InputError, UsageError, VomError
 from vomstudio.geology.profiles import PROFILES
 from vomstudio.geometry import transform
+from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.places import why_not_at
 from vomstudio.geometry.streaming.surfaces import surface_of
-from vomstudio.geometry.surface import Surface
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.io.models import model_cache
 from vomstudio.io.models.reader import LoadedModel
@@ -56,6 +57,7 @@ from vomstudio.workspace.placing.registering import (
 )
 
 if TYPE_CHECKING:
+    from vomstudio.io.project.listed_import import ImportedFeatures
     from vomstudio.workspace.placing.reference_fitting import ReferenceFit
 
 
@@ -96,7 +98,7 @@ class HeadlessProject:
     def __init__(self, project: Project, progress: Progress | None = None) -> None:
         self.project = project
         self._progress = progress or Silent()
-        self._surfaces: dict[str, Surface | None] = {}
+        self._surfaces: dict[str, PaintSurface | None] = {}
         self._bounds: dict[str, npt.NDArray[np.float64]] = {}
         self._extents: dict[str, npt.NDArray[np.float64]] = {}
 
@@ -235,6 +237,23 @@ class HeadlessProject:
         what = traces[0].name if len(traces) == 1 else f"{len(traces)} traces"
         self.session.apply(change(self.session.records, f"Add {what}", after))
         return AddedPicks(tuple(traces), tuple(skipped), warnings)
+
+    def take_in(self, path: Path, model: Model) -> ImportedFeatures:
+        """Add the stations, contact lines and rock areas of a file, all as one edit. Raises
+        InputError."""
+        from vomstudio.io.gis.crs import world_crs
+        from vomstudio.io.project.listed_import import read_listed
+
+        surface, warnings = self._surface(model)
+        frame = model.frame
+        found = read_listed(
+            path, model, self.session.records, world_crs(frame.crs, frame.unit_m),
+            None if surface is None else surface.area_inside, self._bounds.get(model.id),
+        )  # fmt: skip
+        edit = edits.add_features(self.session.records, found.features)
+        self.session.apply(edit)
+        added = tuple(r for r in edit.after.values() if isinstance(r, Feature))
+        return replace(found, features=added, warnings=(*warnings, *found.warnings))
 
     def _why_not_on(self, model: Model, pick: Picks) -> str | None:
         """A sentence where a line of picks has a point that cannot lie on the model."""
@@ -395,13 +414,13 @@ class HeadlessProject:
             )
         return loaded
 
-    def _surface(self, model: Model) -> tuple[Surface | None, tuple[str, ...]]:
+    def _surface(self, model: Model) -> tuple[PaintSurface | None, tuple[str, ...]]:
         """The surface of a model; None, with the reason, where its file is gone or has changed."""
         if model.id in self._surfaces:
             return self._surfaces[model.id], ()
         path = self.project.find_model(model)
         why = tr("The file of {model} was not found ({file}).", model=model.name, file=model.path)
-        found: Surface | None = None
+        found: PaintSurface | None = None
         if path is not None:
             try:
                 folder = model_cache.folder_of(path, self.project.cache)
@@ -430,7 +449,7 @@ def _matching(records: Sequence[Named], wanted: str) -> list[Named]:
 
 
 def _trace(
-    pick: Picks, model: Model, kind: FeatureType, set_name: str, surface: Surface | None
+    pick: Picks, model: Model, kind: FeatureType, set_name: str, surface: PaintSurface | None
 ) -> Trace:
     to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
     points = transform.apply(to_file, pick.points)

@@ -9,16 +9,21 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from vomstudio.errors import VomError
 from vomstudio.failures import exception_hooks
-from vomstudio.tools.followed_line import Answer
+from vomstudio.tools.followed_line import Answer, Way
 from vomstudio.tools.interaction_types import Point
 from vomstudio.words import tr
 from vomstudio.workspace.models import Models
+from vomstudio.workspace.photo_path_finding import PhotoPaths
+from vomstudio.workspace.photos import ModelPhotos
 
 if TYPE_CHECKING:
     from vomstudio.extraction.surface_graph import SurfaceGraph
+
+Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,21 +33,36 @@ class _Wanted:
     ends: tuple[Point, Point]
     live: bool
     answer: Answer
+    photo: str = ""
+    photos: ModelPhotos | None = None
 
 
 class PathFinding:
     """The thread lives while there is something to search for. The graph of the model that was
     searched last is kept."""
 
-    def __init__(self, models: Models, hand_over: Callable[[Callable[[], object]], object]) -> None:
-        self._models, self._hand_over = models, hand_over
+    def __init__(
+        self,
+        models: Models,
+        hand_over: Callable[[Callable[[], object]], object],
+        photos_of: Callable[[str], ModelPhotos | None] = lambda model_id: None,
+    ) -> None:
+        self._models, self._hand_over, self._photos_of = models, hand_over, photos_of
+        self._in_photos = PhotoPaths()
         self._wanted: deque[_Wanted] = deque()
         self._lock = threading.Lock()
         self._running = False
         self._surface: SurfaceGraph | None = None
 
     def follow(
-        self, model_id: str, cost: str, ends: tuple[Point, Point], *, live: bool, answer: Answer
+        self,
+        model_id: str,
+        cost: str,
+        ends: tuple[Point, Point],
+        *,
+        photo: str = "",
+        live: bool,
+        answer: Answer,
     ) -> None:
         """As `tools.followed_line.PathFinder` has it."""
         opened = self._models.open.get(model_id)
@@ -54,7 +74,8 @@ class PathFinding:
             if live:
                 # The cursor has moved on.
                 self._wanted = deque(w for w in self._wanted if not w.live)
-            self._wanted.append(_Wanted(opened.data, cost, ends, live, answer))
+            photos = self._photos_of(model_id) if photo else None
+            self._wanted.append(_Wanted(opened.data, cost, ends, live, answer, photo, photos))
             if self._running:
                 return
             self._running = True
@@ -65,6 +86,7 @@ class PathFinding:
         with self._lock:
             self._wanted.clear()
             self._surface = None
+            self._in_photos = PhotoPaths()
 
     def _run(self) -> None:
         while True:
@@ -76,20 +98,34 @@ class PathFinding:
             found = self._found(wanted)
             self._hand_over(lambda w=wanted, f=found: w.answer(f))  # type: ignore[misc]
 
-    def _found(self, wanted: _Wanted) -> Any:
-        from vomstudio.extraction.following import Follower
-        from vomstudio.extraction.surface_graph import SurfaceGraph
-
+    def _found(self, wanted: _Wanted) -> Way | str:
         try:
-            surface = self._surface
-            if surface is None or surface.data is not wanted.data:
-                surface = SurfaceGraph(wanted.data)
-                surface.prepare()
-                with self._lock:
-                    self._surface = surface
-            return Follower(surface, wanted.cost).follow(np.asarray(wanted.ends)).points
+            if wanted.photos is None:
+                return Way(self._over_surface(wanted))
+            return self._in_photo(wanted, wanted.photos)
         except VomError as error:
             return str(error)
         except Exception as error:  # noqa: BLE001 - shown like every unexpected error
             exception_hooks.report_as_uncaught(error)
             return tr("The path could not be found.")
+
+    def _in_photo(self, wanted: _Wanted, photos: ModelPhotos) -> Way:
+        """Over the surface where the photo cannot say, with the reason."""
+        ends = np.asarray(wanted.ends)
+        try:
+            return self._in_photos.way(photos, wanted.photo, wanted.cost, ends, live=wanted.live)
+        except VomError as error:
+            path = self._over_surface(wanted)
+            return Way(path, said=str(error), final=not wanted.live)
+
+    def _over_surface(self, wanted: _Wanted) -> Array:
+        from vomstudio.extraction.following import Follower
+        from vomstudio.extraction.surface_graph import SurfaceGraph
+
+        surface = self._surface
+        if surface is None or surface.data is not wanted.data:
+            surface = SurfaceGraph(wanted.data)
+            surface.prepare()
+            with self._lock:
+                self._surface = surface
+        return Follower(surface, wanted.cost).follow(np.asarray(wanted.ends)).points

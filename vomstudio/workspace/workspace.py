@@ -12,6 +12,7 @@ from vomstudio.document.selection import Selection
 from vomstudio.io.settings import Settings
 from vomstudio.signals import Signal
 from vomstudio.words import tr, tr_n
+from vomstudio.workspace.blind_repeats import BlindRepeats
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
@@ -26,6 +27,7 @@ from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
+from vomstudio.workspace.surfaces.face_grids import FaceGrids
 from vomstudio.workspace.surfaces.facet_proposals import FacetProposals
 from vomstudio.workspace.surfaces.model_cutting import ModelCutting
 from vomstudio.workspace.surfaces.outcrop_elements import OutcropElements
@@ -77,6 +79,7 @@ class Workspace:
             hand_over,
             ModelCutting(self.projects, self.models, self.jobs, self.notices),
         )
+        self.photos = PhotoLinks(self.projects, self.models, hand_over)
         self.tools = ToolHost(
             self.projects,
             self.models,
@@ -84,7 +87,7 @@ class Workspace:
             self.selection,
             self.preferences,
             self.notices,
-            PathFinding(self.models, hand_over),
+            PathFinding(self.models, hand_over, self.photos.of),
             self.elements,
         )
         self.surroundings = Surroundings(
@@ -102,8 +105,11 @@ class Workspace:
             lambda: settings.thresholds,
             hand_over,
         )
+        self.grids = FaceGrids(self.projects, self.models, hand_over)
+        self.repeats = BlindRepeats(
+            self.projects, self.tools, self.visibility, self.selection, hand_over
+        )
         self.history = History(self.projects, self.editing, self.tools, self.notices)
-        self.photos = PhotoLinks(self.projects, self.models, hand_over)
         self.layers = GisLayers(self.projects, self.jobs, self.notices, later)
         self._join()
 
@@ -131,6 +137,7 @@ class Workspace:
         self.photos.forget_all()
         self.fields.begin()
         self.facets.drop()
+        self.grids.begin()
         self.project_opened.emit()
         self.history_changed.emit()
         for problem in self.projects.project.problems:
@@ -148,6 +155,7 @@ class Workspace:
             self.tools.restore(session.draft.state)
 
     def _leave(self) -> None:
+        self.repeats.forget()
         self.facets.drop()
         self.display.flush()
         self.loader.forget_all()
@@ -197,6 +205,8 @@ class Workspace:
         self.photos.edited(edit)
         self.fields.edited(edit)
         self.facets.edited(edit)
+        self.grids.edited(edit)
+        self.repeats.edited(edit)
         self.tools.document_changed()
         self.layers.write_soon()
 

@@ -10,10 +10,10 @@ from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
 COMMANDS = (
-    "demo", "info", "convert", "fit", "stats", "fold", "sets", "stereonet", "rose", "slope",
-    "slip", "fractures", "displacement", "threepoint", "log", "ortho", "dem", "section", "extend",
-    "surface", "measurable", "facets", "trace", "plan",
-    "check", "frames", "reconstruct", "register", "compare", "project", "export",
+    "demo", "info", "convert", "fit", "stats", "fold", "sets", "repeats", "stereonet", "rose",
+    "slope", "slip", "fractures", "displacement", "threepoint", "log", "ortho", "dem", "section",
+    "extend", "surface", "measurable", "facets", "trace", "plan", "check", "frames",
+    "reconstruct", "register", "compare", "project", "export",
 )  # fmt: skip
 """The words after `vomstudio` that are commands, each the name of its module here."""
 

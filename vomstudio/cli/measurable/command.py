@@ -141,7 +141,7 @@ def _plane(args: argparse.Namespace) -> tuple[Plane, tuple[str, ...]]:
         if args.set is not None:
             raise UsageError(tr("--set is for --mean."), field="--set")
         return plane_of(args.plane, "--plane"), ()
-    from vomstudio.geology.table_means import mean_plane
+    from vomstudio.geology.populations.table_means import mean_plane
     from vomstudio.io.text.orientation_reading import read_orientations
 
     table = read_orientations(args.mean, args.azimuth)
@@ -161,6 +161,8 @@ def _registration(args: argparse.Namespace, model: WorldModel, plane: Plane) -> 
 
 def in_words(found: MeasurableMap) -> str:
     """How much of the model would tell the plane, and where most."""
+    from vomstudio.products.surface.measurable_map import shares_in_words
+
     figures = text_tables.figures
     plane = (
         f"{text_tables.azimuth(found.plane['dip_direction_deg'], 1)}/"
@@ -173,16 +175,7 @@ def in_words(found: MeasurableMap) -> str:
             length=figures(found.length_m),
             resolution=figures(found.resolution_m),
         ),
-        tr(
-            "Of the surface {good:.0f} % would give a good plane (95 % error of 5 deg or less), "
-            "{doubtful:.0f} % a doubtful one, {poor:.0f} % a poor one, {none:.0f} % none.",
-            **{name: 100.0 * share for name, share in found.shares.items()},
-        ),
-        tr(
-            "By traces alone {good:.0f} % would be good; {share:.0f} % exposes the plane itself.",
-            good=100.0 * found.trace_shares["good"],
-            share=100.0 * found.exposed_share,
-        ),
+        *shares_in_words(found),
     ]
     if found.best is not None:
         said.append(

@@ -169,4 +169,5 @@ KIND = Kind(
     tint=lambda lithology: color_of_rock(lithology.lithology),
     prefix=lambda lithology: "lithology",
     listed=True,
+    written=lambda lithology: lithology.lithology or lithology.name,
 )  # fmt: skip

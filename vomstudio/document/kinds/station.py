@@ -133,4 +133,5 @@ KIND = Kind(
     color="#ffffff",
     prefix=lambda station: str(station.what),
     listed=True,
+    written=lambda station: station.number or station.name,
 )  # fmt: skip

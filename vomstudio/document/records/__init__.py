@@ -8,6 +8,7 @@ Model and moves everything with it. The record of each kind of feature is in `do
 from __future__ import annotations
 
 from vomstudio.document.records.basics import IDENTITY, Matrix, Point
+from vomstudio.document.records.face_grids import FaceGrid
 from vomstudio.document.records.feature_types import DEFAULT_TYPES, FeatureType
 from vomstudio.document.records.features import (
     SURROUNDINGS_RULE,
@@ -37,7 +38,7 @@ from vomstudio.document.records.registrations import Registration, RegistrationP
 
 Resting = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
 """What models rest on."""
-Record = Model | FeatureType | VerdictProfile | Resting | Feature
+Record = Model | FeatureType | VerdictProfile | FaceGrid | Resting | Feature
 
 __all__ = [
     "DEFAULT_TYPES",
@@ -46,6 +47,7 @@ __all__ = [
     "SURROUNDINGS_RULE",
     "UNDECLARED",
     "Asset",
+    "FaceGrid",
     "Feature",
     "FeatureType",
     "Frame",

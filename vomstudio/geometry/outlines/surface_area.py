@@ -125,7 +125,7 @@ def _cut(flat: Array, polygon: shapely.Polygon) -> Array:
     area = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
     middle = flat.mean(axis=1)
     # Seen from their edge they have no area to cut: they are where their middle is.
-    share = shapely.contains_xy(polygon, middle[:, 0], middle[:, 1]).astype(np.float64)
+    share: Array = shapely.contains_xy(polygon, middle[:, 0], middle[:, 1]).astype(np.float64)
     longest = (np.ptp(flat, axis=1) ** 2).sum(axis=1)
     broad = area > 1e-9 * longest
     triangles = shapely.polygons(flat[broad])
@@ -160,7 +160,7 @@ def _depth(triangles: Array, place: Array) -> Array:
         t = (b[:, 0] * p[:, 1] - b[:, 1] * p[:, 0]) / whole
     depth = a[:, 2] + s * b[:, 2] + t * c[:, 2]
     outside = ~(np.isfinite(depth) & (s > -1e-6) & (t > -1e-6) & (s + t < 1.0 + 1e-6))
-    return np.where(outside, np.inf, depth)
+    return np.asarray(np.where(outside, np.inf, depth), np.float64)
 
 
 def _hanging_together(faces: Array, seeds: Ints) -> Flags | None:

@@ -228,4 +228,10 @@ def read_compass(path: str | Path) -> CompassTable:
             int(read.kept[place]), tr("The direction has no length. Correct it."), "model_x"
         )
     sigma = table.positive(("sigma", "sigma deg", "accuracy", "accuracy deg"), "sigma_deg")
+    for row in np.flatnonzero(sigma > 90.0):
+        raise table.at(
+            int(row),
+            tr("More than 90 degrees say nothing of a direction. Correct it, or leave it empty."),
+            "sigma_deg",
+        )
     return CompassTable(read, vectors / length[:, None], sigma[read.kept])

@@ -89,7 +89,11 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         "unit_m": loaded.unit_m,
         **_stamp(loaded.path),
     }
-    draft = _draft(folder)
+    try:
+        make_folder(folder.parent)
+        draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+    except OSError as error:
+        raise _unwritable(folder, error) from error
     try:
         # What is worked out takes as long as the writing, and can go on beside it.
         with ThreadPoolExecutor(2) as pool:
@@ -109,7 +113,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         (draft / META).write_text(json.dumps(meta), encoding="utf-8")
         _put_in_place(draft, folder)
     except OSError as error:
-        raise _not_cached(folder, error) from error
+        raise _unwritable(folder, error) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
     if isinstance(data, PointCloud):
@@ -118,16 +122,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
     return replace(loaded, data=data, path=where, resolution=usual, height_unit=None)
 
 
-def _draft(folder: Path) -> Path:
-    """A folder beside it, to be filled. Raises TargetError."""
-    try:
-        make_folder(folder.parent)
-        return Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
-    except OSError as error:
-        raise _not_cached(folder, error) from error
-
-
-def _not_cached(folder: Path, error: OSError) -> TargetError:
+def _unwritable(folder: Path, error: OSError) -> TargetError:
     return TargetError(
         tr(
             "The cache cannot be written ({reason}). Free its disk or move the project.",

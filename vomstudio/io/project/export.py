@@ -13,12 +13,15 @@ from vomstudio.document.records import Feature, Record
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import check_target
 from vomstudio.geology.profiles import Thresholds
+from vomstudio.io.exchange.columns import beside, write_tables
 from vomstudio.io.gis.crs import world_crs
+from vomstudio.tables.listed_tables import listed_tables
 from vomstudio.tables.orientation_table import write_orientation_csv
 from vomstudio.tables.project_table import ProjectTable, project_table
 from vomstudio.tables.registration_lines import registration_lines
 from vomstudio.words import tr
 
+_LAYERED = ("gpkg", "shp", "geojson", "dxf", "kml")
 FORMATS = (
     "csv", "gpkg", "shp", "geojson", "dxf", "kml", "stereonet", "orient", "faultkin", "wintensor",
     "gempy", "loopstructural", "gems",
@@ -83,17 +86,32 @@ def export_records(
     _check_format(format_)
     measurements = Measurements(thresholds)
     table = project_table(records, measurements)
+    if format_ != "csv":
+        table = table.without_repeats()
     crs = world_crs(table.crs, table.unit_m)
     if format_ == "csv":
-        return write_csv(out, table, force=force)
-    if format_ == "gpkg":
-        from vomstudio.io.project.geopackage import write_layers
-
-        files = write_layers(out, records, table, measurements, with_map=with_map, force=force)
-        return replace(table, files=tuple(files))
+        others = listed_tables(records, table, measurements)
+        texts = {beside(out, name): text for name, text in others.items()}
+        for path in texts:
+            check_target(path, force=force)
+        written = write_csv(out, table, force=force)
+        if not texts:
+            return written
+        return replace(written, files=(out, *write_tables(texts, force=force)))
     from vomstudio.tables.project_layers import project_layers
 
     layers = project_layers(records, table, measurements)
+    if format_ in _LAYERED:
+        table = replace(
+            table,
+            layers={layer.name: len(layer.shapes) for layer in layers},
+            features=max(len(table.rows), len({id_ for la in layers for id_ in la.columns["id"]})),
+        )
+    if format_ == "gpkg":
+        from vomstudio.io.project.geopackage import write_layers
+
+        files = write_layers(out, records, table, layers, with_map=with_map, force=force)
+        return replace(table, files=tuple(files))
     if format_ == "shp":
         from vomstudio.io.project.gis_files import write_shapefiles
 
@@ -115,7 +133,7 @@ def write_csv(out: Path, table: ProjectTable, *, force: bool = False) -> Project
         named = tr("{crs}, its axes in metres", crs=table.crs)
     write_orientation_csv(
         out, table.rows, crs=named, north=table.north, axes=table.axes, limits=table.limits,
-        notes=registration_lines(table.registrations), force=force,
+        notes=registration_lines(table.registrations), more=table.more, force=force,
     )  # fmt: skip
     return replace(table, files=(out,))
 

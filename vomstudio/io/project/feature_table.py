@@ -9,6 +9,7 @@ from typing import Any
 from vomstudio.document.figures import Subject
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, Record
+from vomstudio.document.repeats import COLUMNS as REPEAT_COLUMNS
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
 from vomstudio.io.text.tables import table_of_cells
 from vomstudio.tables.orientation_table import COLUMNS
@@ -21,14 +22,17 @@ def feature_table(
     records: Mapping[str, Record],
     features: Sequence[Feature],
     measured: Mapping[str, Measurement],
+    *,
+    repeats: bool = False,
 ) -> OrientationTable:
     """Of features that have an orientation, with their errors and those of their registrations.
-    Raises InputError where none has."""
+    repeats : also those that repeat another. Raises InputError where none has."""
     subjects = [Subject(f, measured[f.id], records) for f in features]
     rows = [row for row in feature_rows(subjects) if row is not None]
-    cells = [[_cell(row[name]) for name in COLUMNS] for row in rows]
+    names = (*COLUMNS, *REPEAT_COLUMNS)
+    cells = [[_cell(row.get(name)) for name in names] for row in rows]
     told = registration_lines(registrations_of(records, features))
-    return orientations_of(table_of_cells(COLUMNS, cells, tr("the project"), told))
+    return orientations_of(table_of_cells(names, cells, tr("the project"), told), repeats=repeats)
 
 
 def _cell(value: Any) -> str:

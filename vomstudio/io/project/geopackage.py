@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Record
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_group
@@ -22,7 +21,7 @@ from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.qgis_project import MapLayer, qgs
 from vomstudio.io.gis.qml import Style, qml
 from vomstudio.io.project.map_styles import style_of
-from vomstudio.tables.project_layers import Layer, project_layers
+from vomstudio.tables.project_layers import Layer
 from vomstudio.tables.project_table import ProjectTable
 from vomstudio.words import tr
 
@@ -44,16 +43,15 @@ def write_layers(
     out: Path,
     records: Mapping[str, Record],
     table: ProjectTable,
-    measurements: Measurements,
+    layers: Sequence[Layer],
     *,
     with_map: bool = True,
     force: bool = False,
 ) -> list[Path]:
-    """Layers in World coordinates, as `project_layers` has them; with_map: NAME.qgs beside, which
+    """Layers in World coordinates, those of `project_layers`; with_map: NAME.qgs beside, which
     QGIS opens as a map. What was written. Raises TargetError."""
     # Without a CRS, GDAL would say East and North.
     crs = world_crs(table.crs, table.unit_m) or table.axes.wkt
-    layers = project_layers(records, table, measurements)
     styles = [style_of(layer, records) for layer in layers]
     paths = [out, out.with_suffix(".qgs")] if with_map else [out]
     with atomic_group(paths, force=force) as parts:

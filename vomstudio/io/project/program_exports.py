@@ -20,6 +20,7 @@ from vomstudio.tables.project_table import ProjectTable
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
 
+_NO_ORIENTATION = _("it has no orientation")
 _NO_PLACE = _("it has no place")
 _NO_PLANE = _("it is no plane")
 _NO_SLIP = _("it is no line on a plane with a slip")
@@ -120,8 +121,8 @@ def _slip(row: Mapping[str, Any]) -> bool:
 
 
 _TAKES: Mapping[str, tuple[Callable[[Mapping[str, Any]], bool], str]] = {
-    "stereonet": (_all, ""),
-    "orient": (_all, ""),
+    "stereonet": (_all, _NO_ORIENTATION),
+    "orient": (_all, _NO_ORIENTATION),
     "faultkin": (_slip, _NO_SLIP),
     "wintensor": (fault_slips.on_a_fault, _NO_FAULT),
     "gempy": (_placed_plane, _NO_PLANE),

@@ -1,10 +1,8 @@
-"""Names of columns as they are compared."""
+"""Names of columns, as they are compared."""
 
 from __future__ import annotations
 
 import re
-
-_OPENS, _CLOSES = re.compile(r"[\[(]"), re.compile(r"[\])]")
 
 
 def plain(name: str) -> str:
@@ -28,3 +26,6 @@ def _without_brackets(text: str) -> str:
         kept += [text[at : begun.start()], " "]
         at = ended.end()
     return "".join([*kept, text[at:]])
+
+
+_OPENS, _CLOSES = re.compile(r"[\[(]"), re.compile(r"[\])]")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +17,8 @@ from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.rows import parse_number
 from vomstudio.io.text.tables import TextTable, lines_in_words
 from vomstudio.words import tr, tr_n
+
+Azimuth = Literal["strike", "dipdir"]
 
 ALIASES: dict[str, set[str]] = {
     "dip direction": {"dipdirection", "dipdir", "dipdirn", "ddir", "dd", "ddr", "azimuthofdip"}
@@ -199,3 +203,14 @@ class Columns:
     def are_winds(self, column: int) -> bool:
         cells = [c for c in self.table.cells(column) if c]
         return bool(cells) and all(_WIND.fullmatch(c) for c in cells)
+
+
+def convention_in_name(path: Path) -> Azimuth | None:
+    """strike or dipdir where the name of a file, such as `fold_strike_dip.txt`, says just one."""
+    name = plain(path.stem)
+    said: list[Azimuth] = []
+    if "strike" in name:
+        said.append("strike")
+    if "dipdir" in name or "dipazi" in name:
+        said.append("dipdir")
+    return said[0] if len(said) == 1 else None

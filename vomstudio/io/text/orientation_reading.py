@@ -12,7 +12,6 @@ import re
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +22,12 @@ from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, lines_to_vectors, planes_to_poles
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.column_names import plain
-from vomstudio.io.text.orientation_columns import Columns
+from vomstudio.io.text.orientation_columns import Azimuth, Columns, convention_in_name
+from vomstudio.io.text.repeated_rows import first_picks
 from vomstudio.io.text.rows import shortened
 from vomstudio.io.text.table_turns import bowed_in, turns_of_table
 from vomstudio.io.text.tables import TextTable, lines_in_words, read_table
 from vomstudio.words import tr, tr_n
-
-Azimuth = Literal["strike", "dipdir"]
 
 _QUADRANT_BY_ITS_CELLS = {"direction", "dir", "side", "sense", "dips"}
 """Names that mean a dip quadrant only where compass points stand below."""
@@ -91,17 +89,22 @@ class OrientationTable:
         return np.where(self.is_plane[:, None], poles, lines)
 
 
-def read_orientations(path: str | Path, azimuth: Azimuth | None = None) -> OrientationTable:
+def read_orientations(
+    path: str | Path, azimuth: Azimuth | None = None, *, repeats: bool = False
+) -> OrientationTable:
     """Read planes and lines from a text table.
 
     azimuth: what a column called only `azimuth`, or the first of a table without header, means.
+    repeats: also rows that repeat the pick of another, as the column `repeat_of` says.
     Raises `InputError` (file, line, column) where the table is none, or its angles cannot be, and
     `UsageError` where the meaning of an azimuth must be given.
     """
-    return orientations_of(read_table(path), azimuth)
+    return orientations_of(read_table(path), azimuth, repeats=repeats)
 
 
-def orientations_of(table: TextTable, azimuth: Azimuth | None = None) -> OrientationTable:
+def orientations_of(
+    table: TextTable, azimuth: Azimuth | None = None, *, repeats: bool = False
+) -> OrientationTable:
     """Planes and lines of a table that has been read. Raises as `read_orientations`."""
     if not len(table):
         raise InputError(
@@ -109,7 +112,7 @@ def orientations_of(table: TextTable, azimuth: Azimuth | None = None) -> Orienta
             file=table.path,
             line=table.header_line,
         )
-    return _Reading(table, azimuth).result()
+    return _Reading(table if repeats else first_picks(table), azimuth).result()
 
 
 class _Reading:
@@ -228,12 +231,10 @@ class _Reading:
     def _quadrant_by_another_name(self) -> int | None:
         """A column of compass points beside the strike. Where its name leaves open what it says
         (a limb? a site?), it is not used and that is told."""
-        others = set(range(self.table.width)) - self.columns.known
-        winds = [c for c in sorted(others) if self.columns.are_winds(c)]
+        others = sorted(set(range(self.table.width)) - self.columns.known)
+        winds = [c for c in others if self.columns.are_winds(c)]
         named = [c for c in winds if plain(self.table.label(c)) in _QUADRANT_BY_ITS_CELLS]
-        if len(named) == 1:
-            return named[0]
-        if winds:
+        if winds and len(named) != 1:
             self.warnings.append(
                 tr(
                     "{named}: compass points that were not used; call the column 'quadrant' if "
@@ -241,7 +242,7 @@ class _Reading:
                     named=self.columns.named(*winds),
                 )
             )
-        return None
+        return named[0] if len(named) == 1 else None
 
     def _read_headerless(self) -> None:
         if self.table.width < 2:
@@ -251,7 +252,7 @@ class _Reading:
                 line=int(self.table.line_numbers[0]),
             )
         told = self.azimuth is not None
-        self.azimuth = self.azimuth or _convention_in_name(self.table.path)
+        self.azimuth = self.azimuth or convention_in_name(self.table.path)
         if self.azimuth is None:
             raise UsageError(
                 tr(
@@ -469,17 +470,6 @@ class _Reading:
             line=self.table.header_line,
             field="dip",
         )
-
-
-def _convention_in_name(path: Path) -> Azimuth | None:
-    """strike or dipdir where the name of a file, such as `fold_strike_dip.txt`, says just one."""
-    name = plain(path.stem)
-    said: list[Azimuth] = []
-    if "strike" in name:
-        said.append("strike")
-    if "dipdir" in name or "dipazi" in name:
-        said.append("dipdir")
-    return said[0] if len(said) == 1 else None
 
 
 def _first(*columns: int | None) -> int:

@@ -24,6 +24,7 @@ from vomstudio.geology.orientation import (
 )
 from vomstudio.geology.slip import slip_rake
 from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.repeated_rows import first_picks
 from vomstudio.io.text.rows import parse_number
 from vomstudio.io.text.tables import TextTable, lines_in_words, read_table
 from vomstudio.words import tr, tr_n
@@ -84,7 +85,8 @@ def read_slips(path: str | Path) -> SlipTable:
 
 
 def slips_of(table: TextTable) -> SlipTable:
-    """Of a table that has been read. Raises as `read_slips`."""
+    """Of a table that has been read, without rows that repeat others. Raises as `read_slips`."""
+    table = first_picks(table)
     columns = {
         part: place
         for part, names in _NAMES.items()

@@ -90,6 +90,7 @@ class PhotoViews:
         self.tree = tree
         self._origin = np.asarray(cameras.origin, np.float64)
         matrix = np.eye(4) if to_world is None else np.asarray(to_world, np.float64)
+        self.to_world: Array = matrix
         self._forth = matrix[:3, :3]
         self._back = np.linalg.inv(self._forth)
         # World of the cameras' origin.

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from vomstudio.errors import UsageError
+from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.fractures.network import Counted, Mapped, fracture_network
 from vomstudio.geology.fractures.pieces import Shapes, circle_area, pieces_of
 from vomstudio.geology.fractures.scanlines import in_ranges
@@ -21,6 +21,7 @@ from vomstudio.io.gis.drawn_layers import (
     read_lines,
     same_frame,
 )
+from vomstudio.io.text.repeated_rows import repeats_left_out
 from vomstudio.words import tr
 
 SET_COLUMN = "set"
@@ -61,6 +62,7 @@ def map_fractures(
         if lines is not None or order.traces is None
         else read_lines(order.traces, order.layer)
     )
+    drawn = _first_picks(drawn)
     said = list(drawn.warnings)
     if order.circle is not None:
         counted = Counted(circle_area(*order.circle), circle=order.circle)
@@ -89,6 +91,27 @@ def map_fractures(
         snap_m=order.snap_m,
         terzaghi_cap=order.terzaghi_cap,
         warnings=said,
+    )
+
+
+def _first_picks(drawn: DrawnLayer) -> DrawnLayer:
+    """Without lines that repeat another, as their attribute `repeat_of` says."""
+    name = next((n for n in drawn.columns if n.casefold() == "repeat_of"), None)
+    if name is None:
+        return drawn
+    first = np.array([not word for word in drawn.column(name, name)], np.bool_)
+    if first.all():
+        return drawn
+    if not first.any():
+        raise InputError(
+            tr("All lines repeat others, which are not in the layer."), file=drawn.path, field=name
+        )
+    return replace(
+        drawn,
+        shapes=drawn.shapes[first],
+        feature=drawn.feature[first],
+        columns={key: values[first] for key, values in drawn.columns.items()},
+        warnings=(*drawn.warnings, repeats_left_out(int((~first).sum()))),
     )
 
 

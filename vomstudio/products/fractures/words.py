@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from vomstudio.geology.fractures.network import FractureNetwork
+from vomstudio.geology.looked_at.shares import LookedAt
 from vomstudio.tables.numbers_text import azimuth, figures, number
 from vomstudio.words import tr, tr_n
 
@@ -100,3 +101,20 @@ def _set_in_words(of_set: dict[str, Any]) -> str:
             true=figures(of_set["spacing"]["true_mean_m"]),
         )
     return said
+
+
+def looked_at_rows(found: LookedAt) -> list[str]:
+    """What was looked at of a face, line by line."""
+    parts = (found.done, found.empty, found.unmeasurable, found.not_looked_at)
+    names = (tr("done"), tr("empty"), tr("unmeasurable"), tr("not looked at"))
+    said = [
+        tr("{mark}: {cells} cells, {area:.4g} m2, {share:.0f} %", mark=name, cells=part.cells,
+           area=part.covered_m2, share=100.0 * (part.share or 0.0))
+        for name, part in zip(names, parts, strict=True)
+    ]  # fmt: skip
+    if found.P21_1_per_m is not None and found.density_1_per_m2 is not None:
+        said.append(
+            tr("over {area:.4g} m2 done or empty: {density:.3g} 1/m2, P21 {p21:.3g} 1/m",
+               area=found.counted_m2, density=found.density_1_per_m2, p21=found.P21_1_per_m)
+        )  # fmt: skip
+    return [*said, *found.reasons]

@@ -113,7 +113,13 @@ def _average(s: NetSet, notation: str, decimals: int) -> str:
         found = fisher(vectors, directed)
         figures = []
         if found.kappa is not None:
-            figures.append(f"κ\N{NO-BREAK SPACE}{found.kappa:.1f}")
+            # Of some planes that are as good as alike more digits are chance.
+            kappa = (
+                f"{found.kappa:.1f}"
+                if found.kappa < 100.0
+                else f"{float(f'{found.kappa:.2g}'):,.0f}"
+            )
+            figures.append(f"κ\N{NO-BREAK SPACE}{kappa}")
         if found.alpha95_deg is not None:
             figures.append(f"α95\N{NO-BREAK SPACE}{found.alpha95_deg:.1f}°")
         return tr(

@@ -31,7 +31,8 @@ EDGE_ON_DEG = 1e-6
 @dataclass(frozen=True, eq=False)
 class Item:
     """A feature in World. form : of `points` (n, 3); normal : (3,) of a plane, upward, None of
-    everything else"""
+    everything else; said : what is written beside it in place of its name; filled : the color is
+    that of its area"""
 
     layer: str
     form: Form
@@ -44,6 +45,8 @@ class Item:
     normal: Array | None = None
     dip_direction_deg: float | None = None
     dip_deg: float | None = None
+    said: str = ""
+    filled: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,10 +71,12 @@ def read_items(folder: Path) -> tuple[Item, ...]:
 
 def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple[Item, ...]:
     table = project_table(records, measurements)
-    colors = {}
+    colors, written = {}, {}
     for record in records.values():
         if isinstance(record, Feature):
             typed = kind_of(record).typed or bool(kind_of(record).tint(record))
+            if kind_of(record).listed:
+                written[record.id] = kind_of(record).written(record)
             colors[record.id] = (color_of(record, records) if typed else "") or NO_COLOR
     found: list[Item] = []
     for layer in project_layers(records, table, measurements):
@@ -82,11 +87,13 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
             if layer.name == "planes" and math.isfinite(said["dip_deg"]):
                 dd, dip = float(said["dip_direction_deg"]), float(said["dip_deg"])
                 normal = planes_to_normals(dd, dip)
-            text = {key: str(said.get(key) or "") for key in ("id", "name", "kind", "set")}
+            text = {key: str(said.get(key) or "") for key in ("id", "name", "set")}
+            text["kind"] = str(said.get(layer.by) or "")
             color = colors.get(text["id"], NO_COLOR)
             found.append(
                 Item(layer.name, layer.kind, shape, **text, color=color, normal=normal,
-                     dip_direction_deg=dd, dip_deg=dip)
+                     dip_direction_deg=dd, dip_deg=dip,
+                     said=written.get(text["id"], ""), filled=layer.by != "kind")
             )  # fmt: skip
     return tuple(found)
 

@@ -19,6 +19,7 @@ from vomstudio.products.ortho.vector_drawing import (
     Drawing,
     Shape,
     paper_scale,
+    placed_labels,
     ticks_over,
 )
 from vomstudio.products.ortho.view_directions import View
@@ -89,24 +90,15 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int) -> None:
         ax.imshow(drawing.picture, extent=extent, interpolation="none", aspect="auto", zorder=0)
     for shape in drawing.shapes:
         _draw_shape(ax, shape, scale)
-    taken: list[tuple[float, float, float, float]] = []
-    mm = 0.001 * scale
-    for shape in drawing.shapes:
-        if not shape.label:
-            continue
-        x, y = shape.points[len(shape.points) // 2].tolist()
-        wide, tall = _LETTER_MM * _LABEL_PT * (len(shape.label) + 1) * mm, 3.4 * mm
-        for dx, dy in ((1.2 * mm, 1.2 * mm), (1.2 * mm, -tall), (-wide, 1.2 * mm), (-wide, -tall)):
-            box = (x + dx, y + dy, x + dx + wide, y + dy + tall)
-            inside = box[0] >= low[0] and box[1] >= low[1] and box[2] <= high[0]
-            if inside and box[3] <= high[1] and not any(_meet(box, other) for other in taken):
-                taken.append(box)
-                ax.text(
-                    box[0], box[1] + 0.5 * tall, shape.label, fontsize=_LABEL_PT, va="center",
-                    color=shape.color, zorder=4, parse_math=False,
-                    bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
-                )  # fmt: skip
-                break
+    for label in placed_labels(drawing, scale, 0.353 * _LABEL_PT):
+        if label.apart:
+            ends = np.array([label.named, (label.x, label.y)])
+            ax.plot(ends[:, 0], ends[:, 1], color=label.shape.color, linewidth=0.5, zorder=3)
+        ax.text(
+            label.x, label.y, label.shape.label, fontsize=_LABEL_PT, va="center", zorder=4,
+            ha="right" if label.right else "left", color=label.color, parse_math=False,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
+        )  # fmt: skip
 
 
 def _draw_shape(ax: Axes, shape: Shape, scale: int) -> None:
@@ -119,6 +111,8 @@ def _draw_shape(ax: Axes, shape: Shape, scale: int) -> None:
         a, reach = math.radians(shape.dip_deg), 0.001 * scale * DIP_TICK_MM
         across = np.array([math.cos(a), -math.sin(a)]) * reach
         points = np.stack([points[0] - across, points[0] + across])
+    if shape.filled:
+        ax.fill(points[:, 0], points[:, 1], color=shape.color, alpha=0.5, linewidth=0.0, zorder=1)
     if shape.closed:
         points = np.vstack([points, points[:1]])
     # Light below, so that a line is seen on dark rock too.
@@ -172,7 +166,3 @@ def _draw_bar(ax: Axes, drawing: Drawing, scale: int, place: tuple[float, float,
     if drawing.metric:
         said = tr("{length}, 1 : {scale}", length=said, scale=f"{scale:,}".replace(",", " "))
     ax.text(left + wide + 2.0, y + 0.65, said, va="center", fontsize=_FONT_PT, color=INK)
-
-
-def _meet(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

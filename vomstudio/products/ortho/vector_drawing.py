@@ -22,17 +22,22 @@ from vomstudio.products.ortho.interpretation import Flat
 Array = npt.NDArray[np.float64]
 
 INK = "#141414"
+_EDGE = "#404040"
 LONGEST_MM = 250.0
 """Of the longer side of what is drawn, on paper."""
 MARGIN_MM = 18.0
 _TEXT_MM = 3.2
+_LABEL_MM = 2.6
+_LETTER = 0.58
+"""Mean width of a letter, of its height."""
 DIP_TICK_MM = 5.0
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
     """points : (n, 2) metres right and up; of a single point `dip_deg` is the tick that is drawn,
-    down to the right; values : what files with columns say of it"""
+    down to the right; filled : the color is that of the area inside; values : what files with
+    columns say of it"""
 
     layer: str
     points: Array
@@ -40,6 +45,7 @@ class Shape:
     closed: bool = False
     label: str = ""
     dip_deg: float | None = None
+    filled: bool = False
     values: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -59,17 +65,19 @@ class Drawing:
 
     @property
     def layers(self) -> list[str]:
-        return list(dict.fromkeys(shape.layer for shape in self.shapes))
+        """Areas first, so that lines are drawn over them."""
+        ordered = sorted(self.shapes, key=lambda shape: not shape.filled)
+        return list(dict.fromkeys(shape.layer for shape in ordered))
 
 
 def shape_of(flat: Flat) -> Shape:
     """As it is drawn: a plane with its name and apparent dip; a line is named by its plane."""
     item, dip = flat.item, flat.apparent_dip_deg
-    label = item.name if item.form == "point" else ""
+    label = item.said or (item.name if item.form == "point" else "")
     if item.normal is not None and dip is not None:
         label = f"{item.name} {abs(dip):.0f}°" if item.name else f"{abs(dip):.0f}°"
     return Shape(
-        item.layer, flat.points, item.color, item.form == "ring", label, dip,
+        item.layer, flat.points, item.color, item.form == "ring", label, dip, item.filled,
         {
             "id": item.id, "name": item.name, "kind": item.kind, "set": item.set,
             "dip_direction_deg": item.dip_direction_deg, "dip_deg": item.dip_deg,
@@ -130,7 +138,7 @@ def svg_text(drawing: Drawing) -> str:
         out += [_svg_shape(s, mm) for s in drawing.shapes if s.layer == layer]
         out.append("</g>")
     out.append("</g>")
-    out += _labels(drawing, matrix)
+    out += _labels(drawing, matrix, scale)
     out += _frame(drawing, matrix, (left, top, width, height), scale)
     return "\n".join([*out, "</svg>", ""])
 
@@ -150,22 +158,95 @@ def _svg_shape(shape: Shape, mm: float) -> str:
         return "".join(parts)
     at = " ".join(f"{x!r},{-y + 0.0!r}" for x, y in shape.points.tolist())
     form = "polygon" if shape.closed else "polyline"
-    return f'<{form} points="{at}" stroke="{shape.color}"><title>{title}</title></{form}>'
+    look = f'stroke="{shape.color}"'
+    if shape.filled:
+        look = f'stroke="{_EDGE}" fill="{shape.color}" fill-opacity="0.5"'
+    return f'<{form} points="{at}" {look}><title>{title}</title></{form}>'
 
 
-def _labels(drawing: Drawing, matrix: tuple[float, float, float, float]) -> list[str]:
-    sx, sy, tx, ty = matrix
+@dataclass(frozen=True, eq=False)
+class PlacedLabel:
+    """x, y : of the end of the text that is next to what it names, halfway up, metres of the plane;
+    right : the text ends there, else it begins; apart : a line must lead to it from `named`"""
+
+    shape: Shape
+    x: float
+    y: float
+    right: bool
+    apart: bool
+    named: tuple[float, float]
+
+    @property
+    def color(self) -> str:
+        """That of its shape; over an area of that colour it could not be read."""
+        return INK if self.shape.filled else self.shape.color
+
+
+def placed_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedLabel]:
+    """The labels that find room beside what they name, within the frame and over no other. scale :
+    1 in so many; text_mm : height of the letters on paper"""
+    low, high = drawing.bounds
+    mm = 0.001 * scale
+    tall, gap = 1.25 * text_mm * mm, 1.2 * mm
+    taken: list[tuple[float, float, float, float]] = []
     found = []
     for shape in drawing.shapes:
-        if shape.label:
-            x, y = shape.points[len(shape.points) // 2].tolist()
-            at = f'x="{x * sx + tx + 1.2:.3f}" y="{-y * sy + ty - 1.2:.3f}" font-size="2.6"'
-            words = html.escape(shape.label)
-            # A halo of its own: not every program knows paint-order.
-            halo = 'fill="white" stroke="white" stroke-width="0.6" stroke-linejoin="round"'
-            found.append(f"<text {at} {halo}>{words}</text>")
-            found.append(f'<text {at} fill="{shape.color}">{words}</text>')
+        if not shape.label:
+            continue
+        place = shape.points[len(shape.points) // 2]
+        x, y = (_inside(shape.points) if shape.filled else place).tolist()
+        wide = _LETTER * text_mm * mm * (len(shape.label) + 1)
+        for row in (0.0, -1.0, 1.0, -2.0, 2.0, -3.0):
+            above = y + gap + row * tall if row >= 0 else y - gap + row * tall
+            spots = [(left, above, left + wide, above + tall) for left in (x + gap, x - gap - wide)]
+            free = [
+                k
+                for k, box in enumerate(spots)
+                if box[0] >= low[0] and box[2] <= high[0] and box[1] >= low[1] and box[3] <= high[1]
+                and not any(_meet(box, other) for other in taken)
+            ]  # fmt: skip
+            if free:
+                right, box = free[0] == 1, spots[free[0]]
+                taken.append(box)
+                middle = 0.5 * (box[1] + box[3])
+                apart = row not in (0.0, -1.0)
+                end = box[2] if right else box[0]
+                found.append(PlacedLabel(shape, end, middle, right, apart, (x, y)))
+                break
     return found
+
+
+def _meet(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: float) -> list[str]:
+    sx, sy, tx, ty = matrix
+    found = []
+    for label in placed_labels(drawing, scale, _LABEL_MM):
+        x, y = label.x * sx + tx, -label.y * sy + ty
+        if label.apart:
+            from_x, from_y = label.named[0] * sx + tx, -label.named[1] * sy + ty
+            found.append(
+                f'<line x1="{from_x:.3f}" y1="{from_y:.3f}" x2="{x:.3f}" y2="{y:.3f}" '
+                f'stroke="{label.shape.color}" stroke-width="0.15"/>'
+            )
+        anchor = ' text-anchor="end"' if label.right else ""
+        at = f'x="{x:.3f}" y="{y + 0.35 * _LABEL_MM:.3f}" font-size="{_LABEL_MM}"{anchor}'
+        words = html.escape(label.shape.label)
+        # A halo of its own: not every program knows paint-order.
+        halo = 'fill="white" stroke="white" stroke-width="0.6" stroke-linejoin="round"'
+        found.append(f"<text {at} {halo}>{words}</text>")
+        found.append(f'<text {at} fill="{label.color}">{words}</text>')
+    return found
+
+
+def _inside(ring: Array) -> Array:
+    """(2,) a place in an area, for its name."""
+    import shapely
+
+    place = shapely.make_valid(shapely.Polygon(ring)).representative_point()
+    return np.array([place.x, place.y])
 
 
 def _frame(

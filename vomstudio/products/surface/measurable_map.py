@@ -140,6 +140,22 @@ def measurable_map(
     )  # fmt: skip
 
 
+def shares_in_words(found: MeasurableMap) -> tuple[str, ...]:
+    """How much of the surface would tell the plane."""
+    return (
+        tr(
+            "Of the surface {good:.0f} % would give a good plane (95 % error of 5 deg or less), "
+            "{doubtful:.0f} % a doubtful one, {poor:.0f} % a poor one, {none:.0f} % none.",
+            **{name: 100.0 * share for name, share in found.shares.items()},
+        ),
+        tr(
+            "By traces alone {good:.0f} % would be good; {share:.0f} % exposes the plane itself.",
+            good=100.0 * found.trace_shares["good"],
+            share=100.0 * found.exposed_share,
+        ),
+    )
+
+
 def _best(found: Measurable) -> dict[str, float] | None:
     """Where a trace would tell most."""
     error = np.where(np.isfinite(found.trace_deg), found.trace_deg, np.inf)

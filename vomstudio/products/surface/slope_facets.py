@@ -14,7 +14,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.spreadsheet_cells import guarded
-from vomstudio.geology.facet_slopes import MODES, FacetFace, FacetSlopes
+from vomstudio.geology.fractures.facet_slopes import MODES, FacetFace, FacetSlopes
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh

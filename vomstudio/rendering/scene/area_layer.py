@@ -206,7 +206,8 @@ class AreaLayer:
 def area_box(area: Area) -> Array:
     """(2, 3) lowest and highest corner in World."""
     # Column by column: a reduction along rows of three is many times slower.
-    columns = area.corners.reshape(-1, 3).T
+    drawn = area.corners if len(area.corners) else area.border
+    columns = drawn.reshape(-1, 3).T
     box = [[column.min() for column in columns], [column.max() for column in columns]]
     return np.asarray(np.array(box, np.float64) + area.origin)
 

@@ -96,9 +96,16 @@ _NAMED: dict[str, tuple[tuple[str, str], ...]] = {
         (to_translate("rock in none"), "#d55e00"),
         (to_translate("vegetation"), "#009e73"),
         (to_translate("debris"), "#b0a890"),
-    )
+    ),
+    # As `extraction.measurable.CLASSES`.
+    "measurable": (
+        (to_translate("not measurable"), "#7f7f7f"),
+        (to_translate("poor"), "#d55e00"),
+        (to_translate("doubtful"), "#f0e442"),
+        (to_translate("good"), "#009e73"),
+    ),
 }
-"""Names and colours of the codes 0, 1 ... of fields of this name."""
+"""Names and colours of the codes 0, 1 ... of fields of this name, up to a comma in it."""
 
 _AZIMUTHS = ("azimuth", "dip_direction", "dipdir", "dip_dir", "strike", "trend", "aspect")
 _CODES = ("return", "class", "segment", "label", "source_id", "user_data", "flag", "channel")
@@ -326,7 +333,7 @@ def _codes(
     if name == ELEVATION or "intensity" in plain:
         return None
     values = data.fields[name]
-    named = plain in _NAMED or any(word in plain for word in _CODES)
+    named = plain.partition(",")[0] in _NAMED or any(word in plain for word in _CODES)
     if values.dtype.kind == "f" and not named:
         return None
     if not 0.0 <= lowest <= highest <= 65535.0:
@@ -348,7 +355,7 @@ def _codes(
 
 def _categories(name: str, codes: npt.NDArray[np.int64]) -> Iterator[Category]:
     las = "class" in _plain(name)
-    own = _NAMED.get(_plain(name), ())
+    own = _NAMED.get(_plain(name).partition(",")[0], ())
     for place, code in enumerate(int(c) for c in codes):
         if code < len(own):
             title, color = own[code]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Record, Typed
+from vomstudio.document.repeats import firsts
+from vomstudio.io.text.repeated_rows import repeats_left_out
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
@@ -60,7 +62,17 @@ class GroupBox(ComboBox):
         self.setCurrentIndex(known.index(chosen) if keep else first)
 
     def features(self) -> list[Typed]:
-        """Those of the choice that stand on a net."""
+        """Those of the choice that stand on a net, without repeats: these are no further
+        structures."""
+        return firsts(self._chosen(), self._studio.records)
+
+    def left_out(self) -> list[str]:
+        """What is said of repeats in the choice."""
+        chosen = self._chosen()
+        count = len(chosen) - len(firsts(chosen, self._studio.records))
+        return [repeats_left_out(count)] if count else []
+
+    def _chosen(self) -> list[Typed]:
         of, type_id, name = self.choice()
         if of == "selection":
             records = self._studio.records

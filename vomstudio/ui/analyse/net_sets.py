@@ -11,6 +11,7 @@ from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import FeatureType, Typed
+from vomstudio.document.repeats import firsts
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.orientation import Array
 from vomstudio.products.net.contents import MARKERS, OKABE_ITO, NetSet
@@ -36,10 +37,10 @@ def alike(features: Sequence[Typed]) -> list[tuple[NetLook, Evidence, list[Typed
 
 
 def on_the_net(records: RecordMap) -> list[Typed]:
-    """The features of kinds that stand on a net."""
+    """The features of kinds that stand on a net, without repeats."""
     typed = records.of(Typed)
     classes = {type(f): kind_of(f).net is not None for f in {type(f): f for f in typed}.values()}
-    return [f for f in typed if classes[type(f)]]
+    return firsts((f for f in typed if classes[type(f)]), records)
 
 
 def sets_of(

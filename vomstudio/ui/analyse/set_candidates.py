@@ -11,6 +11,7 @@ import numpy as np
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Model, Typed
 from vomstudio.document.registration_errors import model_of, turns_of
+from vomstudio.document.repeats import firsts
 from vomstudio.errors import GeometryError, VomError
 from vomstudio.geology.orientation import Plane
 from vomstudio.ui.common.studio import Studio
@@ -91,6 +92,7 @@ def with_set(studio: Studio, choice: Choice) -> list[Typed]:
         found = [f for f in found if f.type_id == type_id]
     elif of == "picked":
         found = [f for f in found if kind_of(f).evidence == "picked"]
+    found = firsts(found, studio.records)
     return [f for f in found if "plane" in kind_of(f).orientations and _has_set(f)]
 
 

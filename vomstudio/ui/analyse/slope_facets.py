@@ -29,7 +29,7 @@ from vomstudio.ui.forms.copied_command import Words
 from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
-    from vomstudio.geology.facet_slopes import FacetFace, FacetSlopes
+    from vomstudio.geology.fractures.facet_slopes import FacetFace, FacetSlopes
     from vomstudio.workspace.surfaces.facet_proposals import Proposals
 
 _MODES = (
@@ -70,7 +70,7 @@ class FacetsAnswer:
 
 def answer_facets(question: FacetsQuestion) -> FacetsAnswer | VomError:
     """In a thread: what `vomstudio slope --facets` says of these planes and facets."""
-    from vomstudio.geology.facet_slopes import FacetFace, facet_slopes
+    from vomstudio.geology.fractures.facet_slopes import FacetFace, facet_slopes
     from vomstudio.io.project.feature_table import feature_table
     from vomstudio.products.surface.slope_facets import overhanging
 

@@ -80,8 +80,10 @@ class StatisticsPanel(SeenPanel):
             self._plain = ""
             self.figures.setPlainText(_empty(self.of.choice()))
         else:
-            self._plain = "\n\n".join(_plain(title, rows) for title, rows in pages)
-            self.figures.setHtml("".join(_html(title, rows) for title, rows in pages))
+            said = self.of.left_out()
+            self._plain = "\n\n".join([*(_plain(title, rows) for title, rows in pages), *said])
+            told = "".join(f"<p>{escape(sentence)}</p>" for sentence in said)
+            self.figures.setHtml("".join(_html(title, rows) for title, rows in pages) + told)
         self.copy.setEnabled(bool(pages))
         self.command.allow(None if pages else tr("there is nothing to describe"))
 

@@ -43,6 +43,12 @@ def tables() -> str:
     return _and_all(tr("Tables ({patterns})", patterns=_patterns(TABLE_ENDINGS)))
 
 
+def listed() -> str:
+    """What holds stations, contact lines and rock areas."""
+    endings = (".gpkg", ".geojson", ".json", ".shp", ".kml", ".csv")
+    return _and_all(tr("Layers and tables ({patterns})", patterns=_patterns(endings)))
+
+
 def control() -> str:
     """Ground control points, and marks of them in photos."""
     from vomstudio.io.control.registry import extensions

@@ -5,9 +5,11 @@ from __future__ import annotations
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret import plane_relations
+from vomstudio.ui.interpret.listed_import import choose_listed
 from vomstudio.ui.scene.view_panel import ViewPanel
 from vomstudio.words import tr
 
@@ -36,6 +38,10 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
                 tr("Intersection line of the mean planes of two types or sets, such as bedding and "
                    "fault."),
                 too_few_groups),
+        Command("import_listed", tr("Import &stations, contacts and rocks…"),
+                lambda: choose_listed(parent, studio), "map-marker-plus", (),
+                tr("Import stations, samples, contact lines and rock areas from layers or a table "
+                   "as they are exported."), lambda: why_no_model(studio)),
         Command("along_line", tr("Look along the &line"), directions.along_line, None, "I",
                 tr("Orthographic view along the selected lineation or intersection."),
                 directions.why_no_line, in_viewport=True),

@@ -304,13 +304,9 @@ class ProjectTree(QWidget):
         rows: dict[str, Row] = {}
         for feature in features:
             # Texts of a row are kept with it from one letter of the filter to the next.
-            row = self._rows.get(feature.id)
-            if (
-                row is None
-                or row.feature is not feature
-                or row.measured is not measured[feature.id]
-            ):
-                row = row_of(self._studio, feature, measured[feature.id])
+            row, of = self._rows.get(feature.id), measured[feature.id]
+            if row is None or row.feature is not feature or row.measured is not of:
+                row = row_of(self._studio, feature, of)
             rows[feature.id] = row
             if test(row):
                 group = group_of(feature)

@@ -246,9 +246,9 @@ class OrientationModel(QAbstractTableModel):
             # Qt hands over a plain number.
             on = Qt.CheckState(value) == Qt.CheckState.Checked
             return self._studio.attempt(edits.set_attributes, [row.feature.id], overturned=on)
-        own = (attribute.field for attribute in kind_of(row.feature).attributes)
-        if field not in own or value == getattr(row.feature, str(field)):
+        own = [attribute.field for attribute in kind_of(row.feature).attributes]
+        if field is None or field not in own or value == getattr(row.feature, field):
             return False
         return self._studio.attempt(
-            edits.set_attributes, [row.feature.id], **{str(field): value.strip()}
+            edits.set_attributes, [row.feature.id], **{field: value.strip()}
         )

@@ -120,8 +120,8 @@ class FitDialog(QDialog):
         form.addWidget(self.stable, 1, 1)
         form.setColumnStretch(1, 1)
         last = QHBoxLayout()
-        for button in (self.fit, self.copy, self.register, self.close_):
-            last.addWidget(button)
+        for each in (self.fit, self.copy, self.register, self.close_):
+            last.addWidget(each)
         last.insertStretch(2)
         right = QVBoxLayout()
         right.addLayout(form)

@@ -10,6 +10,7 @@ import numpy as np
 from vomstudio.document.kinds import is_picked_plane
 from vomstudio.document.records import Record, Typed, get_feature
 from vomstudio.document.registration_errors import bowed_deg, model_of, turns_of
+from vomstudio.document.repeats import firsts
 from vomstudio.errors import VomError
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import normals_to_planes
@@ -29,7 +30,8 @@ class BeddingAxis:
 
     def planes(self) -> list[str]:
         """Ids of the bedding planes for the fold axis: feature types are never pooled silently."""
-        beds = [t.id for t in self._studio.session.of(Typed) if _is_bed(t)]
+        session = self._studio.session
+        beds = [t.id for t in firsts(session.of(Typed), session.records) if _is_bed(t)]
         if not self._only_selected():
             return beds
         chosen = set(self._studio.selection.ids)

@@ -1,10 +1,14 @@
-"""Back and forward through the views: camera and clipping box, apart from the undo of the work."""
+"""Back and forward through the views: camera, clipping box and what of the models is hidden, apart
+from the undo of the work."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.rendering.qt.viewport import Viewport
@@ -16,6 +20,20 @@ _REST_MS = 500
 _LONGEST = 100
 
 
+class _Hidden:
+    """masks : which faces or points of each model are hidden"""
+
+    def __init__(self, masks: Mapping[str, npt.NDArray[np.bool_]]) -> None:
+        self.masks = dict(masks)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, _Hidden) or self.masks.keys() != other.masks.keys():
+            return False
+        return all(np.array_equal(mask, other.masks[id_]) for id_, mask in self.masks.items())
+
+    __hash__ = None  # type: ignore[assignment]
+
+
 @dataclass(frozen=True)
 class _View:
     """camera : as `Camera.as_dict` gives it"""
@@ -23,6 +41,7 @@ class _View:
     camera: dict[str, Any]
     box: ClipBox | None
     clipping: bool
+    hidden: _Hidden
 
 
 class ViewHistory(QObject):
@@ -48,6 +67,7 @@ class ViewHistory(QObject):
         self._viewport = viewport
         viewport.camera_changed.connect(self._rest.start)
         self._studio.display.changed.connect(self._displayed)
+        self._studio.hidden_elements_changed.connect(self._hid)
         self._studio.project_opened.connect(self._forget)
         self._studio.model_loaded.connect(self._rest.start)
 
@@ -65,11 +85,15 @@ class ViewHistory(QObject):
         if what in ("clip", "box"):
             self._rest.start()
 
+    def _hid(self, _: str) -> None:
+        self._rest.start()
+
     def _view(self) -> _View | None:
         if self._viewport is None or not self._studio.models:
             return None
         shown = self._studio.display
-        return _View(self._viewport.moves.camera_state(), shown.box, shown.clipping)
+        hidden = _Hidden(self._studio.workspace.elements.all_hidden())
+        return _View(self._viewport.moves.camera_state(), shown.box, shown.clipping, hidden)
 
     def _settle(self) -> None:
         self._rest.stop()
@@ -110,6 +134,7 @@ class ViewHistory(QObject):
         target.append(self._now)
         self._studio.display.set_clip(view.box, view.clipping)
         self._viewport.moves.set_camera_state(view.camera)
+        self._studio.workspace.elements.hide_all(view.hidden.masks)
         # Axes that were made orthogonal again may differ in the last digit.
         self._now = self._view()
         self._rest.stop()

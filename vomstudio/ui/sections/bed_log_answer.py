@@ -133,12 +133,14 @@ def _boundaries(q: LogQuestion, reach: float) -> list[Boundary]:
             x, y, z = crossing.place.tolist()
             name = q.names[crossing.name]
             found.append((crossing.along_m, Boundary(crossing.name, name, (x, y, z))))
+    unit = "m" if q.metric else tr("units")
     if len(found) < 2:
+        unit = "m" if q.metric else tr("units")
         raise InputError(
             tr(
                 "{count} of the traces come within {reach:.3g} {unit} of the line; a log needs two "
                 "boundaries. Allow a larger distance, or take the points of the line.",
-                count=len(found), reach=reach, unit="m" if q.metric else tr("units"),
+                count=len(found), reach=reach, unit=unit,
             )
         )  # fmt: skip
     return [boundary for _, boundary in sorted(found, key=lambda each: each[0])]

@@ -144,9 +144,9 @@ class BedLogPanel(SeenPanel):
         shown.setChildrenCollapsible(False)
         shown.addWidget(self.table)
         shown.addWidget(self.picture)
-        shown.setSizes([3, 2])
-        shown.setStretchFactor(0, 3)
-        shown.setStretchFactor(1, 2)
+        shown.setSizes([400, 150])
+        shown.setStretchFactor(0, 2)
+        shown.setStretchFactor(1, 1)
         self.picture.setMinimumWidth(120)
         body.put_beside(shown)
 

@@ -319,6 +319,7 @@ class FracturesPanel(SeenPanel):
                     ),
                     *made.mapped.found.warnings,
                     *made.mapped.found.notes,
+                    *self.of.left_out(),
                 ]
             self._show(made, "\n".join(notes))
         else:

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 _LEAST = 3
-_LEAST_HEIGHT = 110
+_LEAST_HEIGHT, _LEAST_WIDTH = 110, 32
 _ROW = 24
 
 
@@ -80,6 +80,7 @@ class ThreePointsPanel(SeenPanel):
         self.said.setObjectName("three_points_said")
         self.type = TypeBox(studio)
         self.type.setObjectName("three_points_type")
+        self.type.keep_narrow()
         self.add = QPushButton(theme.icon("check"), tr("Add to the project"))
         self.copy = CopyCommandButton(
             self.copy_command, tr("keep the points as a table, and copy the command")
@@ -97,6 +98,8 @@ class ThreePointsPanel(SeenPanel):
         ):
             row.setSpacing(3)
             for part in parts:
+                # Or the dock would take its width from the outcrop.
+                part.setMinimumWidth(_LEAST_WIDTH)
                 row.addWidget(part)
             row.addStretch()
         form = narrow_form()
@@ -374,4 +377,5 @@ def _table() -> QTableWidget:
     table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
     table.setTabKeyNavigation(False)
     table.setMinimumHeight(_LEAST_HEIGHT)
+    table.setMinimumWidth(2 * _LEAST_WIDTH)
     return table

@@ -22,7 +22,8 @@ from vomstudio.words import to_translate, tr
 MENUS = (
     (to_translate("&File"), (
         "new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|", "save",
-        "save_as", "compact_project", "take_back_compaction", "|", "import_readings", "|",
+        "save_as", "compact_project", "take_back_compaction", "|", "import_readings",
+        "import_listed", "|",
         "export_csv", "export_gpkg", "export_shp", "export_dxf", "export_program",
         "export_net", "copy_export", "|", "quit")),
     (to_translate("&Edit"), (
@@ -48,15 +49,15 @@ MENUS = (
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
         "intersection_of_sets", "extend_plane", "patch_surface", "|", "propose_sets",
-        "count_fractures", "fault_displacement", "three_points", "bed_log", "|", "orthophoto",
-        "elevation_model", "section", "|", "verdict_profile", "fit_figure", "copy_fit", "|",
-        "type_on_net", "copy_net",
-        "figure_style", "show_stereonet")),
+        "count_fractures", "looked_at", "repeats", "fault_displacement", "three_points",
+        "bed_log", "|", "orthophoto", "elevation_model", "section", "|", "verdict_profile",
+        "fit_figure", "copy_fit", "|", "type_on_net", "copy_net", "figure_style",
+        "show_stereonet")),
     (to_translate("&Help"), (
         "documentation", "first_tour", "explain", "shortcuts", "save_report", "|", "about")),
 )  # fmt: skip
 
-_TOOLBAR = ("open", "save", "|", "navigate", "+tools", "|",
+_TOOLBAR = ("open", "save", "|", "navigate", "+tools_in_bar", "|",
             "undo", "redo", "|", "home", "frame_selection", "orthographic", "*views")  # fmt: skip
 # With more of its commands a tool would make the menu Interpret higher than a laptop's screen.
 _MOST_OF_A_TOOL = 8
@@ -90,6 +91,7 @@ def make_bars(
     groups = {
         "workspaces": command_names(),
         "tools": [entry.name for entry in TOOLS],
+        "tools_in_bar": [entry.name for entry in TOOLS if entry.in_bar],
         **names,
         "of_tools": [
             entry
@@ -190,7 +192,7 @@ def make_toolbar(actions: Mapping[str, QAction], groups: Groups) -> QToolBar:
     bar.addWidget(find)
     # Texts that are missed least go first; those of the tools stay longest.
     bar.drop_texts([find])
-    for names in (("orthographic",), ("open", "save"), groups["tools"], ("navigate",)):
+    for names in (("orthographic",), ("open", "save"), groups["tools_in_bar"], ("navigate",)):
         own = [actions[name] for name in names if name not in _ICON_ONLY]
         bar.drop_texts([*([views] if "orthographic" in names else []), *buttons_of(bar, own)])
     return bar

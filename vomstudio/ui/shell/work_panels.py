@@ -19,6 +19,7 @@ Make = Callable[[Studio], QWidget]
 
 def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
     """Name of the dock, title and maker of each; they scroll. view : from which planes are taken"""
+    from vomstudio.ui.analyse.repeats_panel import RepeatsPanel
     from vomstudio.ui.analyse.sets_panel import SetsPanel
     from vomstudio.ui.analyse.slopes_panel import SlopesPanel
     from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
@@ -27,6 +28,7 @@ def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
     from vomstudio.ui.sections.displacement_panel import DisplacementPanel
     from vomstudio.ui.sections.elevation_panel import ElevationPanel
     from vomstudio.ui.sections.fractures_panel import FracturesPanel
+    from vomstudio.ui.sections.looked_at_panel import LookedAtPanel
     from vomstudio.ui.sections.section_panel import SectionPanel
     from vomstudio.ui.sections.three_points_panel import ThreePointsPanel
     from vomstudio.ui.surface.surface_panel import SurfacePanel
@@ -38,6 +40,9 @@ def work_panels(view: OutcropView) -> tuple[tuple[str, str, Make], ...]:
         ("section", to_translate("Section"), lambda studio: SectionPanel(studio, view.direction)),
         ("fractures", to_translate("Fractures"),
          lambda studio: FracturesPanel(studio, view.direction)),
+        ("repeats", to_translate("Repeats"), lambda studio: RepeatsPanel(studio, view)),
+        ("looked_at", to_translate("Looked at"),
+         lambda studio: LookedAtPanel(studio, view.direction)),
         ("displacement", to_translate("Fault displacement"), DisplacementPanel),
         ("three_points", to_translate("Three points"), ThreePointsPanel),
         ("bed_log", to_translate("Log"), BedLogPanel),

@@ -214,7 +214,7 @@ class FeaturePhoto(QObject):
             hit = Hit(photos.model_id, element, seen.index, (x, y, z), seen.weights)
         event = PointerEvent(
             at.kind, at.x, at.y, at.button, at.shift, at.ctrl, hit, at.handle, at.more,
-            in_photo=True,
+            in_photo=True, photo=self.name or "",
         )  # fmt: skip
         self.pointer.emit(event)
         if self._studio.tool_name != "navigate":

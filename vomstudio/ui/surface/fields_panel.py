@@ -25,7 +25,9 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.surface.direction_wheel import DirectionWheel
+from vomstudio.ui.surface.measurable_plane import MeasurablePlane
 from vomstudio.words import to_translate, tr
+from vomstudio.workspace.surfaces.measurable_planes import EXPECTED, MEASURABLE, set_names
 from vomstudio.workspace.surfaces.surface_fields import (
     TO_MODEL,
     TO_PLANE,
@@ -35,7 +37,7 @@ from vomstudio.workspace.surfaces.surface_fields import (
 )
 
 _WHEEL, _FOR_THE_COLOUR_BLIND = "hsv", "twilight"
-_DISTANCES = {
+_OF_PLANES = {
     TO_PLANE: (
         to_translate("Distance to a plane"),
         to_translate(
@@ -46,6 +48,21 @@ _DISTANCES = {
     TO_MODEL: (
         to_translate("Distance to another model"),
         to_translate("Signed distance to the nearest place of another model of the project."),
+    ),
+    MEASURABLE: (
+        to_translate("Where a plane could be measured"),
+        to_translate(
+            "Before anyone picks: whether a plane of this attitude would be good (95 % error of 5° "
+            "or less), doubtful or poor (over 15°), measured as a trace of this length through the "
+            "place, or as the patch that the face exposes there."
+        ),
+    ),
+    EXPECTED: (
+        to_translate("Expected error of a plane"),
+        to_translate(
+            "The same as an angle: the 95 % error with which a plane of this attitude would be "
+            "known, from the line in which it cuts the surface, resolution, noise and registration."
+        ),
     ),
 }
 
@@ -75,7 +92,7 @@ class FieldsPanel(SeenPanel):
         self.kind.setObjectName("field_kind")
         for key, kind in KINDS.items():
             self.kind.addItem(tr(kind.title), key)
-        for key, (title, _) in _DISTANCES.items():
+        for key, (title, _) in _OF_PLANES.items():
             self.kind.addItem(tr(title), key)
         self.kind.keep_narrow()
         self.kind.activated.connect(self._kind_chosen)
@@ -95,6 +112,8 @@ class FieldsPanel(SeenPanel):
         self.other.setObjectName("field_other")
         self.other.keep_narrow()
         self.other.activated.connect(lambda _: self._refresh_buttons())
+        self.measured = MeasurablePlane()
+        self.measured.changed.connect(self._refresh_buttons)
         self.safe = QCheckBox(tr("Colours for the colour-blind"))
         self.safe.setToolTip(
             tr("Light, blue, dark and red for North, East, South and West, in place of hues.")
@@ -120,6 +139,7 @@ class FieldsPanel(SeenPanel):
         self._form.addRow(tr("Radius"), self.radius)
         self._form.addRow(tr("Plane"), self.plane)
         self._form.addRow(tr("Model"), self.other)
+        self._form.addRow(self.measured)
         buttons = QHBoxLayout()
         buttons.addWidget(self.start)
         buttons.addWidget(self.off)
@@ -152,7 +172,8 @@ class FieldsPanel(SeenPanel):
         if model is not None and model.id in studio.models and self._radius_of != model.id:
             self._take_up(model)
         metric = model is None or model.frame.has_metres
-        self.radius.setSuffix(" m" if metric else tr(" units"))
+        for spin in (self.radius, self.measured.length):
+            spin.setSuffix(" m" if metric else tr(" units"))
         self._list_others()
         self._name_plane()
         self._show_rows()
@@ -165,8 +186,14 @@ class FieldsPanel(SeenPanel):
         self._radius_of = model.id
         shown = self._fields.shown.get(model.id)
         radius = 0.0 if shown is None else shown.wanted.radius_m
+        of_plane = shown is not None and shown.wanted.kind in (MEASURABLE, EXPECTED)
         with QSignalBlocker(self.radius):
-            self.radius.setValue(radius or self._fields.likely_radius(model.id))
+            self.radius.setValue(
+                radius if radius and not of_plane else self._fields.likely_radius(model.id)
+            )
+        self.measured.show_wanted("", self._fields.likely_length(model.id))
+        if shown is not None and of_plane:
+            self.measured.show_wanted(shown.wanted.of, radius)
         if shown is not None:
             self.kind.setCurrentIndex(self.kind.findData(shown.wanted.kind))
 
@@ -206,6 +233,9 @@ class FieldsPanel(SeenPanel):
             if feature is None
             else tr("of {name}", name=feature.name)
         )
+        self.measured.list_sources(
+            set_names(studio.records), self._plane_id, "" if feature is None else feature.name
+        )
 
     def _wanted(self) -> WantedField | None:
         kind = str(self.kind.currentData())
@@ -214,6 +244,9 @@ class FieldsPanel(SeenPanel):
         if kind == TO_MODEL:
             other = self.other.currentData()
             return WantedField(kind, of=str(other)) if other else None
+        if kind in (MEASURABLE, EXPECTED):
+            asked = WantedField(kind, self.measured.length.value(), self.measured.meant())
+            return asked if asked.of and self._fields.plane_meant(asked) is not None else None
         return WantedField(kind, self.radius.value())
 
     def _show_rows(self) -> None:
@@ -221,6 +254,7 @@ class FieldsPanel(SeenPanel):
         self._form.setRowVisible(self.radius, kind in KINDS)
         self._form.setRowVisible(self.plane, kind == TO_PLANE)
         self._form.setRowVisible(self.other, kind == TO_MODEL)
+        self._form.setRowVisible(self.measured, kind in (MEASURABLE, EXPECTED))
         turns = kind == "dip_direction"
         self.safe.setVisible(turns)
         self.wheel.setVisible(turns)
@@ -229,7 +263,7 @@ class FieldsPanel(SeenPanel):
             north = model is not None and model.frame.has_north
             name = _FOR_THE_COLOUR_BLIND if self.safe.isChecked() else _WHEEL
             self.wheel.show_map(name, north_known=north)
-        said = KINDS[kind].says if kind in KINDS else _DISTANCES[kind][1]
+        said = KINDS[kind].says if kind in KINDS else _OF_PLANES[kind][1]
         lines = [tr(said)]
         if turns and self._model is not None and not self._model.frame.has_north:
             lines.append(tr("This model has no north: directions are those of its own frame."))
@@ -254,6 +288,8 @@ class FieldsPanel(SeenPanel):
         if why is None and self._wanted() is None:
             if self.kind.currentData() == TO_PLANE:
                 return tr("Select a trace or patch whose plane is meant.")
+            if self.kind.currentData() in (MEASURABLE, EXPECTED):
+                return tr("Type the plane as dip direction/dip, such as 315/38.")
             return tr("There is no other model in the project.")
         return why
 
@@ -272,7 +308,15 @@ class FieldsPanel(SeenPanel):
         shown = None if model is None else self._fields.shown.get(model.id)
         opened = None if model is None else self._studio.models.get(model.id)
         values = None if shown is None or opened is None else values_of(opened, shown.name)
-        if values is not None and shown is not None and shown.wanted.kind != "dip_direction":
+        if (
+            values is not None
+            and shown is not None
+            and shown.wanted.kind
+            not in (
+                "dip_direction",
+                MEASURABLE,
+            )
+        ):
             told = statistics(values)
             if told is not None:
                 unit = shown.name.rpartition("[")[2].rstrip("]") if "[" in shown.name else ""

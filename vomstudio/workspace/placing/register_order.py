@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.errors import UsageError
+from vomstudio.errors import GeometryError, UsageError
 from vomstudio.progress import Progress
 from vomstudio.registration.evidence import Evidence
 from vomstudio.registration.level_evidence import LevelLine
@@ -102,7 +102,12 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
         crs = fitted.crs
         evidence.reference = fitted.fitted.observation
         said += fitted.warnings
-    found = _solved(evidence, loaded)
+    try:
+        found = _solved(evidence, loaded)
+    except GeometryError as failure:
+        if failure.file is None and failure.field is None:
+            failure.file = _pairs_file(asked)
+        raise
     warnings = [*said, *_said_of_move(found, loaded, crs), *found.warnings]
     for name, error in _bars_as_checks(evidence, found):
         warnings.append(
@@ -114,6 +119,12 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
         )  # fmt: skip
     placed = replace(found, warnings=tuple(warnings))
     return Registered(placed, attitude_misses(evidence, found), loaded, crs, fitted)
+
+
+def _pairs_file(asked: RegisterOrder) -> str | None:
+    """The table of points, whose fault it is where a model cannot be placed."""
+    given = asked.pairs or asked.gcp
+    return None if given is None else str(given)
 
 
 def _bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float]]:
@@ -233,6 +244,12 @@ def _evidence(
     evidence.lengths = [_segment(text, "--scale") for text in asked.scale]
     evidence.level_lines = [_level_line(text) for text in asked.level]
     evidence.azimuths = [_segment(text, "--azimuth") for text in asked.azimuth]
+    for line in evidence.azimuths:
+        if not -360.0 <= line.value <= 360.0:
+            raise UsageError(
+                tr("{value:g} is no azimuth in degrees. Correct it.", value=line.value),
+                field="--azimuth",
+            )
     _turn_to_grid(asked, evidence, north, said)
     for line in evidence.lengths:
         if not line.value > 0:

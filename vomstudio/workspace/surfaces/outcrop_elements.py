@@ -120,6 +120,19 @@ class OutcropElements:
         self._projects.keep_view(_KEPT, {id_: each for id_, each in words.items() if each})
         self.hidden_changed.emit(model_id)
 
+    def all_hidden(self) -> dict[str, Mask]:
+        """What is hidden of each model of which anything is."""
+        return dict(self._hidden)
+
+    def hide_all(self, hidden: Mapping[str, Mask]) -> None:
+        """Hide this and nothing else; of models that are open and still have so many elements."""
+        for model_id in {*self._hidden, *hidden}:
+            mask, data = hidden.get(model_id), self.data(model_id)
+            now = self._hidden.get(model_id)
+            if mask is now or data is None or (mask is not None and len(mask) != count_of(data)):
+                continue
+            self.hide(model_id, mask)
+
     def load(self) -> None:
         """Read what of the open project's models is hidden, without a signal."""
         self._hidden.clear()

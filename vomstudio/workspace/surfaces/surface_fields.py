@@ -12,15 +12,22 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.document.edit import Edit
+from vomstudio.document.measurement import ToWorld
 from vomstudio.document.records import Feature, Model, get_feature
 from vomstudio.extraction.surface_fields import KINDS, field_name
 from vomstudio.failures import exception_hooks
+from vomstudio.geology.orientation import Plane
 from vomstudio.geometry import transform
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.registration_tasks import COMPARE_MODELS, CompareOrder
-from vomstudio.jobs.surface_tasks import COMPUTE_FIELDS, FieldsOrder
+from vomstudio.jobs.surface_tasks import (
+    COMPUTE_FIELDS,
+    MAP_MEASURABLE,
+    FieldsOrder,
+    MeasurableOrder,
+)
 from vomstudio.signals import Signal
 from vomstudio.words import tr
 from vomstudio.workspace.derived_quantities import DerivedQuantities
@@ -29,16 +36,25 @@ from vomstudio.workspace.model_loading import OpenModel
 from vomstudio.workspace.models import Models, standing_model
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs, RunningJob
+from vomstudio.workspace.surfaces.measurable_planes import (
+    EXPECTED,
+    MEASURABLE,
+    map_names,
+    plane_meant,
+)
 
 TO_PLANE, TO_MODEL = "plane", "model"
-_RESOLUTIONS = 5.0
-"""The radius that is proposed, in resolutions of the model."""
+_OTHERS = (TO_PLANE, TO_MODEL, MEASURABLE, EXPECTED)
+_RESOLUTIONS, _OF_TRACE = 5.0, 100.0
+"""The radius that is proposed, in resolutions of the model, and the length of a trace."""
 _STYLES: dict[str, dict[str, Any]] = {
     "dip": {"low": 0.0, "high": 90.0},
     # White is vertical.
     "steepness": {"low": 30.0, "high": 150.0, "palette": "RdBu_r"},
     "roughness": {"low": 0.0},
     "collinearity": {"low": 0.0},
+    # Yellow is what no pick will tell.
+    EXPECTED: {"low": 0.0, "high": 15.0},
 }
 
 Arrays = dict[str, npt.NDArray[np.generic]]
@@ -46,8 +62,9 @@ Arrays = dict[str, npt.NDArray[np.generic]]
 
 @dataclass(frozen=True)
 class WantedField:
-    """kind : a key of `extraction.surface_fields.KINDS`, TO_PLANE or TO_MODEL; radius_m : of the
-    former; of : the id of the feature or of the other model"""
+    """kind : a key of `extraction.surface_fields.KINDS`, TO_PLANE, TO_MODEL, MEASURABLE or
+    EXPECTED; radius_m : of the first, and the length of a trace of the last two; of : the id of the
+    feature or of the other model, or what `measurable_planes.plane_meant` reads"""
 
     kind: str
     radius_m: float = 0.0
@@ -60,7 +77,7 @@ class WantedField:
             made = cls(str(values["kind"]), float(values["radius_m"]), str(values["of"]))
         except (KeyError, TypeError, ValueError):
             return None
-        known = made.kind in KINDS or made.kind in (TO_PLANE, TO_MODEL)
+        known = made.kind in KINDS or made.kind in _OTHERS
         return made if known and 0.0 <= made.radius_m < np.inf else None
 
 
@@ -119,6 +136,14 @@ class SurfaceFields:
         radius = _RESOLUTIONS * opened.resolution * transform.scale_of(record.to_world)
         return float(f"{max(radius, 1e-6):.2g}")
 
+    def likely_length(self, model_id: str) -> float:
+        """Of a trace, m: that of a feature worth measuring (section 4.1.3)."""
+        return float(f"{_OF_TRACE / _RESOLUTIONS * self.likely_radius(model_id):.2g}")
+
+    def plane_meant(self, wanted: WantedField) -> Plane | None:
+        """Of a map of measurable planes; None where there is none."""
+        return plane_meant(self._projects.records, self._derived, wanted.of)
+
     def name_of(self, model_id: str, wanted: WantedField) -> str | None:
         """The name of a field among those of the model; None where what it is of is gone."""
         records = self._projects.records
@@ -127,6 +152,12 @@ class SurfaceFields:
             return None
         if wanted.kind in KINDS:
             return field_name(wanted.kind, wanted.radius_m, metric=model.frame.has_metres)
+        if wanted.kind in (MEASURABLE, EXPECTED):
+            plane = self.plane_meant(wanted)
+            if plane is None:
+                return None
+            names = map_names(plane, wanted.radius_m, metric=model.frame.has_metres)
+            return names[wanted.kind]
         other: Feature | Model | None = get_feature(records, wanted.of)
         if wanted.kind == TO_MODEL:
             found = records.get(wanted.of)
@@ -155,6 +186,8 @@ class SurfaceFields:
             self._ask_plane(model_id, shown)
         elif wanted.kind == TO_MODEL:
             self._ask_distances(model_id, shown)
+        elif wanted.kind in (MEASURABLE, EXPECTED):
+            self._ask_measurable(model_id, shown)
         else:
             self._ask_surface(model_id, shown)
         self.changed.emit()
@@ -191,6 +224,37 @@ class SurfaceFields:
         self._submit(
             COMPUTE_FIELDS, FieldsOrder(standing, radius, key, out),
             tr("Fields of {model} within {radius:g} m", model=record.name, radius=radius),
+            lambda _: self._aside(turn, model_id, shown, read),
+        )  # fmt: skip
+
+    def _ask_measurable(self, model_id: str, shown: Shown) -> None:
+        # Both fields are there at once.
+        standing, plane = standing_model(self._projects, model_id), self.plane_meant(shown.wanted)
+        if standing is None or plane is None:
+            self._say(tr("The model's file was not found."))
+            return
+        data, length = self._models.open[model_id].data, shown.wanted.radius_m
+        if shown.name in data.fields and shown.name in self._made.get(model_id, ()):
+            self._show(model_id, shown, {}, self.shown[model_id].said)
+            return
+        record = self._projects.records[model_id]
+        assert isinstance(record, Model)
+        names = map_names(plane, length, metric=record.frame.has_metres)
+        x, y, z = (float(v) for v in plane.normal())
+        turn = self._asked
+        out = standing.cache / "fields" / f"{model_id}-measurable.npz"
+        registration = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
+
+        def read() -> tuple[Arrays, tuple[str, ...]]:
+            with np.load(out) as found:
+                arrays = {names[MEASURABLE]: found["measurable"]}
+                arrays[names[EXPECTED]] = found["expected_error95_deg"]
+                return arrays, tuple(str(each) for each in found["said"])
+
+        self._submit(
+            MAP_MEASURABLE, MeasurableOrder(standing, (x, y, z), length, registration, out),
+            tr("Where planes of {plane} could be measured on {model}", model=record.name,
+               plane=f"{plane.dip_direction_deg:03.0f}/{plane.dip_deg:02.0f}"),
             lambda _: self._aside(turn, model_id, shown, read),
         )  # fmt: skip
 
@@ -347,6 +411,9 @@ class SurfaceFields:
         if wanted.kind == TO_MODEL:
             other = records.get(wanted.of)
             return stands, other.to_world if isinstance(other, Model) else None
+        if wanted.kind in (MEASURABLE, EXPECTED):
+            meant = self.plane_meant(wanted)
+            return stands, None if meant is None else (meant.dip_direction_deg, meant.dip_deg)
         if wanted.kind != TO_PLANE or get_feature(records, wanted.of) is None:
             return stands, None
         measured = self._derived.measured([wanted.of])[wanted.of]

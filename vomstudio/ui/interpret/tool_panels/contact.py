@@ -14,6 +14,7 @@ from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking, set_field
+from vomstudio.ui.interpret.tool_panels.in_photos_box import InPhotosBox
 from vomstudio.words import tr
 
 
@@ -33,6 +34,8 @@ class ContactPanel(QWidget):
         form.addRow(tr("Type"), self.type_box)
         form.addRow(tr("Set"), self.set_edit)
         form.addRow(tr("Follow"), self.follow_box)
+        self.in_photos = InPhotosBox(studio, self._tool)
+        form.addRow(self.in_photos)
         self.figures = hint_label()
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
@@ -78,6 +81,7 @@ class ContactPanel(QWidget):
             field.setToolTip(why)
         self._hint.setVisible(not tool.open)
         self.follow_box.refresh()
+        self.in_photos.refresh()
         self.table.refresh()
 
 

@@ -3,7 +3,6 @@ the map, and what the placement by them is worth, live as they are clicked and t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -35,16 +34,12 @@ from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.forms.copied_command import (
-    CopyCommandButton,
-    Word,
-    copy_command,
-    copy_with_file,
-    numbers_text,
-)
+from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.ui.interpret.tool_panels.control_command import copy_register
 from vomstudio.ui.interpret.tool_panels.control_map import ControlMap, MapPoint
 from vomstudio.ui.interpret.tool_panels.control_table import LABEL, TICK, ControlTable
+from vomstudio.ui.interpret.tool_panels.control_words import in_short, in_words
 from vomstudio.ui.interpret.tool_panels.known_table import KnownTable, typed, typed_doubt
 from vomstudio.words import tr, tr_n
 
@@ -192,8 +187,8 @@ class ControlPanel(QWidget):
         opened = None if model is None else self._studio.models.get(model.id)
         bounds = None if opened is None else opened.data.bounds
         pairs, lines = pairs_of(self._points), tuple(self._lines)
-        self._reach = float(np.ptp(pairs.model, axis=0).max()) if len(pairs.labels) > 1 else 0.0
         self._found = len(pairs.labels)
+        self._reach = float(np.ptp(pairs.model, axis=0).max()) if self._found > 1 else 0.0
 
         def work() -> Placed | VomError:
             try:
@@ -230,10 +225,14 @@ class ControlPanel(QWidget):
 
         self.placed = made if isinstance(made, Placed) else None
         if isinstance(made, VomError):
-            said = made.message if self.model is None else self._in_short(self._found, made)
+            said = (
+                made.message
+                if self.model is None
+                else in_short(self._points, self._lines, self._found, made)
+            )
             self.said.setText(said)
         elif self.placed is not None:
-            self.said.setText(self._in_words(self.placed))
+            self.said.setText(in_words(self.placed, self.model, self.crs))
         self._show_residuals()
         self._show_map()
         places = {} if self.model is None else expected(self._points, self.placed, self.model)
@@ -259,32 +258,6 @@ class ControlPanel(QWidget):
 
         return 1.0 if self.model is None else transform.scale_of(self.model.to_world)
 
-    def _in_short(self, found: int, error: VomError) -> str:
-        from vomstudio.workspace.placing.known_lines import usable
-
-        if usable(self._lines):
-            return error.message
-        if not self._points:
-            if any(not line.complete for line in self._lines):
-                return tr("Type what is known of the line in the list.")
-            return tr(
-                "Read the coordinates of control points from a file, or click a point on the "
-                "outcrop and type its coordinates. Lines that are level, or whose azimuth or "
-                "length is known, place the model in part."
-            )
-        if not found and not any(p.position for p in self._points):
-            return tr("Type the coordinates of the points in the list, or read them from a file.")
-        left = sum(p.position is not None and not p.vertices for p in self._points)
-        if found < 3 and left:
-            return tr(
-                "Click the points on the outcrop, one after the other: {found} of {count} are "
-                "found. From three on, or two where the model is declared upright, a ring shows "
-                "where the others should be.",
-                found=found,
-                count=found + left,
-            )
-        return error.message
-
     def _typed_crs(self) -> str | None:
         from vomstudio.io.gis.crs import metric_crs
 
@@ -309,34 +282,21 @@ class ControlPanel(QWidget):
     def _show_current(self, *_: object) -> None:
         current = self._tool.current
         with QSignalBlocker(self.table):
-            rows = [i for i, p in enumerate(self._points) if current and p.id == current.id]
-            if rows:
-                self.table.selectRow(rows[0])
-            else:
-                self.table.clearSelection()
+            self.table.clearSelection()
+            for row in (i for i, p in enumerate(self._points) if current and p.id == current.id):
+                self.table.selectRow(row)
 
     # --- the command -------------------------------------------------------------------------
     def _copy_command(self) -> None:
         """Ask for the table of the points, and put the command on the clipboard."""
-        from vomstudio.io.control.writing import write_pairs
-        from vomstudio.workspace.placing.registering import pairs_of
-
         studio, model = self._studio, self.model
         path = None if model is None else studio.project.find_model(model)
-        if path is None:
-            return
-        pairs = pairs_of(self._points)
-        crs: list[tuple[str, Word]] = [] if self.crs is None else [("--crs", self.crs)]
-        crs += _options(self._lines)
-        if doubt := typed_doubt(self.doubt.text()):
-            crs.append(("--north-sigma", doubt))
-        if not len(pairs.labels):
-            copy_command(studio, ["register", path, *crs])
-            return
-        copy_with_file(
-            self, studio, "pairs.csv", lambda file: write_pairs(file, pairs),
-            lambda file: ["register", path, ("--pairs", file), *crs],
-        )  # fmt: skip
+        try:
+            doubt = typed_doubt(self.doubt.text())
+        except VomError as error:
+            return studio.warn(error.message)
+        if path is not None:
+            copy_register(self, studio, path, self._points, self._lines, self.crs, doubt)
 
     # --- what is done ------------------------------------------------------------------------
     def ask_for_points(self) -> None:
@@ -457,52 +417,6 @@ class ControlPanel(QWidget):
             turn=turned_deg(before, after),
         )
         studio.warn(f"{said} {sets}".strip(), "info")
-
-    def _in_words(self, placed: Placed) -> str:
-        """What a geologist must know of it."""
-        from vomstudio.registration.remarks import said_of_vertical
-        from vomstudio.workspace.placing.known_lines import frame_after
-
-        said = [_worth(placed)]
-        if self.model is not None and not placed.known.all:
-            known = frame_after(placed, self.model, self.crs).known_in_words()
-            said = [tr("After registering: {known}", known=known), *said_of_vertical(placed), *said]
-        return "\n".join(said)
-
-
-def _options(lines: Sequence[KnownLine]) -> list[tuple[str, Word]]:
-    """As the command takes them."""
-    from vomstudio.workspace.placing.known_lines import usable
-
-    names = {"level": "--level", "azimuth": "--azimuth", "length": "--scale"}
-    return [
-        (
-            names[line.kind],
-            numbers_text(
-                [*line.vertices[0], *line.vertices[-1],
-                 *(v for v in (line.value, line.sigma) if v is not None)]
-            ),
-        )
-        for line in usable(lines)
-    ]  # fmt: skip
-
-
-def _worth(placed: Placed) -> str:
-    from vomstudio.registration.remarks import said_of_worst
-
-    said = []
-    if placed.rms_control_m is not None:
-        said.append(
-            tr(
-                "Control points: {control:.3f} m (RMS).",
-                control=placed.rms_control_m,
-            )
-        )
-    if placed.rms_check_m is not None:
-        said.append(tr("Check points: {check:.3f} m (RMS).", check=placed.rms_check_m))
-    said += said_of_worst(placed)
-    # What is wrong with a point is read first.
-    return "\n".join([*reversed(placed.warnings), " ".join(said)])
 
 
 PANEL = ControlPanel

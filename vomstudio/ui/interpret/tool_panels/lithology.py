@@ -13,6 +13,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking
+from vomstudio.ui.interpret.tool_panels.in_photos_box import InPhotosBox
 from vomstudio.words import tr
 
 
@@ -33,6 +34,8 @@ class LithologyPanel(QWidget):
         form = narrow_form()
         form.addRow(tr("Rock"), self.lithology_box)
         form.addRow(tr("Follow"), self.follow_box)
+        self.in_photos = InPhotosBox(studio, self._tool)
+        form.addRow(self.in_photos)
         self.figures = hint_label()
         self.table = VertexTable(studio, self._tool)
         self._hint = hint_label(
@@ -66,6 +69,7 @@ class LithologyPanel(QWidget):
         self.figures.setVisible(bool(lines))
         self._hint.setVisible(not tool.open)
         self.follow_box.refresh()
+        self.in_photos.refresh()
         self.table.refresh()
 
 

@@ -119,7 +119,8 @@ def commands(studio: Studio) -> list[Command]:
         plain("hide_elements", tr("Hide what is chosen"), tool.hide_chosen, "eye-off-outline", "H",
               tr("Hides what is chosen of the model. Undo shows it again.")),
         plain("isolate_elements", tr("Isolate what is chosen"), changes.isolate, "eye-outline",
-              "Shift+H", tr("Hides all of the model but what is chosen.")),
+              "Shift+H", tr("Hides all of the model but what is chosen. Earlier view (Shift+Z) "
+                            "shows it again.")),
         plain("show_elements", tr("Show hidden"), changes.show_all, "eye", "U",
               tr("Shows every face and point again. Undo hides them."), now.nothing_hidden),
         plain("cut_out", tr("Cut out"), changes.cut_out, "scissors-cutting", (),

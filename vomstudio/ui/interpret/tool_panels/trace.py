@@ -18,6 +18,7 @@ from vomstudio.ui.interpret.tool_panels.common import (
     lay_out_picking,
     set_field,
 )
+from vomstudio.ui.interpret.tool_panels.in_photos_box import InPhotosBox
 from vomstudio.words import tr
 
 
@@ -38,6 +39,8 @@ class TracePanel(QWidget):
         form.addRow(tr("Set"), self.set_edit)
         self.follow_box = FollowBox(studio, self._tool)
         form.addRow(tr("Follow"), self.follow_box)
+        self.in_photos = InPhotosBox(studio, self._tool)
+        form.addRow(self.in_photos)
 
         self.fit_view = FitView(reasons_shown=2)
 
@@ -77,6 +80,7 @@ class TracePanel(QWidget):
         self._show_kind()
         self.table.refresh()
         self.follow_box.refresh()
+        self.in_photos.refresh()
 
     def _show_kind(self) -> None:
         """Type and set of the open trace, else of the next one. Those of a continued trace are

@@ -21,12 +21,13 @@ def mean_plane(table: OrientationRows, set_name: str | None = None) -> Plane:
     if set_name is not None:
         sets = table.sets or ()
         known = sorted({name for name in sets if name})
+        listed = ", ".join(known) or tr("none")
         if set_name not in known:
             raise UsageError(
                 tr(
                     "The table has no set '{name}'. It has: {known}.",
                     name=set_name,
-                    known=", ".join(known) or tr("none"),
+                    known=listed,
                 ),
                 file=table.path,
                 field="--set",

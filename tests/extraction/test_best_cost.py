@@ -1,0 +1,91 @@
+"""The best of several costs: as often right as it states, and good for at least half of the
+sample's traces after three clicks each."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.benchmarks.bench_followed import holds, outcrop
+from vomstudio.errors import GeometryError
+from vomstudio.extraction.best_cost import costs_of, follow_best
+from vomstudio.extraction.followed_trace import followed_trace
+from vomstudio.extraction.following import Follower
+from vomstudio.extraction.surface_graph import SurfaceGraph
+from vomstudio.geology.quality import judge, total_error_deg
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.planes import fit_plane
+
+
+def bedded(colours: bool = True) -> tuple[PointCloud, np.ndarray]:
+    """A wavy slope with a dark bed at z = 1, between lighter ones; three clicks on it."""
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(0, 4, 0.04), np.arange(0, 4, 0.04)))
+    z = 0.5 * y + 0.4 * np.sin(2 * x)
+    grey = np.where(np.abs(z - 1.0) < 0.06, 20, 180).astype(np.uint8)
+    made = PointCloud(
+        np.column_stack([x, y, z]),
+        colors=np.repeat(grey[:, None], 3, axis=1) if colours else None,
+    )
+    at = np.array([0.2, 2.0, 3.7])
+    clicks = np.column_stack([at, 2.0 * (1.0 - 0.4 * np.sin(2 * at)), np.ones(3)])
+    return made, clicks
+
+
+def test_the_path_with_the_least_stated_error_is_taken() -> None:
+    data, clicks = bedded()
+    surface = SurfaceGraph(data)
+    path, cost, tried = follow_best(surface, clicks, lambda _: 0.04)
+    assert {one.cost for one in tried} == {"colour", "dark", "light", "gradient", "curvature"}
+    assert cost == tried[0].cost
+    assert np.array_equal(path.points, Follower(surface, cost).follow(clicks).points)
+    errors = [one.error95_deg for one in tried if one.error95_deg is not None]
+    assert errors[0] == min(errors)
+    assert np.abs(path.points[:, 2] - 1.0).max() < 0.1
+    found = followed_trace(surface, clicks, cost="auto", resolution=0.04, model="m", frame="local")
+    assert found.cost == found.as_dict()["tried"][0]["cost"]
+    assert found.plane is not None
+    assert found.plane["quality"] == "good"
+    assert found.plane["dip_deg"] < found.plane["total95_deg"] + 0.5
+
+
+def test_without_colours_the_surface_is_followed() -> None:
+    data, clicks = bedded(colours=False)
+    assert costs_of(SurfaceGraph(data)) == ("curvature",)
+    assert follow_best(SurfaceGraph(data), clicks, lambda _: 0.04)[1] == "curvature"
+
+
+def test_parts_that_do_not_hang_together_are_refused() -> None:
+    data, clicks = bedded()
+    points = np.concatenate([data.points, data.points + [100.0, 0.0, 0.0]])
+    far = np.array([clicks[0], clicks[1] + [100.0, 0.0, 0.0]])
+    with pytest.raises(GeometryError):
+        follow_best(SurfaceGraph(PointCloud(points)), far, lambda _: 0.04)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mesh", [False, True])
+def test_the_stated_error_of_the_best_holds(mesh: bool) -> None:
+    rng = np.random.default_rng(3)
+    joint, total, good_but_off, good = [], [], 0, 0
+    while len(total) < 120:
+        made = outcrop(rng, mesh=mesh)
+        if made is None:
+            continue
+        spacing = made.spacing
+        try:
+            path = follow_best(SurfaceGraph(made.data), made.way_points, lambda _, s=spacing: s)[0]
+            fit = fit_plane(path.points)
+        except GeometryError:
+            continue
+        stated = total_error_deg(fit, spacing)
+        cosine = min(abs(float(fit.normal @ made.normal)), 1.0)
+        error = float(np.degrees(np.arccos(cosine)))
+        joint.append(holds(fit, made.normal))
+        total.append(stated is None or error <= stated)
+        if judge(fit, resolution_m=spacing, outcrop_normal=None).quality == "good":
+            good += 1
+            good_but_off += error > 5.0
+    # 93 % within what chance does to 120 of them.
+    assert np.mean(joint) >= 0.90
+    assert np.mean(total) >= 0.92
+    assert good_but_off <= 0.05 * good

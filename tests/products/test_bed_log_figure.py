@@ -1,0 +1,111 @@
+"""The figure of a log: to scale on paper, words whole, nothing over anything else."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vomstudio.errors import UsageError
+from vomstudio.geology.beds import lithologies
+from vomstudio.geology.beds.bed_log import bed_log
+from vomstudio.geology.beds.lithologies import in_strabospot
+from vomstudio.geology.orientation import Plane
+from vomstudio.products.section.bed_log_figure import page_of, write_log_figure
+from vomstudio.products.section.decimals import with_error
+from vomstudio.products.section.lithology_style import style_of
+
+LEVEL = Plane(0.0, 0.0)
+HEIGHTS = [0.0, 4.0, 4.1, 4.2, 4.3, 9.0]
+
+
+def log_of(heights, rocks=(), notes=(), **errors):
+    n = len(heights)
+    return bed_log(
+        [[0.0, 0.0, h] for h in heights], LEVEL, lithologies=[*rocks, *[""] * (n - len(rocks))],
+        notes=[*notes, *[""] * (n - len(notes))], **errors,
+    )  # fmt: skip
+
+
+def mm(svg: str) -> float:
+    """Of a unit of the file."""
+    (width,) = re.findall(r'<svg[^>]* width="([\d.]+)pt"', svg)
+    return 170.0 / float(width)
+
+
+def test_the_column_is_as_high_on_paper_as_its_scale_says(tmp_path: Path) -> None:
+    found = log_of(HEIGHTS, ["sandstone", "shale", "limestone"], sigma_m=0.01)
+    page = page_of(found)
+    assert page.scale == 50.0
+    assert page.column_mm == pytest.approx(180.0)
+    target = tmp_path / "log.svg"
+    write_log_figure(target, found, format="svg", about="bedding 000/00")
+    svg = target.read_text("utf-8")
+    heights = {
+        round(abs(float(b) - float(a)) * mm(svg), 2)
+        for x, a, b in re.findall(r'd="M ([\d.]+) ([\d.]+) \nL \1 ([\d.]+)', svg)
+    }
+    assert 180.0 in heights  # the axis
+    assert 80.0 in heights  # four metres of the lowest bed
+    for said in ("1 : 50", "sandstone", "shale", "limestone", "bedding 000/00", "4.000 ± 0.028"):
+        assert said in svg
+
+
+def test_words_of_thin_beds_keep_apart_and_in_order() -> None:
+    page = page_of(log_of(HEIGHTS))
+    assert (np.diff(page.rows_mm) >= 4.0 - 1e-9).all()
+    assert page.rows_mm[0] == pytest.approx(40.0)
+    # Those of the three thin beds are moved as little as can be, around their middle.
+    assert page.rows_mm[1:4].mean() == pytest.approx(83.0)
+    many = page_of(log_of(np.linspace(0.0, 3.0, 1001)))
+    assert np.isnan(many.rows_mm).all()
+    assert many.height_mm < 260.0
+    few = page_of(log_of(np.linspace(0.0, 0.01, 101)))
+    assert few.height_mm > 400.0
+
+
+def test_formulas_and_long_words_are_only_words(tmp_path: Path) -> None:
+    found = log_of([0, 1, 2], ["$\\frac{1", "x" * 300], ["$a$ <b> & c"])
+    target = tmp_path / "log.svg"
+    write_log_figure(target, found, format="svg")
+    svg = target.read_text("utf-8")
+    assert "$a$ &lt;b&gt; &amp; c" in svg
+    assert "…" in svg
+    with pytest.raises(UsageError):
+        write_log_figure(tmp_path / "log.gif", found, format="gif")
+
+
+@pytest.mark.parametrize("word", lithologies.words())
+def test_every_word_that_is_offered_is_known_and_has_a_look(word: str) -> None:
+    fields = in_strabospot(word)
+    assert fields is not None
+    look = style_of(word, fields)
+    assert re.fullmatch("#[0-9a-f]{6}", look.color)
+    if fields["primary_lithology"]:
+        assert look != style_of("", {})
+
+
+def test_coarser_beds_are_wider() -> None:
+    def width(word: str) -> float:
+        fields = in_strabospot(word)
+        assert fields is not None
+        found = style_of(word, fields).width
+        assert found is not None
+        return found
+
+    for words in (
+        ("mudstone", "siltstone", "sandstone", "conglomerate"),
+        ("lime mudstone", "wackestone", "packstone", "grainstone", "rudstone"),
+    ):
+        widths = [width(word) for word in words]
+        assert widths == sorted(set(widths))
+    assert style_of("coal", in_strabospot("coal") or {}).width is None
+
+
+def test_digits_follow_the_error() -> None:
+    assert with_error(2.4621, 0.0571) == "2.462 ± 0.057"
+    assert with_error(24.6, 1.83) == "24.6 ± 1.8"
+    assert with_error(2.4621, None) == "2.462"
+    assert with_error(2.4621, 0.0) == "2.462 ± 0.000"

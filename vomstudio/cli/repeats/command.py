@@ -1,0 +1,87 @@
+"""The command `vomstudio repeats`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vomstudio.cli.common import text_tables
+from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command
+from vomstudio.cli.common.output import Output
+from vomstudio.words import tr, tr_n
+
+if TYPE_CHECKING:
+    from vomstudio.geology.looked_at.table_repeats import TableRepeats
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = add_command(
+        subparsers, "repeats", run,
+        help_=tr("The spread of repeated picks beside the errors that they state"),
+    )  # fmt: skip
+    parser.add_argument(
+        "table", metavar="TABLE|PROJECT",
+        help=tr("table of planes or lines with repeats, or a project"),
+    )  # fmt: skip
+    parser.add_argument(
+        "--by", metavar="COLUMN",
+        help=tr("column whose word is the same for picks of the same structure (default: repeat_of "
+                "names the pick that a row repeats)"),
+    )  # fmt: skip
+    parser.add_argument(
+        "--interpreter", metavar="COLUMN",
+        help=tr("column of who picked (default: interpreter, where there is one)"),
+    )  # fmt: skip
+    add_azimuth(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.geology.looked_at.table_repeats import table_repeats
+    from vomstudio.io.project.repeated_picks import read_picks_again
+
+    table = read_picks_again(Path(args.table), args.azimuth)
+    found = table_repeats(table, args.by, args.interpreter)
+    out.result(found.as_dict())
+    out.note(tr("read as {convention}", convention=found.convention))
+    out.warn(found.warnings)
+    out.text(_in_words(found))
+
+
+def _in_words(found: TableRepeats) -> str:
+    lines = [
+        tr_n("{count} pick, {structures} of them picked again", "{count} picks, {structures} of "
+             "them picked again", found.n, structures=found.structures)
+    ]  # fmt: skip
+    rows = [
+        [p.first, p.repeat, " / ".join(p.by) if any(p.by) else "", f"{p.angle_deg:.1f}",
+         text_tables.number(p.stated95_deg, 1),
+         "" if p.within95 is None else tr("yes") if p.within95 else tr("no")]
+        for p in found.pairs
+    ]  # fmt: skip
+    if rows:
+        heads = [
+            tr("first"), tr("repeat"), tr("by"), tr("angle"), tr("stated 95 %"), tr("within")
+        ]  # fmt: skip
+        lines.append(text_tables.table(heads, ["", "", "", "deg", "deg", ""], rows))
+    if found.spread is not None:
+        lines.append(
+            tr("95 % of a pick: {error} deg by its repeats, {stated} deg as stated",
+               error=text_tables.number(found.spread.error95_deg, 2),
+               stated=text_tables.number(found.stated95_deg, 2))
+        )  # fmt: skip
+    if found.test is not None:
+        lines.append(
+            tr("within the stated errors: {within} of {count} (expected: 95 %)",
+               within=found.test.within95, count=found.test.n)
+        )  # fmt: skip
+    lines += [
+        tr_n("{name}: {error:.2f} deg (95 %), {count} repeat", "{name}: {error:.2f} deg (95 %), "
+             "{count} repeats", own.spread.n, name=own.name or tr("not named"),
+             error=own.spread.error95_deg)
+        for own in found.interpreters
+    ]  # fmt: skip
+    lines += [
+        tr("{id} was left out: {reason}.", id=one.id, reason=one.reason) for one in found.left_out
+    ]
+    return "\n".join([*lines, *found.reasons])

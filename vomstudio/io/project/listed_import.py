@@ -1,0 +1,259 @@
+"""Stations, contact lines and rock areas from files: those that were exported, and what others
+drew in three dimensions under the same names of layers and columns."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document import edits
+from vomstudio.document.kinds.contact import Contact
+from vomstudio.document.kinds.lithology import Lithology
+from vomstudio.document.kinds.station import WHATS, Station, What
+from vomstudio.document.records import Feature, FeatureType, Model, Point, Record
+from vomstudio.errors import InputError
+from vomstudio.files.spreadsheet_cells import unguarded
+from vomstudio.geometry import transform
+from vomstudio.geometry.lines import ring_area
+from vomstudio.geometry.places import why_no_coordinate, why_not_at
+from vomstudio.tables.listed_tables import WKT
+from vomstudio.words import tr
+
+Floats = npt.NDArray[np.float64]
+AreaInside = Callable[[Floats], float | None]
+LAYERS = ("stations", "contacts", "lithologies")
+_DEGREES = "EPSG:4326"
+
+
+@dataclass(frozen=True)
+class ImportedFeatures:
+    """features : new, without a place in the document yet; skipped : name and reason of each that
+    was left out; warnings : sentences"""
+
+    features: tuple[Feature, ...]
+    skipped: tuple[tuple[str, str], ...]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Row:
+    layer: str
+    points: Floats
+    told: Mapping[str, Any]
+    crs: str | None
+
+    def word(self, *names: str) -> str:
+        """The first of these columns that is there, as text."""
+        values = (self.told.get(name) for name in names)
+        found = next((v for v in values if v is not None and v == v and str(v).strip()), "")
+        return str(found).strip()
+
+
+def read_listed(
+    path: Path,
+    model: Model,
+    records: Mapping[str, Record],
+    crs: str | None,
+    area_inside: AreaInside | None = None,
+    bounds: Floats | None = None,
+) -> ImportedFeatures:
+    """The features of a GeoPackage, GeoJSON, shapefile, KML or table (CSV with `wkt`, or stations
+    with x, y, z), on a model. crs : that of World; area_inside : of the model's surface, and
+    bounds (2, 3) of the model, in its file frame; None where the model is not at hand.
+
+    Raises InputError for a file that cannot be read, or holds none of them.
+    """
+    if not path.is_file():
+        raise InputError(tr("There is no such file. Check its name."), file=path)
+    rows = list(_table(path) if path.suffix.lower() in (".csv", ".txt") else _layers(path))
+    if not rows:
+        raise InputError(
+            tr(
+                "The file holds no stations, contact lines or rock areas: layers called {layers}.",
+                layers=", ".join(LAYERS),
+            ),
+            file=path,
+        )
+    to_file = transform.invert(model.to_world)
+    types = {r.name.casefold(): r.id for r in records.values() if isinstance(r, FeatureType)}
+    made: list[Feature] = []
+    skipped: list[tuple[str, str]] = []
+    unknown: set[str] = set()
+    for number, row in enumerate(rows, 1):
+        name = row.word("name", "number", "id") or tr("row {number}", number=number)
+        points = _in_frame(row, crs)
+        if isinstance(points, str):
+            skipped.append((name, points))
+            continue
+        placed = transform.apply(to_file, points)
+        if (far := _why_not_on(placed, bounds)) is not None:
+            skipped.append((name, far))
+            continue
+        places = tuple((x, y, z) for x, y, z in placed.tolist())
+        kind = row.word("kind", "type").casefold()
+        if row.layer == "contacts" and kind and kind not in types:
+            unknown.add(kind)
+        type_id = types.get(kind) or types.get("contact") or next(iter(types.values()), "")
+        made.append(_feature(row, model, places, type_id, area_inside, points))
+    said = [
+        tr("The project has no feature type {type}: it became Contact.", type=kind)
+        for kind in sorted(unknown)
+    ]
+    if not made:
+        name, reason = skipped[0]
+        raise InputError(
+            tr("Nothing of the file can be taken in. The first is {name}: {reason}", name=name,
+               reason=reason),
+            file=path,
+        )  # fmt: skip
+    return ImportedFeatures(tuple(made), tuple(skipped), tuple(said))
+
+
+def _feature(
+    row: _Row,
+    model: Model,
+    places: tuple[Point, ...],
+    type_id: str,
+    area_inside: AreaInside | None,
+    points: Floats,
+) -> Feature:
+    name, notes = row.word("name"), row.word("notes", "note", "description")
+    if row.layer == "stations":
+        said = row.word("kind", "what", "type").casefold()
+        what: What = next((known for known, _ in WHATS if known == said), "station")
+        return Station(
+            edits.new_id("station"), name, model.id, model.content_hash, places[:1], what,
+            row.word("number"), row.word("photo"), notes,
+        )  # fmt: skip
+    if row.layer == "contacts":
+        return Contact(
+            edits.new_id("contact"), name, type_id, model.id, model.content_hash, places,
+            row.word("set"), notes,
+        )  # fmt: skip
+    made = Lithology(
+        edits.new_id("lithology"), name, model.id, model.content_hash, places,
+        row.word("lithology", "rock"), None, notes,
+    )  # fmt: skip
+    area = None if area_inside is None else area_inside(np.asarray(places, np.float64))
+    if area is None and (told := row.word("area_m2")):
+        # The model is not at hand: what was measured on it still holds, as far as it is plausible.
+        scale = transform.scale_of(transform.matrix(model.to_world))
+        try:
+            value = float(told)
+        except ValueError:
+            value = 0.0
+        area = value / scale**2 if value >= 0.5 * ring_area(points) > 0.0 else None
+    return replace(made, area=area)
+
+
+def _in_frame(row: _Row, crs: str | None) -> Floats | str:
+    """(n, 3) in World, or why not."""
+    least = {"stations": 1, "contacts": 2, "lithologies": 3}[row.layer]
+    points = row.points
+    if len(points) < least:
+        return tr("it has fewer than {count} points.", count=least)
+    if not np.isfinite(points[:, 2]).all():
+        return tr("it has no heights; draw it in three dimensions.")
+    if row.crs is not None and crs is not None:
+        from pyproj import CRS, Transformer
+
+        here, there = CRS.from_user_input(row.crs), CRS.from_user_input(crs)
+        if not here.equals(there, ignore_axis_order=True):
+            turn = Transformer.from_crs(here, there, always_xy=True)
+            x, y = turn.transform(points[:, 0], points[:, 1])
+            points = np.stack([x, y, points[:, 2]], axis=1)
+    return why_no_coordinate(points.ravel().tolist()) or points
+
+
+def _why_not_on(points: Floats, bounds: Floats | None) -> str | None:
+    """A sentence where a point is too far from the model, by its farthest."""
+    if bounds is None:
+        return None
+    low, high = bounds
+    off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
+    return why_not_at(points[int(np.argmax(off))], bounds)
+
+
+# --- files -----------------------------------------------------------------------------------
+def _layer_word(name: str) -> str:
+    """Which kind a layer or file is of; "" for others."""
+    plain = name.casefold()
+    return next((layer for layer in LAYERS if plain == layer or plain.endswith(f"_{layer}")), "")
+
+
+def _layers(path: Path) -> Iterator[_Row]:
+    import pyogrio
+    import shapely
+    from pyogrio.errors import DataLayerError, DataSourceError, GeometryError
+
+    try:
+        named = [(str(name), _layer_word(str(name))) for name, _ in pyogrio.list_layers(path)]
+        if len(named) == 1 and not named[0][1]:
+            named = [(named[0][0], _layer_word(path.stem))]
+        for name, layer in named:
+            if not layer:
+                continue
+            about, _, raw, columns = pyogrio.raw.read(path, layer=name)
+            crs = about["crs"] or (_DEGREES if path.suffix.lower() == ".kml" else None)
+            fields = [str(field).casefold() for field in about["fields"]]
+            for i, shape in enumerate(shapely.from_wkb(raw)):
+                told = {f: c[i] for f, c in zip(fields, columns, strict=True)}
+                for points in _points(shape):
+                    yield _Row(layer, points, told, crs)
+    except (DataSourceError, DataLayerError, GeometryError, shapely.GEOSException) as error:
+        raise InputError(
+            tr("This is no file of vectors that can be read ({error}).", error=error), file=path
+        ) from error
+
+
+def _points(shape: Any) -> Iterator[Floats]:
+    """(n, 3) of each part; NaN for heights that are missing. A ring without its last point."""
+    import shapely
+
+    for part in shapely.get_parts(shape):
+        if part.geom_type == "GeometryCollection":
+            yield from _points(part)
+            continue
+        ring = part.exterior if part.geom_type == "Polygon" else part
+        points = shapely.get_coordinates(ring, include_z=True)
+        closed = part.geom_type == "Polygon" and len(points) > 1
+        yield points[:-1] if closed else points
+
+
+def _table(path: Path) -> Iterator[_Row]:
+    import shapely
+
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(tr("The table cannot be read ({error}).", error=error), file=path) from (
+            error
+        )
+    crs = next((x[6:].strip() for x in lines if x.startswith("# CRS:")), "")
+    layer = _layer_word(path.stem)
+    body = [line for line in lines if not line.startswith("#")]
+    for told in csv.DictReader(body):
+        row = {str(k).casefold(): unguarded(v) for k, v in told.items() if isinstance(v, str)}
+        own = crs if crs.startswith("EPSG:") else None
+        if row.get(WKT):
+            try:
+                shape = shapely.from_wkt(row[WKT])
+            except shapely.GEOSException:
+                continue
+            kind = {"Point": "stations", "LineString": "contacts", "Polygon": "lithologies"}.get(
+                shape.geom_type, layer
+            )
+            for points in _points(shape):
+                yield _Row(kind, points, row, own)
+        elif {"x", "y", "z"} <= row.keys() and layer in ("", "stations"):
+            try:
+                place = [float(row[axis]) for axis in "xyz"]
+            except ValueError:
+                place = [np.nan] * 3
+            yield _Row("stations", np.array([place]), row, own)

@@ -1,0 +1,283 @@
+"""The dock of repeats: picks are offered a second time, and their spread stands beside the errors
+that they state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+
+import numpy as np
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton, QTextBrowser
+
+from vomstudio.document.kinds import kind_of
+from vomstudio.document.records import FeatureType, Repeatable, Typed, get
+from vomstudio.document.repeats import set_interpreter
+from vomstudio.errors import VomError
+from vomstudio.geology.looked_at.table_repeats import TableRepeats, table_repeats
+from vomstudio.io.project.feature_table import feature_table
+from vomstudio.io.text.orientation_reading import OrientationTable
+from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.tools.interaction_types import Area
+from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.background_reading import NewestResult
+from vomstudio.ui.common.command_targets import chosen_features
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.number_formatting import drawn_points
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.interpret.tool_panels.common import hint_label
+from vomstudio.ui.scene.outcrop_view import OutcropView
+from vomstudio.words import tr
+
+_PLACE = "place to be picked again"
+_COLOR = (1.0, 0.76, 0.03)
+_CORNERS = 48
+
+
+class RepeatsPanel(SeenPanel):
+    """found : what is shown, None where there is none"""
+
+    def __init__(self, studio: Studio, view: OutcropView) -> None:
+        super().__init__(studio)
+        explain(self, "fractures.md#picked-again")
+        self._view = view
+        self._round = studio.workspace.repeats
+        self.found: TableRepeats | None = None
+        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Counting…")))
+        self.interpreter = QLineEdit()
+        self.interpreter.setObjectName("repeats_interpreter")
+        self.interpreter.setPlaceholderText(tr("initials"))
+        self.share = QLineEdit("10")
+        self.share.setObjectName("repeats_share")
+        self.share.setToolTip(tr("How many of the picks are offered again, in percent."))
+        self.begin = QPushButton(theme.icon("replay"), tr("Offer picks again"))
+        self.name = QPushButton(tr("Name the selected"))
+        self.look = QPushButton(theme.icon("image-filter-center-focus"), tr("Show the place"))
+        self.skip = QPushButton(tr("Skip"))
+        self.stop = QPushButton(tr("Stop"))
+        self.offered = hint_label()
+        self.offered.setObjectName("repeats_offered")
+        self.said = hint_label()
+        self.said.setObjectName("repeats_said")
+        self.figures = QTextBrowser()
+        self.figures.setAccessibleName(tr("Spread of the repeats"))
+        self._arrange()
+        self._connect()
+
+    def _arrange(self) -> None:
+        form = narrow_form()
+        form.addRow(tr("Interpreter"), self.interpreter)
+        form.addRow(tr("Share (%)"), self.share)
+        body = FormBeside(self)
+        column = body.column
+        column.addLayout(form)
+        for row_of in ((self.begin, self.name), (self.look, self.skip, self.stop)):
+            row = QHBoxLayout()
+            for button in row_of:
+                row.addWidget(button)
+            row.addStretch()
+            column.addLayout(row)
+        column.addWidget(self.offered)
+        column.addWidget(self.said)
+        body.put_beside(self.figures)
+
+    def _connect(self) -> None:
+        studio = self._studio
+        for button, run in (
+            (self.begin, self._begin), (self.name, self._name), (self.look, self._look),
+            (self.skip, self._round.skip), (self.stop, self._round.stop),
+        ):  # fmt: skip
+            button.clicked.connect(lambda _=False, run=run: self._run(run))
+        self.share.textChanged.connect(lambda _: self._refresh_buttons())
+        studio.project_opened.connect(self._soon)
+        studio.edited.connect(self._soon)
+        studio.selection_changed.connect(lambda _: self._refresh_buttons())
+        self._round.changed.connect(self._offer)
+        studio.jobs.closed.connect(self._asked.close)
+
+    def _run(self, run: Callable[[], object]) -> None:
+        try:
+            run()
+        except VomError as error:
+            self._studio.fail(error)
+        self._refresh_buttons()
+
+    # --- a round -----------------------------------------------------------------------------
+    def _begin(self) -> None:
+        # A clicked button has the keyboard, which the tool needs.
+        self._round.begin(self._share() or 0.0, self.interpreter.text().strip())
+        if self._view.viewport is not None:
+            self._view.viewport.setFocus()
+
+    def _share(self) -> float | None:
+        value = parse_number(self.share.text())
+        return value / 100.0 if value is not None and 0.0 < value <= 100.0 else None
+
+    def _name(self) -> None:
+        studio = self._studio
+        ids, who = chosen_features(studio), self.interpreter.text().strip()
+        studio.attempt(set_interpreter, ids, who)
+
+    def _offer(self) -> None:
+        """Say what is to be picked, and show where."""
+        records, id_ = self._studio.records, self._round.current
+        feature = get(records, id_, Repeatable)
+        if feature is None:
+            self.offered.clear()
+            self._mark(None)
+        else:
+            type_ = (
+                get(records, feature.type_id, FeatureType) if isinstance(feature, Typed) else None
+            )
+            done = len(self._round.chosen) - len(self._round.waiting)
+            self.offered.setText(
+                tr("{number} of {all}: pick the {type} in the ring again ({kind}).",
+                   number=done + 1, all=len(self._round.chosen),
+                   type="" if type_ is None else type_.name.lower(),
+                   kind=tr(kind_of(feature).title).lower())
+            )  # fmt: skip
+            self._look()
+        self._refresh_buttons()
+
+    def _look(self) -> None:
+        """Before the face around the place, so that the attitude is not given away."""
+        id_, viewport = self._round.current, self._view.viewport
+        if id_ is None or viewport is None:
+            return
+        measured = self._studio.measured([id_])[id_]
+        points = drawn_points(measured)
+        middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
+        radius = max(float(np.linalg.norm(points - middle, axis=1).max()) * 1.15, 1e-6)
+        trend, plunge = viewport.moves.view_direction()
+        from vomstudio.geology.orientation import Line
+        from vomstudio.geometry.view_frame import ViewFrame
+
+        toward = Line(trend, plunge).vector()
+        face = measured.outcrop_normal
+        if face is not None and abs(float(face @ toward)) > 0.1:
+            toward = -face if float(face @ toward) < 0.0 else face
+            line = Line.from_vector(toward, directed=True)
+            viewport.moves.look_along(line.trend_deg, line.plunge_deg)
+        frame = ViewFrame.looking(toward)
+        angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS)
+        around = np.cos(angles)[:, None] * frame.right + np.sin(angles)[:, None] * frame.down
+        viewport.moves.frame(middle + 2.5 * radius * around)
+        self._mark((middle - 0.5 * radius * toward, radius * around))
+
+    def _mark(self, ring: tuple[np.ndarray, np.ndarray] | None) -> None:
+        """Draw the ring, or none. Nobody can select it."""
+        viewport = self._view.viewport
+        if viewport is None:
+            return
+        drawing = None
+        if ring is not None:
+            middle, around = ring
+            edges = np.stack([around[:-1], around[1:]], axis=1).astype(np.float32)
+            area = Area(middle, np.zeros((0, 3, 3), np.float32), edges)
+            drawing = FeatureDrawing(_PLACE, np.zeros((0, 3)), None, _COLOR, "", middle, area=area)
+        if drawing is not None or _PLACE in viewport.features.drawings:
+            viewport.features.change({_PLACE: drawing})
+
+    # --- figures -----------------------------------------------------------------------------
+    def show_now(self) -> None:
+        if not self._studio.has_project:
+            return
+        why = self._asked.answer(self._question(), _answer)
+        if why is not None:
+            self.found = None
+            self.figures.clear()
+            self.said.setText(why)
+        self._refresh_buttons()
+
+    def _question(self) -> OrientationTable | str:
+        studio = self._studio
+        features = studio.session.of(Repeatable)
+        if not any(f.repeat_of for f in features):
+            return tr("Nothing was picked again yet. A tenth of the picks tells how far one may be "
+                      "off.")  # fmt: skip
+        try:
+            measured = studio.measured(f.id for f in features)
+            return feature_table(studio.records, features, measured, repeats=True)
+        except VomError as error:
+            return error.message
+
+    def _came(self, made: object) -> None:
+        assert isinstance(made, TableRepeats)
+        self.found = made
+        names = {f.id: f.name for f in self._studio.session.of(Repeatable)}
+        self.said.setText("\n".join(made.reasons))
+        self.figures.setHtml(figures_html(made, names))
+        self._refresh_buttons()
+
+    def _refresh_buttons(self) -> None:
+        if not self._studio.has_project:
+            return
+        going = self._round.current is not None
+        why = tr("A round is going on.") if going else None
+        if why is None and not self._round.available():
+            why = tr("There are no picks that were not repeated yet.")
+        if why is None and self._share() is None:
+            why = tr("A share lies between 0 and 100 percent.")
+        _allow(self.begin, why, tr("A random share of the picks, the first ones hidden."))
+        for button in (self.look, self.skip, self.stop):
+            _allow(button, None if going else tr("No pick is offered."), "")
+        chosen = chosen_features(self._studio)
+        _allow(self.name, None if chosen else tr("Select a feature first."),
+               tr("Say that the selected features were picked by this interpreter."))  # fmt: skip
+
+
+def _answer(table: OrientationTable) -> TableRepeats:
+    """In a thread."""
+    return table_repeats(table)
+
+
+def figures_html(found: TableRepeats, names: dict[str, str]) -> str:
+    """names : of features, by id"""
+    lines = []
+    if found.spread is not None:
+        own = found.spread
+        lines = [
+            (tr("95 % of a pick, by repeats"),
+             f"{own.error95_deg:.1f}° ({own.error95_low_deg:.1f} – {own.error95_high_deg:.1f}°)"),
+            (tr("95 % as stated"), _degrees(found.stated95_deg)),
+            (tr("Median angle of a pair"), _degrees(found.median_angle_deg)),
+        ]  # fmt: skip
+    if found.test is not None:
+        lines.append((tr("Within the stated errors"),
+                      tr("{within} of {count}", within=found.test.within95,
+                         count=found.test.n)))  # fmt: skip
+    lines += [
+        (own.name or tr("not named"),
+         tr("{error}, repeats: {count}", error=_degrees(own.spread.error95_deg),
+            count=own.spread.n))
+        for own in found.interpreters
+    ]  # fmt: skip
+    table = "".join(
+        f"<tr><td style='padding:1px 8px 1px 4px'>{escape(a)}</td>"
+        f"<td style='padding:1px 2px'>{escape(b)}</td></tr>"
+        for a, b in lines
+    )
+    pairs = "".join(
+        f"<tr><td style='padding:1px 8px 1px 4px'>{escape(names.get(p.first, p.first))}</td>"
+        f"<td style='padding:1px 8px'>{escape(' / '.join(w or '–' for w in p.by))}</td>"
+        f"<td style='padding:1px 8px' align='right'>{p.angle_deg:.1f}°</td>"
+        f"<td style='padding:1px 8px' align='right'>{_degrees(p.stated95_deg)}</td></tr>"
+        for p in found.pairs
+    )
+    heads = "".join(
+        f"<th align='left' style='padding:1px 8px 1px 4px'>{escape(h)}</th>"
+        for h in (tr("Pick"), tr("By"), tr("Angle"), tr("Stated 95 %"))
+    )
+    return f"<table>{table}</table><br><table><tr>{heads}</tr>{pairs}</table>"
+
+
+def _degrees(value: float | None) -> str:
+    return "–" if value is None else f"{value:.1f}°"
+
+
+def _allow(button: QPushButton, why_not: str | None, tip: str) -> None:
+    button.setEnabled(why_not is None)
+    button.setToolTip(tip if why_not is None else tr("Not now: {reason}", reason=why_not))

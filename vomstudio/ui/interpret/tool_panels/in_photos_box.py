@@ -1,0 +1,75 @@
+"""Whether what is clicked in a photo is followed in its pixels, and what other photos say of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import QSignalBlocker
+from PySide6.QtWidgets import QCheckBox, QLabel, QVBoxLayout, QWidget
+
+from vomstudio.extraction.path_costs import OF_COLOURS
+from vomstudio.tools.following import FollowingTool
+from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr
+
+
+class InPhotosBox(QWidget):
+    """A check box, and below it the votes on the open feature."""
+
+    def __init__(self, studio: Studio, tool: FollowingTool[Any]) -> None:
+        super().__init__()
+        self._studio, self._tool = studio, tool
+        self.check = QCheckBox(tr("In the pixels of photos"))
+        self.check.setObjectName(f"{tool.name}_in_photos")
+        self.check.toggled.connect(tool.follow_in_photos)
+        self.votes = QLabel()
+        self.votes.setObjectName(f"{tool.name}_votes")
+        self.votes.setWordWrap(True)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.check)
+        layout.addWidget(self.votes)
+        studio.photo_links.changed.connect(self.refresh)
+        self.refresh()
+
+    def why_not(self) -> str | None:
+        """None where photos can be followed in, else the reason as a sentence."""
+        cost, links = self._tool.cost, self._studio.photo_links
+        if self._tool.continued:
+            return tr("Not now: a continued feature is picked point by point.")
+        if cost is None:
+            return tr("Choose what is followed first.")
+        if cost not in OF_COLOURS:
+            return tr(
+                "Photos show colours and lightness. Choose one of these under Follow to follow it "
+                "in photos."
+            )
+        if links.models():
+            return None
+        if links.busy():
+            return tr("The cameras of the photos are being read.")
+        problems = [p for model_id in self._studio.models if (p := links.problem(model_id))]
+        if problems:
+            return problems[0]
+        return tr(
+            "No photos with known cameras are in use. Open the panel In the photos, or the "
+            "cameras of the model there."
+        )
+
+    def refresh(self, *_: object) -> None:
+        """Show the tool as it is now."""
+        reason = self.why_not()
+        with QSignalBlocker(self.check):
+            self.check.setChecked(self._tool.in_photos)
+        self.check.setEnabled(reason is None)
+        self.check.setToolTip(
+            reason
+            or tr(
+                "A piece that ends with a click in a photo is followed there at full resolution, "
+                "and thrown on the model; other photos that show the place have a say. Without, it "
+                "is followed over the surface."
+            )
+        )
+        votes = self._tool.votes
+        self.votes.setText(votes or "")
+        self.votes.setVisible(votes is not None)

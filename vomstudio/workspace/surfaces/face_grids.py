@@ -1,0 +1,167 @@
+"""What of the surface lies in the cells of the project's grids, worked out in a thread."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.edit import Edit
+from vomstudio.document.figures import Subject
+from vomstudio.document.grid_edits import marks_of
+from vomstudio.document.kinds import kind_of
+from vomstudio.document.measurement import Measurement, rows_of
+from vomstudio.document.records import FaceGrid, Model, OnAModel, Record, Typed, get
+from vomstudio.document.repeats import is_repeat
+from vomstudio.failures import exception_hooks
+from vomstudio.geology.looked_at.cells import CellGrid, Exposed, exposed_faces, exposed_points
+from vomstudio.geology.looked_at.shares import LookedAt, looked_at
+from vomstudio.geometry import transform
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.signals import Signal
+from vomstudio.workspace.models import Models
+from vomstudio.workspace.projects import Projects
+
+Array = npt.NDArray[np.float64]
+Records = Mapping[str, Record]
+
+
+def file_grid(grid: FaceGrid) -> CellGrid:
+    """In the model's file frame."""
+    return CellGrid(
+        np.array(grid.origin), np.array(grid.right), np.array(grid.up), grid.cell, grid.columns,
+        grid.rows,
+    )  # fmt: skip
+
+
+def world_grid(grid: FaceGrid, model: Model | None) -> CellGrid:
+    """In World, metres where the model has them."""
+    rows = rows_of(model)
+    scale = transform.scale_of(rows)
+    turn = rows[:3, :3] / scale
+    origin = transform.apply(rows, [grid.origin])[0]
+    right, up = turn @ np.array(grid.right), turn @ np.array(grid.up)
+    return CellGrid(origin, right, up, grid.cell * scale, grid.columns, grid.rows)
+
+
+def exposed_of(
+    grid: FaceGrid, data: Mesh | PointCloud, resolution: float | None, *, pieces: bool
+) -> Exposed:
+    """Of a model's data; areas in the square of the file's unit."""
+    if isinstance(data, Mesh) and len(data.faces):
+        return exposed_faces(file_grid(grid), data.vertices, data.faces, pieces=pieces)
+    points = data.vertices if isinstance(data, Mesh) else data.points
+    return exposed_points(file_grid(grid), points, resolution or 0.0)
+
+
+def lines_on(records: Records, measured: Mapping[str, Measurement], model_id: str) -> list[Array]:
+    """(k, 3) World of what was picked on a model: lines along their vertices, patches at their
+    middle."""
+    found = []
+    for id_, one in measured.items():
+        feature = records.get(id_)
+        if not (isinstance(feature, Typed) and isinstance(feature, OnAModel)):
+            continue
+        if feature.model_id != model_id or not len(one.points) or is_repeat(feature, records):
+            continue
+        layer = kind_of(feature).layer
+        shape = None
+        if layer is not None and layer.geometry == "line":
+            shape = layer.shape(Subject(feature, one, records))
+        found.append(one.points[:1] if shape is None else np.asarray(shape, np.float64))
+    return found
+
+
+def share_of(
+    grid: FaceGrid, model: Model | None, exposed: Exposed, lines: Iterable[Array]
+) -> LookedAt:
+    """lines : as of `lines_on`"""
+    in_world = world_grid(grid, model)
+    unit = (in_world.cell / grid.cell) ** 2
+    return looked_at(
+        in_world, marks_of(grid), unit * exposed.surface, unit * exposed.covered, list(lines)
+    )
+
+
+@dataclass(frozen=True)
+class _Laid:
+    """A grid without its marks: what the surface in its cells depends on."""
+
+    model_id: str
+    geometry: tuple[Any, ...]
+
+    @classmethod
+    def of(cls, grid: FaceGrid) -> _Laid:
+        return cls(
+            grid.model_id,
+            (grid.origin, grid.right, grid.up, grid.cell, grid.columns, grid.rows),
+        )
+
+
+class FaceGrids:
+    """changed : the surface in the cells of this grid is known, or is not any more"""
+
+    def __init__(
+        self,
+        projects: Projects,
+        models: Models,
+        hand_over: Callable[[Callable[[], object]], object],
+    ) -> None:
+        self.changed: Signal[str] = Signal()
+        self._projects, self._models, self._hand_over = projects, models, hand_over
+        self._known: dict[str, tuple[_Laid, Exposed | None]] = {}
+        models.loaded.connect(self._loaded)
+
+    def all(self) -> list[FaceGrid]:
+        """Those of the project, in the order in which they came."""
+        return self._projects.of(FaceGrid)
+
+    def exposed(self, grid_id: str) -> Exposed | None:
+        """None while it is not known."""
+        grid = get(self._projects.records, grid_id, FaceGrid)
+        known = self._known.get(grid_id)
+        return known[1] if grid is not None and known and known[0] == _Laid.of(grid) else None
+
+    def begin(self) -> None:
+        """Another project."""
+        self._known.clear()
+
+    def edited(self, edit: Edit) -> None:
+        for id_, record in edit.after.items():
+            if isinstance(record, FaceGrid):
+                self._find(record)
+            elif isinstance(edit.before[id_], FaceGrid):
+                self._known.pop(id_, None)
+                self.changed.emit(id_)
+
+    def _loaded(self, model_id: str) -> None:
+        for grid in self.all():
+            if grid.model_id == model_id:
+                self._find(grid)
+
+    def _find(self, grid: FaceGrid) -> None:
+        laid, opened = _Laid.of(grid), self._models.open.get(grid.model_id)
+        known = self._known.get(grid.id)
+        if opened is None or (known is not None and known[0] == laid):
+            return
+        self._known[grid.id] = (laid, None)
+
+        def run() -> None:
+            found: Exposed | None = None
+            try:
+                found = exposed_of(grid, opened.data, opened.resolution, pieces=True)
+            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
+                exception_hooks.report_as_uncaught(error)
+            self._hand_over(lambda: self._came(grid.id, laid, found))
+
+        threading.Thread(target=run, name="cells", daemon=True).start()
+
+    def _came(self, grid_id: str, laid: _Laid, found: Exposed | None) -> None:
+        if self._known.get(grid_id, (None, None))[0] == laid:
+            self._known[grid_id] = (laid, found)
+            self.changed.emit(grid_id)
