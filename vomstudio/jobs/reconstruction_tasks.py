@@ -114,7 +114,7 @@ def _reconstruct(asked: ReconstructionOrder, progress: Progress) -> Reconstructi
         )
     finally:
         executor.close()
-    with outputs.full_disk_reported(asked.out):
+    with outputs.disk_trouble_reported(asked.out):
         write_report(outputs.Outputs(asked.out).report, result)
     return serialisation.decode(Reconstruction, result)
 

@@ -129,4 +129,5 @@ TOOL = ToolEntry(
     key="E",
     tip=to_translate("Click along a contact or fault that is drawn only; no plane is fitted."),
     order=22,
+    in_bar=False,
 )

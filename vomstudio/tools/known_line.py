@@ -113,4 +113,5 @@ TOOL = ToolEntry(
         "Click lines that are level, or whose azimuth or length is known, to place the model."
     ),
     order=46,
+    in_bar=False,
 )

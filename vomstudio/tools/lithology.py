@@ -136,4 +136,5 @@ TOOL = ToolEntry(
     key="Shift+R",
     tip=to_translate("Click around one rock; the area is measured on the surface of the model."),
     order=28,
+    in_bar=False,
 )

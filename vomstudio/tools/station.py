@@ -117,4 +117,5 @@ TOOL = ToolEntry(
     key="D",
     tip=to_translate("Click the place of a station or a sample; its number and photo go with it."),
     order=36,
+    in_bar=False,
 )

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.errors import TargetError, VomError
-from vomstudio.files.disk_troubles import reason_of
+from vomstudio.files.disk_troubles import is_full, reason_of
 from vomstudio.files.inside import refuse_links
 from vomstudio.files.lock import FolderLock
 from vomstudio.io.photos.cameras_file import FILE_NAME
@@ -20,6 +20,11 @@ from vomstudio.words import to_translate, tr
 RESULT = "reconstruction.json"
 # A worker whose window was killed may still be in native code that nothing interrupts.
 _PATIENCE_S = 5.0
+_SAID_OF_DISK = (
+    "disk I/O error", "disk is full", "readonly database", "unable to open database",
+    "Input/output error", "Read-only file system", "No space left", "Permission denied",
+)  # fmt: skip
+"""What SQLite in COLMAP, and C++ streams, say of a disk."""
 # What a library could not write was no larger than this, as a rule.
 _FULL_BELOW = 1_000_000
 
@@ -129,18 +134,28 @@ def folder_locked(outputs: Outputs) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def full_disk_reported(folder: Path) -> Iterator[None]:
-    """Say that the disk is full where libraries say it in words of their own, or fail over it."""
+def disk_trouble_reported(folder: Path) -> Iterator[None]:
+    """Say what is wrong with the disk where libraries say it in words of their own, or fail over
+    it."""
     try:
         yield
     except (VomError, MemoryError):
         raise
     except Exception as error:
         full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
-        if not full and _free_bytes(folder) > _FULL_BELOW:
+        if full or _free_bytes(folder) <= _FULL_BELOW or is_full(folder, error):
+            raise TargetError(
+                tr("The disk is full. Finished results are kept. Free some space and start again."),
+                file=folder,
+            ) from error
+        if not any(words in str(error) for words in _SAID_OF_DISK):
             raise
         raise TargetError(
-            tr("The disk is full. Finished results are kept. Free some space and start again."),
+            tr(
+                "The disk does not take what is written ({reason}). Finished results are kept. "
+                "Mend that, or choose another folder, and start again.",
+                reason=reason_of(folder, error),
+            ),
             file=folder,
         ) from error
 

@@ -22,8 +22,8 @@ from vomstudio.photogrammetry.pipeline.gpu_depths import device_of, put_depths_o
 from vomstudio.photogrammetry.pipeline.outputs import (
     Outputs,
     claim_folder,
+    disk_trouble_reported,
     folder_locked,
-    full_disk_reported,
 )
 from vomstudio.photogrammetry.pipeline.photo_input import (
     TakenPhoto,
@@ -86,7 +86,7 @@ def reconstruct(
     """
     photos = usable_photos(folder, settings, progress, masks)
     outputs = claim_folder(out)
-    with folder_locked(outputs), full_disk_reported(outputs.folder):
+    with folder_locked(outputs), disk_trouble_reported(outputs.folder):
         run = _Run(photos, outputs, settings, executor, StageLog(outputs.log, progress))
         try:
             return run.all()

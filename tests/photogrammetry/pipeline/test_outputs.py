@@ -1,0 +1,32 @@
+"""What a reconstruction says of the disk that it writes to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vomstudio.errors import InputError, TargetError
+from vomstudio.photogrammetry.pipeline.outputs import disk_trouble_reported
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "[sqlite3_utils.h:42] SQLite error: disk I/O error",
+        "SQLite error: attempt to write a readonly database",
+        "[database.cc:9] unable to open database file",
+    ],
+)
+def test_what_a_library_says_of_the_disk_becomes_a_sentence(tmp_path: Path, said: str) -> None:
+    with pytest.raises(TargetError) as caught, disk_trouble_reported(tmp_path):
+        raise RuntimeError(said)
+    assert caught.value.file == str(tmp_path)
+    assert "Finished results are kept" in caught.value.message
+
+
+def test_other_failures_stay_what_they_are(tmp_path: Path) -> None:
+    for error in (RuntimeError("no more matches"), KeyError("views"), InputError("no photo")):
+        with pytest.raises(type(error)) as caught, disk_trouble_reported(tmp_path):
+            raise error
+        assert caught.value is error
