@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QStandardPaths
-from PySide6.QtWidgets import QMessageBox, QWidget
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from vomstudio.document.records import Model, OnAModel, Typed, get_feature
 from vomstudio.paths import resource
@@ -61,6 +62,21 @@ def start_folder(studio: Studio) -> str:
             return str(folder)
     documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
     return documents if documents and Path(documents).is_dir() else str(Path.home())
+
+
+def ask_for_target(
+    parent: QWidget, studio: Studio, title: str, name: str, formats: Mapping[str, str]
+) -> Path | None:
+    """The file that the user chooses to write; None for none. name : that is proposed; formats :
+    their names by their endings, the ending of the chosen one is added where none is typed"""
+    endings = {f"{said} (*.{ending})": ending for ending, said in formats.items()}
+    proposed = Path(start_folder(studio)) / name
+    typed, chosen = QFileDialog.getSaveFileName(parent, title, str(proposed), ";;".join(endings))
+    if not typed:
+        return None
+    known = Path(typed).suffix.lower().removeprefix(".") in formats
+    ending = endings.get(chosen, proposed.suffix.removeprefix("."))
+    return Path(typed if known else f"{typed}.{ending}")
 
 
 def current_measurement(studio: Studio) -> Measurement | None:

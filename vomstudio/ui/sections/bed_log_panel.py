@@ -8,7 +8,6 @@ from pathlib import Path
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import (
     QCheckBox,
-    QFileDialog,
     QHBoxLayout,
     QPushButton,
     QSplitter,
@@ -27,7 +26,7 @@ from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, narrow_form
@@ -346,14 +345,10 @@ class BedLogPanel(SeenPanel):
 
     # --- what is taken away ------------------------------------------------------------------
     def _ask_for_file(self) -> None:
-        formats = {f"{name} (*.{ending})": ending for ending, name in _FORMATS.items()}
-        name, chosen = QFileDialog.getSaveFileName(
-            self, tr("Write the log"), str(Path(start_folder(self._studio)) / "log.csv"),
-            ";;".join(formats),
-        )  # fmt: skip
-        if name:
-            known = Path(name).suffix.lower().removeprefix(".") in _FORMATS
-            self.write_to(Path(name if known else f"{name}.{formats.get(chosen, 'csv')}"))
+        title = tr("Write the log")
+        path = ask_for_target(self, self._studio, title, "log.csv", _FORMATS)
+        if path is not None:
+            self.write_to(path)
 
     def write_to(self, path: Path) -> None:
         """The log that is shown, in a thread."""

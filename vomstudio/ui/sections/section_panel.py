@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtWidgets import (
     QCheckBox,
-    QFileDialog,
     QHBoxLayout,
     QLineEdit,
     QPushButton,
@@ -29,7 +28,7 @@ from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.command_targets import ask_for_target, start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
@@ -348,16 +347,10 @@ class SectionPanel(SeenPanel):
 
     # --- what is taken away ---------------------------------------------------------------------
     def _ask_for_file(self) -> None:
-        formats = {f"{name} (*.{ending})": ending for ending, name in _FORMATS.items()}
-        name, chosen = QFileDialog.getSaveFileName(
-            self,
-            tr("Write the section"),
-            str(Path(start_folder(self._studio)) / "section.svg"),
-            ";;".join(formats),
-        )
-        if name:
-            known = Path(name).suffix.lower().removeprefix(".") in _FORMATS
-            self.write_to(Path(name if known else f"{name}.{formats.get(chosen, 'svg')}"))
+        title = tr("Write the section")
+        path = ask_for_target(self, self._studio, title, "section.svg", _FORMATS)
+        if path is not None:
+            self.write_to(path)
 
     def write_to(self, path: Path) -> None:
         """The section that is shown, in a thread."""
