@@ -94,6 +94,9 @@ WORLD = 2.0 * MODEL[:, [1, 0, 2]] * [-1, 1, 1] + [500.0, 100.0, 20.0]
 SLIPS = pandas.DataFrame({"strike": [20], "dip": [60], "rake": [80], "sense": ["N"]})
 NET = tuple(typing.get_type_hints(NetOptions))
 KNOWN = tuple(typing.get_type_hints(Known))
+REPEATED = pandas.DataFrame(
+    {"dip_direction": [90, 92, 200, 201], "dip": [40, 42, 60, 62], "bed": list("AABB")}
+)
 CAMERA = "23.5x15.6,35,6000x4000"
 
 
@@ -182,6 +185,7 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "register()": Case(vs.register(MODEL, WORLD), {"points": MODEL}),
         "compare": Case(vs.compare, {"model": GROUND + [0, 0, 0.05], "benchmark": GROUND}),
         "agreement": Case(vs.agreement, {"first": table, "second": table}),
+        "repeats": Case(vs.repeats, {"table": REPEATED, "by": "bed"}),
         "facets": Case(vs.facets, {"model": GROUND}),
         "measurable": Case(vs.measurable, {"model": GROUND, "plane": (90, 45), "length_m": 1.0}),
         "follow": Case(vs.follow, {
@@ -217,7 +221,7 @@ NAMES = (
     "PointCloud.save",
     "Orthophoto.save", "ElevationModel.save", "Section.save", "Project.open", "Project.create",
     "Project.add_model", "Project.add_trace", "Project.fit", "Project.judge_by", "Project.export",
-    "Project.save_as",
+    "Project.save_as", "repeats",
 )  # fmt: skip
 
 

@@ -103,14 +103,18 @@ class _Unmapped(io.BufferedReader):
     one that shrinks under a map, or whose drive is pulled out, ends the process. Closes itself, as
     Pillow closes only what it has opened."""
 
+    _opened = False
+
     def __init__(self, path: str | Path) -> None:
         super().__init__(io.FileIO(path))
+        self._opened = True
 
     def fileno(self) -> int:
         raise io.UnsupportedOperation("fileno")
 
     def __del__(self) -> None:
-        self.close()
+        if self._opened:
+            self.close()
 
 
 def _check_headers(file: BinaryIO) -> None:

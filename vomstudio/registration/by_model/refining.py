@@ -26,6 +26,9 @@ _STEPS = 40
 _FEWEST = 60
 _NOTHING = 1e-8
 """Share of the largest: less information is rounding."""
+_ROUNDING = 1e-6
+"""Of the radius: surfaces that are one and the same are moved by no less to see what they hold, or
+only the rounding of their coordinates would answer."""
 _NOISE = 0.5
 """Share of the information in a direction above which it is made up by the noise of normals."""
 _TRIED = 0.3
@@ -125,7 +128,7 @@ def _look(
                 count=len(met.miss),
             )
         )
-    sigma = max(_MAD * float(np.median(np.abs(met.miss))), 1e-9 * reference.radius)
+    sigma = max(_MAD * float(np.median(np.abs(met.miss))), _ROUNDING * reference.radius)
     if like is not None:
         sigma = like.sigma
     # Points that miss by much more belong to what has changed, or to nothing.
