@@ -36,7 +36,7 @@ def test_an_orthophoto_of_what_is_looked_at(window, outcrop, tmp_path, part) -> 
     dialog = dialog_of(window)
     driver.wait(dialog._start.isEnabled, "a proposed pixel size")
     assert "follows from no measurement" in dialog._words
-    assert "5.0 deg" in dialog._cost.text()
+    assert "5.0°" in dialog._cost.text()
     if part == "seen":
         QTest.mouseClick(dialog.seen, Qt.MouseButton.LeftButton)
     for field, text in ((dialog.gsd, "0.02"), (dialog.target, str(tmp_path / "o.tif"))):
