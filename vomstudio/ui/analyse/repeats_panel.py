@@ -64,6 +64,7 @@ class RepeatsPanel(SeenPanel):
         self.said.setObjectName("repeats_said")
         self.figures = QTextBrowser()
         self.figures.setAccessibleName(tr("Spread of the repeats"))
+        self.figures.setPlaceholderText(_first_step())
         self._arrange()
         self._connect()
 
@@ -188,16 +189,16 @@ class RepeatsPanel(SeenPanel):
         why = self._asked.answer(self._question(), _answer)
         if why is not None:
             self.found = None
+            self.said.clear()
             self.figures.clear()
-            self.said.setText(why)
+            self.figures.setPlaceholderText(why)
         self._refresh_buttons()
 
     def _question(self) -> OrientationTable | str:
         studio = self._studio
         features = studio.session.of(Repeatable)
         if not any(f.repeat_of for f in features):
-            return tr("Nothing was picked again yet. A tenth of the picks tells how far one may be "
-                      "off.")  # fmt: skip
+            return _first_step()
         try:
             measured = studio.measured(f.id for f in features)
             return feature_table(studio.records, features, measured, repeats=True)
@@ -227,6 +228,13 @@ class RepeatsPanel(SeenPanel):
         chosen = chosen_features(self._studio)
         _allow(self.name, None if chosen else tr("Select a feature first."),
                tr("Say that the selected features were picked by this interpreter."))  # fmt: skip
+
+
+def _first_step() -> str:
+    return tr(
+        "Nothing was picked again yet. Choose Offer picks again: a tenth of the picks tells how "
+        "far one may be off."
+    )
 
 
 def _answer(table: OrientationTable) -> TableRepeats:

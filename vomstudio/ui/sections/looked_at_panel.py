@@ -72,6 +72,7 @@ class LookedAtPanel(SeenPanel):
         self.said.setObjectName("looked_at_said")
         self.figures = QTextBrowser()
         self.figures.setAccessibleName(tr("What was looked at"))
+        self.figures.setPlaceholderText(_first_step())
         self._arrange()
         self._connect()
 
@@ -126,8 +127,9 @@ class LookedAtPanel(SeenPanel):
         why = self._asked.answer(self._question(), answer)
         if why is not None:
             self.found = None
+            self.said.clear()
             self.figures.clear()
-            self.said.setText(why)
+            self.figures.setPlaceholderText(why)
         self._refresh_buttons()
 
     def _list_grids(self) -> None:
@@ -155,7 +157,7 @@ class LookedAtPanel(SeenPanel):
         """Or why there is none."""
         studio, grid = self._studio, self.grid()
         if grid is None:
-            return tr("Lay a grid over the face, then mark its cells as you look through them.")
+            return _first_step()
         model = get(studio.records, grid.model_id, Model)
         exposed = studio.workspace.grids.exposed(grid.id)
         if exposed is None:
@@ -246,6 +248,10 @@ class LookedAtPanel(SeenPanel):
     def _remove(self) -> None:
         if (grid := self.grid()) is not None:
             self._studio.attempt(grid_edits.remove_grid, grid.id)
+
+
+def _first_step() -> str:
+    return tr("Lay a grid over the face, then mark its cells as you look through them.")
 
 
 def _allow(button: QPushButton, why_not: str | None, tip: str) -> None:
