@@ -59,7 +59,7 @@ def laid(window, outcrop):
     panel = window.findChild(LookedAtPanel)
     assert not panel.visibleRegion().isEmpty()
     settle(panel)
-    assert "Lay a grid" in panel.figures.placeholderText()
+    assert "Lay a grid" in panel.figures.empty
     assert not panel.figures.toPlainText()
     press(panel.lay)
     wait(lambda: window.studio.session.of(FaceGrid), "the grid")

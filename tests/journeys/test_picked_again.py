@@ -51,7 +51,7 @@ def three(window, outcrop, picks):
     panel = window.findChild(RepeatsPanel)
     assert not panel.visibleRegion().isEmpty()
     settle(panel)
-    assert "Nothing was picked again yet" in panel.figures.placeholderText()
+    assert "Nothing was picked again yet" in panel.figures.empty
     assert not panel.figures.toPlainText()
     panel.interpreter.setFocus()
     QTest.keyClicks(panel.interpreter, "AB")

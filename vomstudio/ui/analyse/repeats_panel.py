@@ -7,7 +7,7 @@ from collections.abc import Callable
 from html import escape
 
 import numpy as np
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton, QTextBrowser
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton
 
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Repeatable, Typed, get
@@ -27,6 +27,7 @@ from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.forms.figures_page import FiguresPage
 from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.scene.outcrop_view import OutcropView
@@ -62,9 +63,8 @@ class RepeatsPanel(SeenPanel):
         self.offered.setObjectName("repeats_offered")
         self.said = hint_label()
         self.said.setObjectName("repeats_said")
-        self.figures = QTextBrowser()
+        self.figures = FiguresPage(_first_step())
         self.figures.setAccessibleName(tr("Spread of the repeats"))
-        self.figures.setPlaceholderText(_first_step())
         self._arrange()
         self._connect()
 
@@ -190,8 +190,7 @@ class RepeatsPanel(SeenPanel):
         if why is not None:
             self.found = None
             self.said.clear()
-            self.figures.clear()
-            self.figures.setPlaceholderText(why)
+            self.figures.say(why)
         self._refresh_buttons()
 
     def _question(self) -> OrientationTable | str:

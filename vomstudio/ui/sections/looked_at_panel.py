@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton, QTextBrowser
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton
 
 from vomstudio.document import grid_edits
 from vomstudio.document.records import FaceGrid, Model, get, get_feature
@@ -22,6 +22,7 @@ from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.forms.figures_page import FiguresPage
 from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.model_box import ModelBox
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
@@ -70,9 +71,8 @@ class LookedAtPanel(SeenPanel):
         self.remove = QPushButton(theme.icon("delete-outline"), tr("Remove grid"))
         self.said = hint_label()
         self.said.setObjectName("looked_at_said")
-        self.figures = QTextBrowser()
+        self.figures = FiguresPage(_first_step())
         self.figures.setAccessibleName(tr("What was looked at"))
-        self.figures.setPlaceholderText(_first_step())
         self._arrange()
         self._connect()
 
@@ -128,8 +128,7 @@ class LookedAtPanel(SeenPanel):
         if why is not None:
             self.found = None
             self.said.clear()
-            self.figures.clear()
-            self.figures.setPlaceholderText(why)
+            self.figures.say(why)
         self._refresh_buttons()
 
     def _list_grids(self) -> None:
