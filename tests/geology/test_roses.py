@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import circmean, circvar
 
 from vomstudio.errors import UsageError
-from vomstudio.geology.roses import bins_of, histogram_of, rose_of
+from vomstudio.geology.roses import bins_of, histogram_of, rayleigh_p, rose_of
 
 azimuths = st.lists(st.floats(-720, 720), min_size=1, max_size=40)
 
@@ -130,3 +130,57 @@ def test_the_spread_of_dips_is_the_standard_deviation() -> None:
     for wrong in (7.0, 60.0, 0.0, np.nan):
         with pytest.raises(UsageError):
             histogram_of([1.0], bin_deg=wrong)
+
+
+def test_rayleighs_p_is_the_published_one() -> None:
+    """The example in the documentation of astropy's `rayleightest`, and the resultant of the
+    roulette wheel of Mardia & Jupp (2000), example 1.1, which is 0.711."""
+    for found, axial in (([130.0, 90.0, 0.0, 145.0], False), ([65.0, 225.0, 0.0, 72.5], True)):
+        four = rose_of(found, axial=axial)
+        assert rayleigh_p(4, four.resultant) == pytest.approx(0.2563487733797317, rel=1e-12)
+        # Which are too few.
+        assert four.rayleigh_p is None
+        assert four.preferred
+        # A row that counts nothing makes them no more.
+        none = rose_of([*found, 3.0], axial=axial, weights=[1.0, 1.0, 1.0, 1.0, 0.0])
+        assert none.rayleigh_p is None
+    wheel = rose_of([43, 45, 52, 61, 75, 88, 88, 279, 357], axial=False)
+    assert wheel.resultant == pytest.approx(0.711, abs=5e-4)
+    assert wheel.preferred
+
+
+@pytest.mark.parametrize("count", [4, 6, 10, 30, 49, 50, 300])
+def test_five_of_a_hundred_scatters_without_direction_are_taken_for_one(count: int) -> None:
+    """And one of ten has p below 0.1: resultants are drawn here, without the code under test."""
+    rng = np.random.default_rng(count)
+    turns = np.exp(1j * rng.uniform(0.0, 2.0 * np.pi, (20_000, count)))
+    p = np.array([rayleigh_p(count, r) for r in np.abs(turns.mean(axis=1))])
+    for level in (0.05, 0.1, 0.5):
+        assert (p < level).mean() == pytest.approx(level, abs=4.5 * (level / 20_000) ** 0.5 + 0.001)
+
+
+def test_one_alone_and_a_fan_prefer_nothing_and_a_bundle_does() -> None:
+    assert rayleigh_p(1.0, 1.0) == 1.0
+    for count in (5, 20, 49, 50, 5000):
+        bundle = rose_of(np.linspace(40.0, 50.0, count), axial=True)
+        assert bundle.preferred
+        assert bundle.rayleigh_p is not None
+        assert 0.0 <= bundle.rayleigh_p < 0.01
+    fan = rose_of(np.arange(0.0, 180.0, 10.0), axial=True)
+    assert not fan.preferred
+    assert rose_of([], axial=True).rayleigh_p is None
+
+
+def test_turning_all_and_the_size_of_weights_leave_the_test_as_it_is() -> None:
+    rng = np.random.default_rng(3)
+    found, weights = rng.normal(30.0, 35.0, 20), rng.uniform(1.0, 9.0, 20)
+    first = rose_of(found, axial=True, weights=weights).rayleigh_p
+    assert first == pytest.approx(
+        rose_of(found + 77.0, axial=True, weights=10.0 * weights).rayleigh_p, rel=1e-9
+    )
+    even = rose_of(found, axial=True, weights=np.full(20, 7.0)).rayleigh_p
+    assert even == pytest.approx(rose_of(found, axial=True).rayleigh_p, rel=1e-9)
+    # One row that outweighs all others is like one row.
+    heavy = rose_of(found, axial=True, weights=[1e6, *np.ones(19)])
+    assert heavy.resultant > 0.99
+    assert not heavy.preferred

@@ -59,7 +59,8 @@ def laid(window, outcrop):
     panel = window.findChild(LookedAtPanel)
     assert not panel.visibleRegion().isEmpty()
     settle(panel)
-    assert "Lay a grid" in panel.said.text()
+    assert "Lay a grid" in panel.figures.empty
+    assert not panel.figures.toPlainText()
     press(panel.lay)
     wait(lambda: window.studio.session.of(FaceGrid), "the grid")
     wait(lambda: window.studio.workspace.grids.exposed(grid_of(window).id), "its cells")

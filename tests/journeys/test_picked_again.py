@@ -51,7 +51,8 @@ def three(window, outcrop, picks):
     panel = window.findChild(RepeatsPanel)
     assert not panel.visibleRegion().isEmpty()
     settle(panel)
-    assert "Nothing was picked again yet" in panel.said.text()
+    assert "Nothing was picked again yet" in panel.figures.empty
+    assert not panel.figures.toPlainText()
     panel.interpreter.setFocus()
     QTest.keyClicks(panel.interpreter, "AB")
     studio.selection.set([t.id for t in driver.traces(window)])

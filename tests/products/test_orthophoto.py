@@ -19,8 +19,8 @@ from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.products.ortho import orthophoto, planning, tiles, view_directions
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
-from vomstudio.products.ortho.sheet import direction_in_words
 from vomstudio.products.ortho.view_directions import view_along_axis, view_along_line, view_of_plane
+from vomstudio.products.ortho.view_words import direction_in_words
 from vomstudio.products.sample.check import Check
 from vomstudio.products.sample.report import as_text
 from vomstudio.progress import CancelToken, Silent
@@ -458,7 +458,7 @@ def test_stopping_or_failing_leaves_nothing(tmp_path: Path, monkeypatch: Any) ->
 def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
     tmp_path: Path,
 ) -> None:
-    from vomstudio.products.ortho.sheet import end_labels
+    from vomstudio.products.ortho.view_words import end_labels
 
     known = view_along_line(90, 0)
     unknown = replace(known, north_known=False, metric=False)
@@ -476,13 +476,13 @@ def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
 def test_the_sheet_says_which_way_is_which_and_how_long_a_metre_is(tmp_path: Path) -> None:
     from PIL import Image
 
-    from vomstudio.products.ortho.sheet import bar_length, end_labels
+    from vomstudio.products.ortho.vector_drawing import paper_scale
+    from vomstudio.products.ortho.view_words import end_labels
 
     assert end_labels(view_along_line(0, 20)) == ("W (270)", "E (090)", "up")
     assert end_labels(view_along_line(0, 20).flipped()) == ("E (090)", "W (270)", "up")
     assert end_labels(view_along_line(45, 0)) == ("NW (315)", "SE (135)", "up")
     assert end_labels(view_along_line(45, 90)) == ("W (270)", "E (090)", "N")
-    assert [bar_length(w) for w in (100.0, 7.0, 0.09)] == [20.0, 1.0, pytest.approx(0.02)]
     mesh, _ = marked_mesh(tmp_path)
     sheets = []
     for view in (view_along_line(0, 90), view_along_line(0, 90).flipped()):
@@ -491,13 +491,14 @@ def test_the_sheet_says_which_way_is_which_and_how_long_a_metre_is(tmp_path: Pat
             assert made.sheet is not None
             assert made.sheet.stat().st_size > 1000
         picture = Image.open(tmp_path / "s.png").convert("RGB")
-        assert picture.width > rgba.shape[1]
         sheets.append(np.asarray(picture))
     # The scale bar and its words stand on both as they should be read.
-    bar = slice(852, 884)
-    assert (sheets[0][bar, :300] != 255).any()
-    assert (sheets[0][bar, :300] == sheets[1][bar, :300]).all()
-    assert not (sheets[0][:40] == sheets[1][:40]).all()  # East and West have changed sides
+    size = 0.005 * np.array(rgba.shape[:2])
+    tall = 1000.0 * size[0] / paper_scale(np.array([[0.0, 0.0], size])) / 25.4 * 300.0
+    bar = slice(round(tall + 189) + 150, round(tall + 189) + 200)
+    assert (sheets[0][bar] != 255).any()
+    assert (sheets[0][bar] == sheets[1][bar]).all()
+    assert not (sheets[0][:190] == sheets[1][:190]).all()  # East and West have changed sides
 
 
 # A part of the view ---------------------------------------------------------------------------
@@ -582,7 +583,7 @@ def test_the_picture_of_a_sheet_is_the_mean_of_what_is_seen(
         for column in range(0, width, tiles.TILE):
             part = whole[row : row + tiles.TILE, column : column + tiles.TILE]
             reduced.add(column, row, part)
-    found = reduced.picture()
+    found = reduced.out
     assert found.shape == (-(-height // factor), -(-width // factor), 4)
     for i, j in rng.integers(0, [height // factor, width // factor], (200, 2)):
         cell = whole[i * factor : (i + 1) * factor, j * factor : (j + 1) * factor]

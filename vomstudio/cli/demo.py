@@ -299,7 +299,8 @@ def _orthophoto(folder: Path) -> list[Path]:
     ortho.add_parser(parser.add_subparsers(parser_class=Parser))
     image, sheet = folder / "ortho.tif", folder / "ortho_sheet.png"
     words = ["ortho", str(sample_model()), "--fold", str(folder / "planes.csv")]
-    words += ["--gsd", "0.02", "-o", str(image), "--sheet", str(sheet), "--force"]
+    words += ["--gsd", "0.02", "--draw", str(folder / PROJECT), "-o", str(image)]
+    words += ["--sheet", str(sheet), "--force"]
     said = Output(as_json=True)
     args = parser.parse_args(words)
     args.run(args, said)

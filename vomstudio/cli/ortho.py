@@ -53,7 +53,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--sheet",
         metavar="FILE",
-        help=tr("also a picture with scale bar and orientation (.png, .pdf)"),
+        help=tr("also a page to scale with ticks and scale bar (.png, .jpg, .pdf)"),
     )
     parser.add_argument(
         "--draw",

@@ -136,6 +136,7 @@ def _told(
                 "shares": rose.shares.tolist(),
                 "mean_deg": rose.mean_deg,
                 "resultant": rose.resultant if isinstance(rose, Rose) else None,
+                "rayleigh_p": rose.rayleigh_p if isinstance(rose, Rose) else None,
                 "std_deg": None if isinstance(rose, Rose) else rose.std_deg,
                 "left_out": rose.left_out,
             }

@@ -17,6 +17,8 @@ ROSE_OF = ("strike", "dip-direction", "trend")
 HISTOGRAM_OF = ("dip", "plunge")
 LINES_HAVE = ("trend", "plunge")
 """The others are of planes."""
+_LEAST = 5
+"""Of fewer Rayleigh's test says next to nothing."""
 _LEVEL_DEG = 1e-6
 """Planes as flat, and lines as steep as this, have no azimuth."""
 
@@ -29,8 +31,9 @@ class Rose:
     other, and each half sums to 1; directed azimuths sum to 1 over the circle. shares:
     (360 / bin_deg,) from north clockwise, each bin with its lower edge. total: sum of the weights.
     mean_deg: circular mean, of axes by doubled angles and from 0 to 180, None where there is none;
-    resultant: its mean resultant length, 0 (no direction) to 1 (all alike). left_out: rows without
-    azimuth or weight.
+    resultant: its mean resultant length, 0 (no direction) to 1 (all alike). rayleigh_p: chance of
+    so long a resultant where no direction is preferred, of axes by doubled angles; None of fewer
+    than 5. left_out: rows without azimuth or weight.
     """
 
     bin_deg: float
@@ -40,7 +43,14 @@ class Rose:
     shares: Array
     mean_deg: float | None
     resultant: float
+    rayleigh_p: float | None = None
     left_out: int = 0
+
+    @property
+    def preferred(self) -> bool:
+        """There is a mean, and at the level of 5 % nothing speaks for its being one of chance.
+        Fewer than 5 rows are not tested."""
+        return self.mean_deg is not None and (self.rayleigh_p is None or self.rayleigh_p < 0.05)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +114,8 @@ def rose_of(
     """Counts azimuths (n,), each with its weight (n,), in bins that begin at north.
 
     Rows without azimuth or weight (NaN) are left out. The mean is that of Mardia & Jupp (2000),
-    Directional Statistics, 2.2.1 and 9.4. Raises UsageError for bins that do not divide the half
+    Directional Statistics, 2.2.1 and 9.4; of weighted rows the test of Rayleigh has as many as
+    would be as sure without weights. Raises UsageError for bins that do not divide the half
     circle evenly, and for negative weights.
     """
     bins = bins_of(bin_deg)
@@ -124,7 +135,29 @@ def rose_of(
     if resultant > 1e-9:
         mean = math.degrees(math.atan2(east, north)) % 360.0 * period / 360.0
     both = np.tile(shares, 2) if axial else shares
-    return Rose(bin_deg, axial, len(a), total, both, mean, min(resultant, 1.0), left_out)
+    resultant = min(resultant, 1.0)
+    counts = int((w > 0).sum())
+    p = rayleigh_p(total**2 / float(w @ w), resultant) if counts >= _LEAST else None
+    return Rose(bin_deg, axial, len(a), total, both, mean, resultant, p, left_out)
+
+
+def rayleigh_p(n: float, resultant: float) -> float:
+    """Chance that n angles without preferred direction have a mean resultant length as great as
+    this. Rayleigh's test with the series of Mardia & Jupp (2000), Directional Statistics, 6.3.1,
+    as Fisher (1993), 4.3, writes it. A single angle prefers nothing."""
+    if n < 2.0 - 1e-9:
+        return 1.0
+    z = n * resultant**2
+    series = (
+        1.0
+        + (2.0 * z - z**2) / (4.0 * n)
+        - (24.0 * z - 132.0 * z**2 + 76.0 * z**3 - 9.0 * z**4) / (288.0 * n**2)
+    )
+    # Of many its terms change nothing near 5 %, and far out in the tail, where z is like n, it
+    # does not converge.
+    if n >= 50.0:
+        series = 1.0
+    return min(max(math.exp(-z) * series, 0.0), 1.0)
 
 
 def bins_of(bin_deg: float) -> int:

@@ -11,7 +11,7 @@ import numpy as np
 
 from vomstudio.geology.roses import HISTOGRAM_OF, Histogram, Rose
 from vomstudio.products.net.contents import OKABE_ITO
-from vomstudio.products.net.legend import shortened, wrapped
+from vomstudio.products.net.legend import shortened, text_width, wrapped
 from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.rose_drawing import (
     CEILING,
@@ -186,14 +186,16 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
             draw_histogram(ax, rose, rings, color, style)
         else:
             draw_rose(ax, rose, rings, contents.by_area, color, style)
-        for above, text, weight in (
-            (1.95, tr("{set} (n = {count:,})", set=name, count=rose.n), "bold"),
-            (0.53, mean_words(rose), "normal"),
+        said = mean_words(rose)
+        fitting = font * min(1.0, max(0.7, 0.94 * side / text_width(said, font, "normal")))
+        for above, text, weight, size in (
+            (1.95, tr("{set} (n = {count:,})", set=name, count=rose.n), "bold", font),
+            (0.53, said, "normal", fitting),
         ):
             figure.text(
                 (left + side / 2) / width, (low + tall + above * font) / height,
-                shortened(text, font, side, weight),
-                ha="center", va="bottom", fontsize=font, weight=weight, color=style.ink,
+                shortened(text, size, side, weight),
+                ha="center", va="bottom", fontsize=size, weight=weight, color=style.ink,
                 parse_math=False,
             )  # fmt: skip
         drawn[name] = ax
@@ -223,6 +225,8 @@ def _caption(contents: RoseContents) -> str:
 
 def mean_words(rose: Rose | Histogram) -> str:
     """The mean of a rose or histogram for people."""
+    if isinstance(rose, Rose) and not rose.preferred and rose.rayleigh_p is not None:
+        return tr("no preferred direction (Rayleigh p = {p})", p=f"{rose.rayleigh_p:.2g}")
     if rose.mean_deg is None:
         return tr("no mean")
     if isinstance(rose, Histogram):

@@ -53,7 +53,7 @@ def draw_rose(
                 linewidth=0.7 * style.line_pt, zorder=layer("poles"),
             )  # fmt: skip
             ax.add_patch(petal)
-    if rose.mean_deg is not None:
+    if rose.preferred and rose.mean_deg is not None:
         for end in (rose.mean_deg, rose.mean_deg + 180.0)[: 2 if rose.axial else 1]:
             ax.plot(*_ray(end, (1.0, 1.1)), color=style.ink, linewidth=3.0 * style.line_pt,
                     solid_capstyle="butt", zorder=layer("means"))  # fmt: skip

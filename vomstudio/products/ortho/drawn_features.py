@@ -15,7 +15,6 @@ import numpy.typing as npt
 
 from vomstudio.products.ortho.interpretation import Item, flattened
 from vomstudio.products.ortho.planning import Plan
-from vomstudio.products.ortho.sheet import direction_in_words, end_labels
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
     shape_of,
@@ -23,6 +22,7 @@ from vomstudio.products.ortho.vector_drawing import (
     write_dxf,
     write_gpkg,
 )
+from vomstudio.products.ortho.view_words import direction_in_words, end_labels
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]

@@ -42,8 +42,7 @@ from vomstudio.products.ortho.drawn_features import (
 from vomstudio.products.ortho.drawn_tiles import drawn_tiles
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import Plan
-from vomstudio.products.ortho.sheet import draw_sheet, format_of
-from vomstudio.products.ortho.sheet_pdf import write_sheet_pdf
+from vomstudio.products.ortho.sheet import format_of, write_sheet
 from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
 from vomstudio.progress import Progress, Silent
 from vomstudio.version import __version__
@@ -106,10 +105,10 @@ def write_orthophoto(
 ) -> Made:
     """Draw and write all files, whole or none of them.
 
-    crs : of World ("EPSG:n" or WKT). model, content_hash : for the sidecar. sheet : a picture for
-    people (PNG, JPG or PDF) with scale bar and orientation. drawn : the picture, where it has been
-    drawn by this plan already. features : of World, to be drawn over it as vector
-    data. Raises TargetError, Cancelled.
+    crs : of World ("EPSG:n" or WKT). model, content_hash : for the sidecar. sheet : a page to scale
+    for people (PNG, JPG or PDF), with the features on it. drawn : the picture, where it has been
+    drawn by this plan already. features : of World, to be drawn over it as vector data. Raises
+    TargetError, Cancelled.
     """
     progress = progress or Silent()
     image = Path(image)
@@ -159,21 +158,11 @@ def write_orthophoto(
         paths[sidecar].write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", "utf-8")
         paths[world].write_text(world_file(transform), "ascii")
         if sheet is not None and small is not None:
-            _write_sheet(paths[Path(sheet)], sheet, small, plan, features or ())
+            drawing, _ = draw_features(features or (), plan, small.within())
+            write_sheet(paths[Path(sheet)], drawing, plan.view, format_of(sheet))
     shown = None if sheet is None else Path(sheet)
     said = tuple(warnings)
     return Made(image, sidecar, depth, world, shown, drawings, facts["coverage"], said, facts)
-
-
-def _write_sheet(
-    part: Path, sheet: str | Path, small: _Reduced, plan: Plan, features: tuple[Item, ...]
-) -> None:
-    """part : where it is written; sheet : its name, which tells the format"""
-    if format_of(sheet) == "PDF":
-        drawing, _ = draw_features(features, plan, small.within())
-        write_sheet_pdf(part, drawing, plan.view)
-    else:
-        draw_sheet(part, small.picture(), small.factor * plan.grid.gsd, plan.view)
 
 
 def _draw_features(
@@ -268,7 +257,7 @@ class _Reduced:
             factor *= 2
         self.factor = factor
         self._size = (grid.width, grid.height)
-        self._out = np.zeros((-(-grid.height // factor), -(-grid.width // factor), 4), np.uint8)
+        self.out = np.zeros((-(-grid.height // factor), -(-grid.width // factor), 4), np.uint8)
 
     def add(self, column: int, row: int, rgba: npt.NDArray[np.uint8]) -> None:
         f = self.factor
@@ -279,19 +268,16 @@ class _Reduced:
         mean = padded.reshape(padded.shape[0] // f, f, padded.shape[1] // f, f, 4).mean(axis=(1, 3))
         share = np.maximum(mean[..., 3:] / 255, 1e-6)
         mean[..., :3] = np.where(mean[..., 3:] > 0, mean[..., :3] / share, 0)
-        at = self._out[row // f :, column // f :]
+        at = self.out[row // f :, column // f :]
         at[: mean.shape[0], : mean.shape[1]] = np.clip(np.rint(mean), 0, 255)
-
-    def picture(self) -> npt.NDArray[np.uint8]:
-        return self._out
 
     def within(self) -> npt.NDArray[np.uint8]:
         """Stretched to exactly what the pixels cover: the last of the reduced ones reach beyond."""
         from PIL import Image
 
-        h, w = self._out.shape[:2]
+        h, w = self.out.shape[:2]
         box = (0.0, 0.0, self._size[0] / self.factor, self._size[1] / self.factor)
-        return np.asarray(Image.fromarray(self._out).resize((w, h), box=box))
+        return np.asarray(Image.fromarray(self.out).resize((w, h), box=box))
 
 
 def source_of(data: Mesh | PointCloud, plan: Plan) -> Source:

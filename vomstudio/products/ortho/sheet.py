@@ -1,34 +1,54 @@
-"""The sheet of an orthophoto: the picture with scale bar, which way is which, and the view."""
+"""The sheet of an orthophoto: true to scale on paper, with ticks at its frame, the scale bar, which
+way is which, and the interpretation over the picture. As PDF its words are text and its lines are
+lines; as PNG or JPEG it is the same page in pixels, with the resolution at which it is to scale."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import UsageError
-from vomstudio.geology.notation import format_azimuth
 from vomstudio.geometry.units import bar_text, round_length
-from vomstudio.geometry.vectors import wrap360
-from vomstudio.geometry.view_frame import STEEP_DEG
+from vomstudio.products.net.written_figure import write_figure
+from vomstudio.products.ortho.vector_drawing import (
+    DIP_TICK_MM,
+    INK,
+    Drawing,
+    Shape,
+    paper_scale,
+    placed_labels,
+    ticks_over,
+)
 from vomstudio.products.ortho.view_directions import View
+from vomstudio.products.ortho.view_words import direction_in_words, end_labels, unknown_in_words
 from vomstudio.words import tr
 
-FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".pdf": "PDF"}
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-_INK = "#141414"
-_NARROWEST = 640
-_WINDS = (
-    "N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE",
-    "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW",
-)  # fmt: skip
+Array = npt.NDArray[np.float64]
+
+FORMATS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg", ".pdf": "pdf"}
+DPI = 300.0
+
+_MARGIN_MM, _TOP_MM = 18.0, 16.0
+_LEAST_WIDTH_MM = 130.0
+"""Of what stands below the picture, beside a narrow one."""
+_FONT_PT, _LABEL_PT, _LINE_PT = 8.0, 7.0, 0.9
+_LETTER_MM = 0.19
+"""Of a letter's mean width and of a point of its size."""
+_ROW_MM = 4.6
+_BAR_MM, _WORDS_MM = 14.5, 20.5
+"""Below the picture: the scale bar, and the first row of words."""
 
 
 def format_of(path: str | Path) -> str:
-    """Pillow's name of the format that the ending asks for. Raises UsageError."""
+    """The format that the ending asks for, a value of FORMATS. Raises UsageError."""
     ending = Path(path).suffix.lower()
     if ending not in FORMATS:
         raise UsageError(
@@ -39,123 +59,142 @@ def format_of(path: str | Path) -> str:
     return FORMATS[ending]
 
 
-def bar_length(width_m: float) -> float:
-    """A length of 1, 2 or 5 times a power of ten, a tenth to a quarter of the picture's width."""
-    return round_length(0.25 * width_m)
+def write_sheet(path: Path, drawing: Drawing, view: View, format: str) -> None:
+    """drawing : with its picture, in metres of its plane; format : of FORMATS"""
+    low, high = drawing.bounds
+    scale = paper_scale(drawing.bounds)
+    wide, tall = (1000.0 * (high - low) / scale).tolist()
+    page = max(wide, _LEAST_WIDTH_MM)
+    words = _words(view, page)
+    size = (page + 2 * _MARGIN_MM, tall + _TOP_MM + _WORDS_MM + _ROW_MM * len(words) + 6.0)
+    left, bottom = 0.5 * (size[0] - wide), size[1] - _TOP_MM - tall
+
+    def draw(figure: Figure) -> None:
+        ax = figure.add_axes((left / size[0], bottom / size[1], wide / size[0], tall / size[1]))
+        ax.set_xlim(float(low[0]), float(high[0]))
+        ax.set_ylim(float(low[1]), float(high[1]))
+        # Paper keeps the picture's own pixels; the page's pixels are others, next to which nearest
+        # neighbours would leave out or double whole rows of them.
+        _draw_plane(ax, drawing, scale, "none" if format == "pdf" else "auto")
+        _draw_frame(ax, drawing, scale)
+        page_axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        page_axes.set_xlim(0.0, size[0])
+        page_axes.set_ylim(0.0, size[1])
+        page_axes.set_axis_off()
+        _draw_ends(page_axes, drawing, view, (left, bottom, wide, tall))
+        _draw_bar(page_axes, drawing, scale, (left, bottom, wide))
+        for k, line in enumerate(words):
+            page_axes.text(
+                min(left, 0.5 * (size[0] - page)), bottom - _WORDS_MM - _ROW_MM * k, line,
+                fontsize=_FONT_PT, color=INK, va="top", parse_math=False,
+            )  # fmt: skip
+
+    write_figure(path, draw, format=format, size_mm=size, paper="#ffffff", dpi=DPI)
 
 
-def end_labels(view: View) -> tuple[str, str, str]:
-    """What stands at the left end, at the right end and beside the arrow that points up."""
-    frame = view.frame
-    azimuth = wrap360(math.degrees(math.atan2(frame.right[0], frame.right[1])))
-    steep = abs(view.plunge_deg) >= STEEP_DEG
-    if not view.north_known:
-        left, right = (
-            tr("{azimuth:03d}, local", azimuth=round(a) % 360) for a in (azimuth + 180.0, azimuth)
-        )
-        return left, right, "y" if steep else tr("up")
-    return wind(azimuth + 180.0), wind(azimuth), "N" if steep else tr("up")
-
-
-def direction_in_words(view: View) -> str:
-    """Which way the viewer looks, and in which sense."""
-    trend = format_azimuth(view.trend_deg, 1)
-    return tr(
-        "View toward {trend}/{plunge:.1f} (trend/plunge, °), {sense}",
-        trend=trend,
-        plunge=view.plunge_deg,
-        sense=tr(view.sense),
-    )
-
-
-def unknown_in_words(view: View) -> str | None:
-    """What a model without registration leaves unknown, in words."""
-    if view.north_known:
-        return None if view.metric else tr("Not registered: scale unknown")
-    if view.metric:
-        return tr("Not registered: north unknown")
-    return tr("Not registered: north and scale unknown")
-
-
-def draw_sheet(
-    path: Path, rgba: npt.NDArray[np.uint8], metres_per_pixel: float, view: View
-) -> None:
-    """Write the sheet as a picture, PNG or JPEG; `rgba` is the orthophoto, reduced to a size for
-    reading. As PDF it is written by `sheet_pdf`.
-
-    All text is drawn beside the picture, never into it, and reads the same whichever way the view
-    is flipped.
-    """
-    from PIL import Image, ImageDraw, ImageFont
-
-    format_ = format_of(path)
-    picture = Image.fromarray(rgba)
-    enlarge = max(1, -(-_NARROWEST // max(picture.size)))
-    if enlarge > 1:
-        picture = picture.resize(
-            (picture.width * enlarge, picture.height * enlarge), Image.Resampling.NEAREST
-        )
-        metres_per_pixel /= enlarge
-    size = max(14, round(max(picture.size) / 70))
-    font = ImageFont.load_default(size)
-    pad, line = 2 * size, round(1.5 * size)
-    room = max(picture.width, _NARROWEST)
-    left, right, up = end_labels(view)
-    unknown = unknown_in_words(view)
-    text = [
-        direction_in_words(view),
-        *_wrapped(view.reason, round((room - pad) / (0.52 * size))),
-        *([unknown] if unknown else []),
-    ]
-    widest = max(font.getlength(words) for words in text)
-    width = max(room, math.ceil(widest)) + 2 * pad
-    bottom = pad + line + picture.height
-    height = bottom + pad + line * (len(text) + 2) + pad
-    sheet = Image.new("RGB", (width, height), "white")
-    x = (width - picture.width) // 2
-    sheet.paste(picture, (x, pad + line), picture)
-    draw: Any = ImageDraw.Draw(sheet)
-    frame = (x - 1, pad + line - 1, x + picture.width, bottom)
-    draw.rectangle(frame, outline=_INK, width=size // 12)
-    # Beside a narrow picture the words of its ends keep clear of the arrow and its own.
-    side = max(picture.width / 2, 3 * size + max(font.getlength(end) for end in (left, right)))
-    draw.text((x + picture.width / 2 - side, pad // 2), left, _INK, font)
-    draw.text((x + picture.width / 2 + side, pad // 2), right, _INK, font, anchor="ra")
-    _arrow(draw, width // 2, pad // 2, size, up, font)
-    length = bar_length(picture.width * metres_per_pixel)
-    words = bar_text(length, metric=view.metric)
-    _bar(draw, x, bottom + pad // 2, words, length / metres_per_pixel, size, font)
-    x_words = min(x, width - pad - widest)
-    for i, words in enumerate(text):
-        draw.text((x_words, bottom + pad // 2 + round(line * (i + 2.2))), words, _INK, font)
-    sheet.save(path, format_)
-
-
-def _arrow(draw: Any, x: int, y: int, size: int, label: str, font: Any) -> None:
-    half = size // 3
-    draw.polygon(((x, y), (x - half, y + size // 2), (x + half, y + size // 2)), _INK)
-    draw.line((x, y + size // 2, x, y + size + half), _INK, size // 8)
-    draw.text((x + 2 * half, y), label, _INK, font)
-
-
-def _bar(draw: Any, x: int, y: int, length: str, pixels: float, size: int, font: Any) -> None:
-    """Two halves, dark and light, with 0 and the length at their ends; of a short one the length
-    stands beside the 0."""
-    thick = size // 3
-    draw.rectangle((x, y, x + pixels, y + thick), "white", _INK)
-    draw.rectangle((x, y, x + pixels / 2, y + thick), _INK, _INK)
-    below = y + 1.5 * thick
-    draw.text((x, below), "0", _INK, font)
-    end = max(pixels, font.getlength("0 ") + font.getlength(length) / 2)
-    draw.text((x + end, below), length, _INK, font, anchor="ma")
-
-
-def wind(azimuth_deg: float) -> str:
-    whole = round(azimuth_deg) % 360
-    return f"{_WINDS[round(azimuth_deg / 22.5) % 16]} ({whole:03d})"
-
-
-def _wrapped(text: str, width: int) -> list[str]:
+def _words(view: View, width_mm: float) -> list[str]:
     import textwrap
 
-    return textwrap.wrap(text, width)
+    unknown = unknown_in_words(view)
+    letters = round(width_mm / (_LETTER_MM * _FONT_PT))
+    said = [direction_in_words(view), *textwrap.wrap(view.reason, letters)]
+    return [*said, *([unknown] if unknown else [])]
+
+
+def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
+    """The picture, what is interpreted on it, and labels that cover no other."""
+    low, high = drawing.bounds
+    if drawing.picture is not None:
+        extent = (float(low[0]), float(high[0]), float(low[1]), float(high[1]))
+        ax.imshow(drawing.picture, extent=extent, interpolation=between, aspect="auto", zorder=0)
+    for shape in drawing.shapes:
+        _draw_shape(ax, shape, scale)
+    for label in placed_labels(drawing, scale, 0.353 * _LABEL_PT):
+        if label.apart:
+            ends = np.array([label.named, (label.x, label.y)])
+            ax.plot(ends[:, 0], ends[:, 1], color=label.shape.color, linewidth=0.5, zorder=3)
+        ax.text(
+            label.x, label.y, label.shape.label, fontsize=_LABEL_PT, va="center", zorder=4,
+            ha="right" if label.right else "left", color=label.color, parse_math=False,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
+        )  # fmt: skip
+
+
+def _draw_shape(ax: Axes, shape: Shape, scale: int) -> None:
+    points = shape.points
+    if len(points) == 1:
+        x, y = points[0].tolist()
+        ax.plot([x], [y], "o", markersize=3.0, color=shape.color, zorder=3)
+        if shape.dip_deg is None:
+            return
+        a, reach = math.radians(shape.dip_deg), 0.001 * scale * DIP_TICK_MM
+        across = np.array([math.cos(a), -math.sin(a)]) * reach
+        points = np.stack([points[0] - across, points[0] + across])
+    if shape.filled:
+        ax.fill(points[:, 0], points[:, 1], color=shape.color, alpha=0.5, linewidth=0.0, zorder=1)
+    if shape.closed:
+        points = np.vstack([points, points[:1]])
+    # Light below, so that a line is seen on dark rock too.
+    for width, color, above in ((2.2, "white", 1), (1.0, shape.color, 2)):
+        ax.plot(points[:, 0], points[:, 1], color=color, linewidth=width * _LINE_PT, zorder=above,
+                solid_joinstyle="round")  # fmt: skip
+
+
+def _draw_frame(ax: Axes, drawing: Drawing, scale: int) -> None:
+    low, high = drawing.bounds
+    beside = ticks_over(float(low[0]), float(high[0]))
+    wide = _LETTER_MM * _FONT_PT * (max((len(_number(v)) for v in beside), default=0) + 2)
+    ax.set_xticks(_with_room(beside, 0.001 * scale * wide))
+    ax.set_yticks(_with_room(ticks_over(float(low[1]), float(high[1])), 0.001 * scale * _ROW_MM))
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_formatter(lambda value, _: _number(value))
+    ax.tick_params(labelsize=_FONT_PT, width=0.6, length=3.0, color=INK, labelcolor=INK)
+    for spine in ax.spines.values():
+        spine.set_linewidth(0.6)
+        spine.set_color(INK)
+    ax.set_xlabel(drawing.axes[0], fontsize=_FONT_PT, color=INK)
+    ax.set_ylabel(drawing.axes[1], fontsize=_FONT_PT, color=INK)
+
+
+def _number(value: float) -> str:
+    return f"{value + 0.0:.12g}"
+
+
+def _with_room(ticks: Array, apart: float) -> Array:
+    """Those of a narrow picture whose words do not meet."""
+    if len(ticks) < 2:
+        return ticks
+    return ticks[:: max(1, math.ceil(apart / float(ticks[1] - ticks[0])))]
+
+
+def _draw_ends(
+    ax: Axes, drawing: Drawing, view: View, frame: tuple[float, float, float, float]
+) -> None:
+    """Beside a narrow picture the words of its ends keep clear of the arrow."""
+    left, bottom, wide, tall = frame
+    above, middle = bottom + tall + 3.0, left + 0.5 * wide
+    side = max(0.5 * wide, 12.0 + _LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))
+    look: dict[str, Any] = {"fontsize": _FONT_PT + 1.0, "weight": "bold", "color": INK}
+    ax.text(middle - side, above, drawing.ends[0], ha="left", va="bottom", **look)
+    ax.text(middle + side, above, drawing.ends[1], ha="right", va="bottom", **look)
+    arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
+    ax.annotate("", (middle, above + 7.0), (middle, above - 0.5), arrowprops=arrow)
+    ax.text(middle + 2.0, above + 3.0, end_labels(view)[2], va="center", **look)
+
+
+def _draw_bar(ax: Axes, drawing: Drawing, scale: int, place: tuple[float, float, float]) -> None:
+    from matplotlib.patches import Rectangle
+
+    left, bottom, _ = place
+    low, high = drawing.bounds
+    length = round_length(0.25 * float(high[0] - low[0]))
+    wide, y = 1000.0 * length / scale, bottom - _BAR_MM
+    for part, color in ((0.0, INK), (0.5, "white")):
+        ax.add_patch(
+            Rectangle((left + part * wide, y), 0.5 * wide, 1.3, facecolor=color, edgecolor=INK,
+                      linewidth=0.6)
+        )  # fmt: skip
+    said = bar_text(length, metric=drawing.metric)
+    if drawing.metric:
+        said = tr("{length}, 1 : {scale}", length=said, scale=f"{scale:,}".replace(",", " "))
+    ax.text(left + wide + 2.0, y + 0.65, said, va="center", fontsize=_FONT_PT, color=INK)

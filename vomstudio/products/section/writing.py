@@ -13,7 +13,6 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.products.ortho.interpretation import Flat, Item, flattened
-from vomstudio.products.ortho.sheet import wind
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
     Shape,
@@ -21,6 +20,7 @@ from vomstudio.products.ortho.vector_drawing import (
     svg_text,
     write_dxf,
 )
+from vomstudio.products.ortho.view_words import wind
 from vomstudio.products.section.curtain import Curtain
 from vomstudio.products.section.cutting import Cut
 from vomstudio.version import __version__

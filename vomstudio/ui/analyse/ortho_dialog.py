@@ -149,7 +149,7 @@ class OrthoDialog(QDialog):
         return pixel
 
     def _make_sheet(self) -> QHBoxLayout:
-        self.sheet = QCheckBox(tr("Also write a sheet with scale bar and labels"))
+        self.sheet = QCheckBox(tr("Also write a sheet to scale"))
         self.sheet_format = ComboBox()
         for name in ("png", "pdf"):
             self.sheet_format.addItem(name.upper(), name)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from html import escape
 
 import numpy as np
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton, QTextBrowser
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton
 
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Repeatable, Typed, get
@@ -27,6 +27,7 @@ from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.forms.figures_page import FiguresPage
 from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.scene.outcrop_view import OutcropView
@@ -62,7 +63,7 @@ class RepeatsPanel(SeenPanel):
         self.offered.setObjectName("repeats_offered")
         self.said = hint_label()
         self.said.setObjectName("repeats_said")
-        self.figures = QTextBrowser()
+        self.figures = FiguresPage(_first_step())
         self.figures.setAccessibleName(tr("Spread of the repeats"))
         self._arrange()
         self._connect()
@@ -188,16 +189,15 @@ class RepeatsPanel(SeenPanel):
         why = self._asked.answer(self._question(), _answer)
         if why is not None:
             self.found = None
-            self.figures.clear()
-            self.said.setText(why)
+            self.said.clear()
+            self.figures.say(why)
         self._refresh_buttons()
 
     def _question(self) -> OrientationTable | str:
         studio = self._studio
         features = studio.session.of(Repeatable)
         if not any(f.repeat_of for f in features):
-            return tr("Nothing was picked again yet. A tenth of the picks tells how far one may be "
-                      "off.")  # fmt: skip
+            return _first_step()
         try:
             measured = studio.measured(f.id for f in features)
             return feature_table(studio.records, features, measured, repeats=True)
@@ -227,6 +227,13 @@ class RepeatsPanel(SeenPanel):
         chosen = chosen_features(self._studio)
         _allow(self.name, None if chosen else tr("Select a feature first."),
                tr("Say that the selected features were picked by this interpreter."))  # fmt: skip
+
+
+def _first_step() -> str:
+    return tr(
+        "Nothing was picked again yet. Choose Offer picks again: a tenth of the picks tells how "
+        "far one may be off."
+    )
 
 
 def _answer(table: OrientationTable) -> TableRepeats:

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton, QTextBrowser
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton
 
 from vomstudio.document import grid_edits
 from vomstudio.document.records import FaceGrid, Model, get, get_feature
@@ -22,6 +22,7 @@ from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.forms.figures_page import FiguresPage
 from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.model_box import ModelBox
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
@@ -70,7 +71,7 @@ class LookedAtPanel(SeenPanel):
         self.remove = QPushButton(theme.icon("delete-outline"), tr("Remove grid"))
         self.said = hint_label()
         self.said.setObjectName("looked_at_said")
-        self.figures = QTextBrowser()
+        self.figures = FiguresPage(_first_step())
         self.figures.setAccessibleName(tr("What was looked at"))
         self._arrange()
         self._connect()
@@ -126,8 +127,8 @@ class LookedAtPanel(SeenPanel):
         why = self._asked.answer(self._question(), answer)
         if why is not None:
             self.found = None
-            self.figures.clear()
-            self.said.setText(why)
+            self.said.clear()
+            self.figures.say(why)
         self._refresh_buttons()
 
     def _list_grids(self) -> None:
@@ -155,7 +156,7 @@ class LookedAtPanel(SeenPanel):
         """Or why there is none."""
         studio, grid = self._studio, self.grid()
         if grid is None:
-            return tr("Lay a grid over the face, then mark its cells as you look through them.")
+            return _first_step()
         model = get(studio.records, grid.model_id, Model)
         exposed = studio.workspace.grids.exposed(grid.id)
         if exposed is None:
@@ -246,6 +247,10 @@ class LookedAtPanel(SeenPanel):
     def _remove(self) -> None:
         if (grid := self.grid()) is not None:
             self._studio.attempt(grid_edits.remove_grid, grid.id)
+
+
+def _first_step() -> str:
+    return tr("Lay a grid over the face, then mark its cells as you look through them.")
 
 
 def _allow(button: QPushButton, why_not: str | None, tip: str) -> None:

@@ -1,0 +1,235 @@
+"""The sheet: to scale on paper and in pixels; in a PDF text is text and lines are lines."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import zlib
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from vomstudio.errors import UsageError
+from vomstudio.products.ortho.sheet import format_of, write_sheet
+from vomstudio.products.ortho.vector_drawing import Drawing, Shape, paper_scale, placed_labels
+from vomstudio.products.ortho.view_directions import view_along_line
+
+MM = 72.0 / 25.4
+
+
+def page_of(path: Path) -> tuple[list[float], str]:
+    """Its size in points, and the program that draws it, without the codes of other objects."""
+    data = path.read_bytes()
+    (box,) = re.findall(rb"/MediaBox \[\s*([^]]*)\]", data)
+    for found in re.finditer(rb"stream\r?\n(.*?)\r?\nendstream", data, re.S):
+        try:
+            text = zlib.decompress(found.group(1))
+        except zlib.error:
+            continue
+        if b"BT" in text:
+            return [float(v) for v in box.split()], text.decode("latin-1")
+    raise AssertionError("no page")
+
+
+def texts_of(page: str) -> str:
+    """Words that are written, without kerning; letters may be codes of two bytes."""
+    said = []
+    for block in re.findall(r"\bBT\b(.*?)\bET\b", page, re.S):
+        strings = re.findall(r"\(((?:\\.|[^()\\])*)\)", block, re.S)
+        words = re.sub(r"\\(.)", r"\1", "".join(strings), flags=re.S)
+        said.append(words.replace("\x00", ""))
+    return "\n".join(said)
+
+
+def lines_of(page: str) -> list[np.ndarray]:
+    """Each stroked path (n, 2), points of the page."""
+    found = []
+    for path in re.findall(r"((?:[-\d.]+ [-\d.]+ [ml]\n)+)\s*S", page):
+        found.append(np.array([[float(v) for v in row.split()[:2]] for row in path.splitlines()]))
+    return found
+
+
+def drawing(width: float = 20.0, height: float = 8.0) -> Drawing:
+    trace = Shape(
+        "traces", np.array([[-7.0, -2.0], [0.0, 1.0], [6.0, 2.5]]), "#0072b2", label="B01 21°"
+    )
+    joint = Shape("joints", np.array([[3.0, 0.0]]), "#009e73", label="J1 60°", dip_deg=60.0)
+    bounds = np.array([[-width / 2, -height / 2], [width / 2, height / 2]])
+    picture = np.full((40, 100, 4), (120, 110, 90, 255), np.uint8)
+    return Drawing((trace, joint), bounds, ("NW (315)", "SE (135)"), ("right (m)", "up (m)"),
+                   picture=picture)  # fmt: skip
+
+
+def test_words_are_text_and_lines_are_where_they_are_to_scale(tmp_path: Path) -> None:
+    view = replace(view_along_line(45, 0), reason="along the axis of the fold")
+    made = drawing()
+    write_sheet(tmp_path / "s.pdf", made, view, "pdf")
+    box, page = page_of(tmp_path / "s.pdf")
+    words = texts_of(page)
+    for said in ("NW (315)", "SE (135)", "B01 21", "J1 60", "right (m)", "up (m)", "1 : 100",
+                 "along the axis of the fold", "045.0/0.0"):  # fmt: skip
+        assert said in words, words
+    scale = paper_scale(made.bounds)
+    assert scale == 100
+    # The trace, in millimetres of paper between its points, by the scale that the sheet states.
+    wanted = np.diff(made.shapes[0].points, axis=0) * 1000.0 / scale * MM
+    assert any(
+        len(line) == 3 and np.allclose(np.diff(line, axis=0), wanted, atol=0.02)
+        for line in lines_of(page)
+    )
+    # Twenty metres at 1 : 100 are twenty centimetres of paper and the margins.
+    assert box[2] / MM == pytest.approx(236.0, abs=0.1)
+
+
+def test_the_bar_is_as_long_as_it_says(tmp_path: Path) -> None:
+    write_sheet(tmp_path / "s.pdf", drawing(), view_along_line(45, 0), "pdf")
+    _, page = page_of(tmp_path / "s.pdf")
+    assert "5 m, 1 : 100" in texts_of(page)
+    rows = re.findall(r"([-\d.]+) ([-\d.]+) m\n([-\d.]+) \2 l\n\3 ", page)
+    widths = {round((float(b) - float(a)) / MM, 2) for a, _, b in rows}
+    assert 25.0 in widths
+
+
+def test_a_narrow_picture_and_unknown_scale_are_said_whole(tmp_path: Path) -> None:
+    view = replace(view_along_line(45, 0), north_known=False, metric=False, reason="x " * 300)
+    narrow = replace(drawing(0.5, 8.0), shapes=(), metric=False)
+    write_sheet(tmp_path / "s.pdf", narrow, view, "pdf")
+    box, page = page_of(tmp_path / "s.pdf")
+    words = texts_of(page)
+    assert "Not registered: north and scale unknown" in words
+    assert "1 :" not in words
+    assert box[2] / MM == pytest.approx(166.0, abs=0.1)
+
+
+def test_no_label_covers_another_and_those_apart_are_led_to() -> None:
+    """Twelve planes at one place: some find room beside it, some at the end of a line, the others
+    have no label."""
+    at = np.array([[0.0, 0.0]])
+    many = tuple(Shape("j", at + 0.01 * i, label=f"J{i:02d} 30°", dip_deg=30.0) for i in range(40))
+    made = replace(drawing(), shapes=many)
+    placed = placed_labels(made, 100.0, 2.6)
+    assert 4 <= len(placed) < 40
+    wide, tall = 0.001 * 100.0 * 2.6 * 0.5 * 7, 0.001 * 100.0 * 2.6
+    boxes = [(p.x - wide if p.right else p.x, p.y - tall / 2) for p in placed]
+    for (x, y), (u, v) in combinations(boxes, 2):
+        assert abs(x - u) >= wide or abs(y - v) >= tall - 1e-9
+    for p in placed:
+        near = abs(p.y - p.named[1]) < 0.001 * 100.0 * 5.0
+        assert p.apart != near
+
+
+def middles(dark: np.ndarray) -> np.ndarray:
+    """(k,) of the runs of dark pixels in a row or column (n,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], dark.astype(int), [0]])))
+    return edges.reshape(-1, 2).mean(axis=1)
+
+
+def longest_run(dark: np.ndarray) -> int:
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], dark.astype(int), [0]])))
+    return int(np.diff(edges)[::2].max(initial=0))
+
+
+def frame_of(dark: np.ndarray) -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of the page's largest rectangle, pixels."""
+    rows = np.array([longest_run(row) for row in dark])
+    columns = np.array([longest_run(column) for column in dark.T])
+    y, x = (middles(runs > 0.95 * runs.max()) for runs in (rows, columns))
+    return x[0], y[0], x[-1], y[-1]
+
+
+@pytest.mark.parametrize(("ending", "width", "height"), [
+    ("png", 20.0, 8.0), ("jpg", 20.0, 8.0), ("jpeg", 3.0, 1.9), ("png", 8.0, 31.0),
+    ("png", 2600.0, 900.0),
+])  # fmt: skip
+def test_ticks_of_a_picture_are_to_the_scale_that_it_states(
+    tmp_path: Path, ending: str, width: float, height: float
+) -> None:
+    """By the resolution that the file tells a printer."""
+    bounds = np.array([[0.0, 0.0], [width, height]])
+    made = replace(drawing(), shapes=(), picture=None, bounds=bounds)
+    path = tmp_path / f"s.{ending}"
+    write_sheet(path, made, view_along_line(45, 0), format_of(path))
+    with Image.open(path) as page:
+        assert page.format == {"png": "PNG"}.get(ending, "JPEG")
+        dpi = page.info["dpi"]
+        dark = np.asarray(page.convert("L")) < 128
+    assert dpi == pytest.approx((300.0, 300.0), abs=0.01)
+    scale = paper_scale(bounds)
+    metre = 1000.0 / scale / 25.4 * 300.0
+    left, top, right, bottom = frame_of(dark)
+    assert (right - left, bottom - top) == pytest.approx((width * metre, height * metre), abs=1.5)
+    x, y = round(left) - 3, round(bottom) + 3
+    across = middles(dark[y + 5, x : round(right) + 3]) + x - left
+    above = round(top) - 3
+    up = bottom - above - middles(dark[above:y, x - 5])[::-1]
+    for ticks, start, end in ((across, 0.0, width), (up, 0.0, height)):
+        metres = ticks / metre
+        step = np.diff(metres).mean()
+        round_ = float(f"{step:.0e}")
+        assert len(ticks) >= 3
+        assert f"{round_:e}"[0] in "1245"
+        wanted = np.arange(start, end * (1 + 1e-9), round_)
+        assert ticks == pytest.approx(wanted * metre, abs=1.5)
+
+
+@pytest.mark.parametrize("ending", ["png", "jpg"])
+def test_a_picture_has_the_interpretation_where_the_ticks_say(tmp_path: Path, ending: str) -> None:
+    made = drawing()
+    path = tmp_path / f"s.{ending}"
+    write_sheet(path, made, view_along_line(45, 0), format_of(path))
+    with Image.open(path) as page:
+        seen = np.asarray(page.convert("RGB")).astype(int)
+    left, _, _, bottom = frame_of(seen.sum(axis=2) < 200)
+    metre = 1000.0 / paper_scale(made.bounds) / 25.4 * 300.0
+    low = made.bounds[0]
+
+    def at(point: np.ndarray) -> np.ndarray:
+        x, y = (point - low) * metre
+        return seen[round(bottom - y), round(left + x)]
+
+    trace = made.shapes[0].points
+    for share in (0.02, 0.3, 0.8):
+        for a, b in itertools.pairwise(trace):
+            assert np.abs(at(a + share * (b - a)) - (0x00, 0x72, 0xB2)).max() < 40
+    # The picture fills the frame, in its own colour.
+    for corner in ((-9.8, -3.8), (9.8, 3.8), (-9.8, 3.8), (9.8, -3.8)):
+        assert np.abs(at(np.array(corner)) - (120, 110, 90)).max() < 6
+
+
+def test_a_page_of_pixels_is_no_larger_than_paper_however_large_the_picture(
+    tmp_path: Path,
+) -> None:
+    """A quarter of a metre and its margins."""
+    for size in (1e-3, 1.0, 1e5):
+        bounds = np.array([[0.0, 0.0], [size, size]])
+        made = replace(drawing(), shapes=(), bounds=bounds)
+        write_sheet(tmp_path / "s.png", made, view_along_line(45, 0), "png")
+        with Image.open(tmp_path / "s.png") as page:
+            assert max(page.size) < (250.0 + 75.0) / 25.4 * 300.0
+
+
+def test_words_at_the_ticks_of_a_narrow_picture_do_not_meet(tmp_path: Path) -> None:
+    narrow = replace(drawing(0.5, 8.0), shapes=())
+    write_sheet(tmp_path / "s.png", narrow, view_along_line(45, 0), "png")
+    with Image.open(tmp_path / "s.png") as page:
+        dark = np.asarray(page.convert("L")) < 128
+    left, _, right, bottom = frame_of(dark)
+    ticks = middles(dark[round(bottom) + 8, round(left) - 3 : round(right) + 3])
+    assert (np.diff(ticks) > 3.0 / 25.4 * 300.0).all()
+
+
+def test_the_ending_says_the_format() -> None:
+    for name, format_ in (
+        ("a.PNG", "png"),
+        ("a.jpg", "jpeg"),
+        ("a.jpeg", "jpeg"),
+        ("a.pdf", "pdf"),
+    ):
+        assert format_of(name) == format_
+    with pytest.raises(UsageError, match=r"\.png, \.jpg or \.pdf") as caught:
+        format_of("a.gif")
+    assert caught.value.field == "--sheet"

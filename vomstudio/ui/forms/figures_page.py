@@ -1,0 +1,29 @@
+"""A page of figures that says, while it is empty, what to do first."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QPainter, QPaintEvent, QPalette
+from PySide6.QtWidgets import QTextBrowser
+
+
+class FiguresPage(QTextBrowser):
+    def __init__(self, empty: str) -> None:
+        super().__init__()
+        self.empty = empty
+
+    def say(self, why: str) -> None:
+        """Why there are no figures."""
+        self.empty = why
+        self.clear()
+        self.viewport().update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
+        super().paintEvent(event)
+        if not self.document().isEmpty():
+            return
+        # Qt's own text for an empty page is cut off after its first line.
+        painter = QPainter(self.viewport())
+        painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
+        flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
+        painter.drawText(self.viewport().rect().adjusted(12, 12, -12, -12), flags, self.empty)
