@@ -13,13 +13,13 @@ from string import Formatter
 
 __all__ = ["to_translate", "tr", "tr_n", "use_catalogue"]
 
-_catalogue = gettext.NullTranslations()
+_catalogue, _english = gettext.NullTranslations(), True
 
 
 def use_catalogue(catalogue: gettext.NullTranslations | None) -> None:
     """From now on strings come from this catalogue; None stands for English."""
-    global _catalogue
-    _catalogue = gettext.NullTranslations() if catalogue is None else catalogue
+    global _catalogue, _english
+    _catalogue, _english = catalogue or gettext.NullTranslations(), catalogue is None
 
 
 def tr(message: str, /, **values: object) -> str:
@@ -29,6 +29,9 @@ def tr(message: str, /, **values: object) -> str:
     `str.format`, with its formats (`{length:.2f}`). Without values nothing is filled and braces are
     themselves. A translation with other placeholders than the English is not used.
     """
+    if _english:
+        # Tables of thousands of rows ask for hundreds of thousands of sentences.
+        return message.format(**values) if values else message
     return _filled(_catalogue.gettext(message), message, values)
 
 
