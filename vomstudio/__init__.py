@@ -51,6 +51,7 @@ _PLACES = {
     "agreement": "agreements",
     "facets": "extractions",
     "follow": "extractions",
+    "propose_traces": "proposals",
     "reconstruct": "reconstructions",
     "Project": "projects",
     "ProjectModel": "projects",

@@ -28,6 +28,7 @@ from vomstudio.api.planes import fit_plane as fit_plane
 from vomstudio.api.planes import fit_planes as fit_planes
 from vomstudio.api.projects import Project as Project
 from vomstudio.api.projects import ProjectModel as ProjectModel
+from vomstudio.api.proposals import propose_traces as propose_traces
 from vomstudio.api.reconstructions import reconstruct as reconstruct
 from vomstudio.api.registrations import register as register
 from vomstudio.api.samples import sample as sample

@@ -190,6 +190,7 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "measurable": Case(vs.measurable, {"model": GROUND, "plane": (90, 45), "length_m": 1.0}),
         "follow": Case(vs.follow, {
             "model": mesh, "through": [[0.1, 0.1, 0.02], [2, 2, 0.4]], "cost": "curvature"}),
+        "propose_traces": Case(vs.propose_traces, {"model": mesh, "cost": "curvature"}),
         "reconstruct": Case(vs.reconstruct, photos),
         "sample": Case(lambda parts: vs.sample(parts), {"parts": "picks.csv"}),
         "Mesh.save": Case(mesh.save, {"path": folder / "out.ply", "force": True}),
@@ -217,7 +218,8 @@ NAMES = (
     "rose", "orthophoto", "orthophoto plane", "orthophoto fold", "dem", "section",
     "section profile", "extend", "extend of", "surface", "register", "register -",
     "register()", "compare",
-    "agreement", "facets", "measurable", "follow", "reconstruct", "sample", "Mesh.save",
+    "agreement", "facets", "measurable", "follow", "propose_traces", "reconstruct",
+    "sample", "Mesh.save",
     "PointCloud.save",
     "Orthophoto.save", "ElevationModel.save", "Section.save", "Project.open", "Project.create",
     "Project.add_model", "Project.add_trace", "Project.fit", "Project.judge_by", "Project.export",

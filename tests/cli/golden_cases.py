@@ -135,6 +135,12 @@ CASES = (
     Case(
         "trace", "trace {work}/slope.csv --through {work}/clicks.csv -o {work}/bed.csv --cost grey"
     ),
+    Case("trace-proposed", "trace {work}/slope.csv --propose -o {work}/seen.csv --cost grey"),
+    Case(
+        "trace-proposed-refused",
+        "trace {work}/slope.csv --propose -o {work}/none.csv --cost dark",
+        code=2,
+    ),
     Case(
         "trace-refused",
         "trace {work}/slope.csv --through {work}/ground.xyz -o {work}/none.csv --cost shade",

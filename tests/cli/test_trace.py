@@ -169,3 +169,19 @@ def test_a_drawing_is_not_followed_in_a_photo(run, slope: Path, tmp_path: Path) 
     )
     assert ran.code == 2
     assert "--photo is for a line that is followed" in ran.said
+
+
+def test_lines_are_proposed_and_no_results(run, slope: Path, tmp_path: Path) -> None:
+    table = tmp_path / "seen.csv"
+    ran = run("trace", slope, "--propose", "--cost", "grey", "-o", table, "--json")
+    assert ran.code == 0, ran.said
+    assert ran.json["table"] == str(table)
+    first = ran.json["proposals"][0]
+    assert first.keys() >= {"line", "length_m", "evidence", "doubt", "plane"}
+    rows = [line.split(",") for line in table.read_text().splitlines() if line[0] != "#"]
+    assert rows[0] == ["line", "x", "y", "z"]
+    heights = np.array([float(row[3]) for row in rows[1:] if row[0] == first["line"]])
+    assert np.median(np.abs(heights - 1.0)) < 0.05
+    assert "no colours" in run("trace", slope, "--propose", "-o", tmp_path / "n.csv").said
+    both = run("trace", slope, "--propose", "--through", slope, "-o", tmp_path / "n.csv")
+    assert both.code == 2

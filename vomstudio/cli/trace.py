@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.cli.common import straight_traces, text_tables, trace_drawing
+from vomstudio.cli.common import straight_traces, text_tables, trace_drawing, trace_proposals
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import declared_of
 from vomstudio.cli.common.output import Output
@@ -51,7 +51,6 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--cost",
         metavar="COST",
-        default="colour",
         help=tr(
             "what is followed: colour (like that at the way-points, the default), dark, light, "
             "gradient, curvature, low values of a field, or auto, whichever tells the plane best"
@@ -60,16 +59,25 @@ def add_parser(subparsers: Subparsers) -> None:
     straight_traces.add_sets(parser)
     add_output(parser, tr("write every vertex of the lines as CSV"), required=True)
     trace_drawing.add_options(parser)
+    trace_proposals.add_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    if (args.through is None) == (args.from_ortho is None):
+    if [args.through is not None, args.from_ortho is not None, args.propose].count(True) != 1:
         raise UsageError(
-            tr("Give way-points, --through POINTS, or a drawing, --from-ortho DRAWING."),
+            tr(
+                "Give way-points, --through POINTS, or a drawing, --from-ortho DRAWING, or ask for "
+                "lines to look at, --propose."
+            ),
             field="--through",
         )
-    if args.from_ortho is not None:
+    if not args.propose and (args.least_length is not None or args.most is not None):
+        raise UsageError(
+            tr("A least length and a number of lines are for those that are proposed, --propose."),
+            field="--most" if args.least_length is None else "--least-length",
+        )
+    if args.through is None:
         for option in ("photo", "cameras", "sets"):
             if getattr(args, option) is not None:
                 raise UsageError(
@@ -77,7 +85,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
                        option=f"--{option}"),
                     field=f"--{option}",
                 )  # fmt: skip
-        trace_drawing.run(args, out)
+        (trace_proposals if args.propose else trace_drawing).run(args, out)
     else:
         _follow(args, out)
 
@@ -149,7 +157,7 @@ def _found(
     from vomstudio.io.photos.own_cameras.reading import find_own_cameras
 
     asked: dict[str, Any] = {
-        "cost": args.cost,
+        "cost": args.cost or "colour",
         "resolution": spacing,
         "model": Path(args.model).name,
         "frame": model.crs or "local",

@@ -48,7 +48,7 @@ def node_costs(graph: Graph, cost: str, tints: Array | None = None) -> Array:
         value = np.sqrt(off)
         value /= max(float(np.percentile(value, _HIGH)), 1e-9)
     else:
-        value = _value(graph, cost)
+        value = looked_for(graph, cost)
         sound = np.isfinite(value)
         whole = bool(sound.all())
         known = value if whole else value[sound]
@@ -71,7 +71,8 @@ def smoothed(graph: Graph, values: Array, times: int = 1) -> Array:
     return now
 
 
-def _value(graph: Graph, cost: str) -> Array:
+def looked_for(graph: Graph, cost: str) -> Array:
+    """(n,) of any cost but "colour": least where a contact is."""
     from vomstudio.extraction.path_kernels import slopes
 
     if cost == "curvature":

@@ -1,0 +1,130 @@
+"""Lines that are proposed: known beds are found, noise is doubted, the world may be turned."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from vomstudio.errors import Cancelled, UsageError
+from vomstudio.extraction.proposed_traces import ProposedTraces, propose_traces
+from vomstudio.extraction.surface_graph import SurfaceGraph
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.progress import CancelToken, Silent
+
+Array = npt.NDArray[np.float64]
+RESOLUTION = 0.05
+BEDS = {0.5: 60.0, 1.4: 30.0}
+
+
+def slope(seed: int, beds: dict[float, float], ledge: float = 0.0) -> tuple[Array, Array]:
+    """Points and grey values: beds level at these heights, so much darker than the noisy rest."""
+    random = np.random.default_rng(seed)
+    y, x = (a.ravel() * RESOLUTION for a in np.mgrid[0:60, 0:60])
+    x = x + random.normal(0.0, 0.005, len(x))
+    z = 0.6 * y + 0.2 * np.sin(3.0 * x) + random.normal(0.0, 0.003, len(x))
+    grey = 128.0 + random.normal(0.0, 10.0, len(x))
+    for height, darker in beds.items():
+        grey -= darker * (np.abs(z - height) < 0.04)
+    z += ledge * (y > 1.5)
+    return np.column_stack([x, y, z]), grey
+
+
+def proposed(points: Array, grey: Array | None, cost: str, **asked: object) -> ProposedTraces:
+    colours = None if grey is None else np.repeat(grey[:, None], 3, axis=1).astype(np.uint8)
+    options = {"least_length": 1.0, "most": 50, "progress": Silent(), **asked}
+    return propose_traces(
+        SurfaceGraph(PointCloud(points, colors=colours)), cost=cost, resolution=RESOLUTION,
+        model="slope", frame="local", **options,  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def test_dark_beds_are_found_where_they_are_the_darker_first() -> None:
+    found = proposed(*slope(1, BEDS), "dark").proposals
+    sure = [one for one in found if one.doubt < 0.05]
+    heights = [min(BEDS, key=lambda z, p=one.points: abs(z - p[:, 2].mean())) for one in sure]
+    assert heights[0] == 0.5
+    assert set(heights) == set(BEDS)
+    for one, height in zip(sure, heights, strict=True):
+        # The rows of points are 0.03 m apart in height, and a bed is 0.04 m to each side.
+        off = np.abs(one.points[:, 2] - height)
+        assert np.percentile(off, 90) < RESOLUTION
+        assert one.length_m >= 1.0
+    assert [one.doubt for one in found] == sorted(one.doubt for one in found)
+    first = sure[0].plane
+    assert first is not None
+    assert first["dip_deg"] < max(float(first["total95_deg"]), 2.0)
+
+
+@pytest.mark.parametrize("cost", ["dark", "gradient", "curvature"])
+def test_in_noise_hardly_anything_is_sure(cost: str) -> None:
+    sure = 0
+    for seed in range(4):
+        found = proposed(*slope(10 + seed, {}), cost, least_length=0.5).proposals
+        sure += any(one.doubt < 0.05 for one in found)
+    # One in fifty surfaces would have such a line.
+    assert sure <= 1
+
+
+def test_a_ledge_of_a_mesh_is_found_by_its_edges() -> None:
+    points, _ = slope(3, {}, ledge=0.3)
+    n = 60
+    first = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    faces = np.concatenate(
+        [
+            np.stack([first, first + 1, first + n], 1),
+            np.stack([first + 1, first + n + 1, first + n], 1),
+        ]
+    )
+    found = propose_traces(
+        SurfaceGraph(Mesh(points, faces)), cost="curvature", resolution=RESOLUTION,
+        least_length=1.0, most=5, model="ledge", frame="local", progress=Silent(),
+    )  # fmt: skip
+    best = found.proposals[0]
+    assert best.doubt < 0.05
+    assert best.length_m > 2.5
+    assert np.abs(best.points[:, 1] - 1.525).max() <= 1.5 * RESOLUTION
+
+
+def test_turn_the_world_and_the_lines_turn() -> None:
+    points, grey = slope(1, BEDS)
+    c, s = np.cos(np.radians(30.0)), np.sin(np.radians(30.0))
+    # Clockwise seen from above, as azimuths grow.
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    tilt = np.array([[1.0, 0.0, 0.0], [0.0, 0.8, 0.6], [0.0, -0.6, 0.8]])
+    for move in (np.eye(3), tilt):
+        one = proposed(points @ move, grey, "dark").proposals
+        other = proposed(points @ move @ turn, grey, "dark").proposals
+        assert len(one) == len(other)
+        assert [a.doubt for a in one] == [b.doubt for b in other]
+        assert [a.length_m for a in one] == pytest.approx([b.length_m for b in other])
+        a, b = one[0].plane, other[0].plane
+        assert a is not None
+        assert b is not None
+        if move is tilt:
+            change = float(b["dip_direction_deg"]) - float(a["dip_direction_deg"])
+            assert change % 360.0 == pytest.approx(30.0, abs=1e-6)
+
+
+def test_what_cannot_be_proposed_is_refused() -> None:
+    points, grey = slope(1, BEDS)
+    with pytest.raises(UsageError, match="The model has no colours"):
+        proposed(points, None, "dark")
+    with pytest.raises(UsageError, match="There is no cost or field 'shade'"):
+        proposed(points, grey, "shade")
+    with pytest.raises(UsageError, match="no colour to look for"):
+        proposed(points, grey, "colour")
+    with pytest.raises(UsageError, match="metres above 0"):
+        proposed(points, grey, "dark", least_length=float("nan"))
+    with pytest.raises(UsageError, match="At least one"):
+        proposed(points, grey, "dark", most=0)
+
+
+def test_it_stops_and_an_even_surface_has_no_lines() -> None:
+    points, grey = slope(1, BEDS)
+    token = CancelToken()
+    token.cancel()
+    with pytest.raises(Cancelled):
+        proposed(points, grey, "dark", progress=Silent(token))
+    assert proposed(points, np.full(len(points), 90.0), "dark").proposals == ()

@@ -1,0 +1,93 @@
+"""Lines that the program proposes on a model, for somebody to look at."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vomstudio.api.checking import single_number, whole_number, words_of
+from vomstudio.api.comparisons import is_array, placed
+from vomstudio.api.models import model_of
+from vomstudio.api.reporting import Reported, told
+from vomstudio.errors import InputError
+from vomstudio.extraction.proposed_traces import ProposedTraces
+from vomstudio.progress import CancelToken
+from vomstudio.words import tr
+
+
+def propose_traces(
+    model: Any,
+    *,
+    cost: str = "gradient",
+    least_length: float | None = None,
+    most: int | None = None,
+    progress: Reported = None,
+    cancel: CancelToken | None = None,
+) -> ProposedTraces:
+    """Lines on a model that stand out of its noise, the least doubtful first. They are proposals:
+    somebody has to look at them.
+
+    Parameters
+    ----------
+    model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
+        in World, metres
+    cost : "gradient" (edges of lightness), "dark", "light", "curvature" (edges and furrows of the
+        surface), or the name of a field, whose low values are looked for
+    least_length : of a line, m; None for twenty resolutions of the model
+    most : so many lines at most; None for 50
+    progress : called with (stage, steps done, all steps or None), or a Progress
+    cancel : a vs.CancelToken that stops the work
+
+    Returns
+    -------
+    An object with the names of the command: ``proposals``, each with ``line`` (its name),
+    ``points`` (n, 3) World, m, ``length_m``, ``evidence`` (its mean, in standard deviations of the
+    surface's own noise), ``doubt`` (the chance, 0.02 to 1, that noise alone makes a line as strong
+    somewhere on the surface), ``plane`` (a dict of the orientation table's columns, None where
+    there is none) and ``band``; and ``cost``, ``least_length_m``, ``surrogates``.
+
+    Raises
+    ------
+    vs.errors.UsageError for a cost that the model does not have, a length or number that is none;
+    vs.errors.GeometryError where there is no surface; vs.errors.Cancelled.
+
+    Source: surrogates as in Theiler et al. (1992), Physica D 58, 77; paths of Dijkstra (1959).
+
+    Examples
+    --------
+    A dark bed on a slope:
+
+    >>> import numpy as np
+    >>> import vomstudio as vs
+    >>> import tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "slope.csv"
+    >>> x, y = (a.ravel() for a in np.meshgrid(np.arange(0, 3, 0.05), np.arange(0, 3, 0.05)))
+    >>> z = 0.5 * y + 0.2 * np.sin(3 * x)
+    >>> grey = np.where(np.abs(z - 0.7) < 0.04, 90.0, 200.0)
+    >>> grey += np.random.default_rng(1).normal(0.0, 10.0, len(x))
+    >>> rows = np.column_stack([x, y, z, grey])
+    >>> np.savetxt(path, rows, delimiter=",", header="x,y,z,grey", comments="")
+    >>> found = vs.propose_traces(vs.read(path, unit="m"), cost="grey", least_length=2.0)
+    >>> first = found.proposals[0]
+    >>> bool(np.abs(first.points[:, 2] - 0.7).max() < 0.08), first.doubt
+    (True, 0.02)
+    """
+    from vomstudio.extraction import proposed_traces as proposing
+    from vomstudio.extraction.surface_graph import SurfaceGraph
+    from vomstudio.io.models.opening import resolution
+
+    wanted = words_of(cost, "cost")
+    if wanted is None:
+        raise InputError(tr("The name of a cost or of a field is needed."), field="cost")
+    least, number = single_number(least_length, "least_length"), whole_number(most, "most")
+    report = told(progress, cancel)
+    data, crs, _ = placed(model if is_array(model) else model_of(model), "model")
+    return proposing.propose_traces(
+        SurfaceGraph(data),
+        cost=wanted,
+        resolution=resolution(data),
+        least_length=least,
+        most=proposing.MOST if number is None else number,
+        model=getattr(getattr(model, "path", None), "name", None) or "",
+        frame=crs or "local",
+        progress=report,
+    )

@@ -1,0 +1,87 @@
+"""`vomstudio trace --propose`: lines that stand out of the noise, the least doubtful first."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from vomstudio.cli.common.arguments import Parser, progress_of
+from vomstudio.cli.common.frames_of_models import declared_of
+from vomstudio.cli.common.output import Output
+from vomstudio.errors import GeometryError
+from vomstudio.words import tr, tr_n
+
+
+def add_options(parser: Parser) -> None:
+    parser.add_argument(
+        "--propose",
+        action="store_true",
+        help=tr("list lines that stand out of the surface's noise, the least doubtful first"),
+    )
+    parser.add_argument(
+        "--least-length",
+        type=float,
+        metavar="M",
+        help=tr("propose no line that is shorter (default: twenty resolutions of the model)"),
+    )
+    parser.add_argument(
+        "--most", type=int, metavar="N", help=tr("propose at most so many lines (default: 50)")
+    )
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Raises UsageError, InputError, GeometryError or TargetError."""
+    from vomstudio.extraction.proposed_traces import MOST, propose_traces
+    from vomstudio.extraction.surface_graph import SurfaceGraph
+    from vomstudio.files.atomic import check_target
+    from vomstudio.io.models.opening import resolution
+    from vomstudio.tables.line_table import write_line_table
+    from vomstudio.workspace.world_models import read_in_world
+
+    check_target(args.output, force=args.force, inputs=[args.model])
+    progress = progress_of(args)
+    model = read_in_world(args.model, progress, declared_of(args))
+    try:
+        found = propose_traces(
+            SurfaceGraph(model.data),
+            cost=args.cost or "gradient",
+            resolution=resolution(model.data),
+            least_length=args.least_length,
+            most=MOST if args.most is None else args.most,
+            model=Path(args.model).name,
+            frame=model.crs or "local",
+            progress=progress,
+        )
+    except GeometryError as error:
+        raise GeometryError(str(error), file=args.model) from error
+    write_line_table(
+        args.output,
+        [(one.line, one.points) for one in found.proposals],
+        crs=model.crs,
+        north_known=model.placed,
+        source=tr("{model}, proposed and not looked at", model=Path(args.model).name),
+        force=args.force,
+    )
+    result: dict[str, Any] = {**found.as_dict(), "table": args.output}
+    result["warnings"] = list(model.warnings)
+    out.result(result)
+    out.warn(result["warnings"])
+    said = [
+        tr_n(
+            "{count} line is proposed; nobody has looked at it.",
+            "{count} lines are proposed; nobody has looked at them.",
+            len(found.proposals),
+        )
+    ]
+    said += [
+        tr(
+            "{line}: {length:.3g} m, evidence {evidence:.1f}, doubt {doubt:.2f}",
+            line=one.line,
+            length=one.length_m,
+            evidence=one.evidence,
+            doubt=one.doubt,
+        )
+        for one in found.proposals
+    ]
+    out.text("\n".join(said))
