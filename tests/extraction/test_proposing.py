@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from vomstudio.errors import Cancelled, UsageError
-from vomstudio.extraction.proposed_traces import ProposedTraces, propose_traces
+from vomstudio.extraction.proposals.traces import ProposedTraces, propose_traces
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh

@@ -9,7 +9,7 @@ from vomstudio.api.comparisons import is_array, placed
 from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.errors import InputError
-from vomstudio.extraction.proposed_traces import ProposedTraces
+from vomstudio.extraction.proposals.traces import ProposedTraces
 from vomstudio.progress import CancelToken
 from vomstudio.words import tr
 
@@ -71,7 +71,7 @@ def propose_traces(
     >>> bool(np.abs(first.points[:, 2] - 0.7).max() < 0.08), first.doubt
     (True, 0.02)
     """
-    from vomstudio.extraction import proposed_traces as proposing
+    from vomstudio.extraction.proposals import traces as proposing
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
 

@@ -32,7 +32,7 @@ def add_options(parser: Parser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    from vomstudio.extraction.proposed_traces import MOST, propose_traces
+    from vomstudio.extraction.proposals.traces import MOST, propose_traces
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.files.atomic import check_target
     from vomstudio.io.models.opening import resolution

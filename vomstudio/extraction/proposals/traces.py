@@ -11,8 +11,13 @@ import numpy.typing as npt
 from vomstudio.errors import UsageError
 from vomstudio.extraction.followed_trace import near_surface, plane_of
 from vomstudio.extraction.following import Follower
-from vomstudio.extraction.proposing import SURROGATES as SURROGATES
-from vomstudio.extraction.proposing import doubt_of, evidence_of, find_lines, strongest_in_noise
+from vomstudio.extraction.proposals.lines import SURROGATES as SURROGATES
+from vomstudio.extraction.proposals.lines import (
+    doubt_of,
+    evidence_of,
+    find_lines,
+    strongest_in_noise,
+)
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geology.band_figures import BandFigures
 from vomstudio.geology.profiles import DEFAULTS, Thresholds

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -150,9 +151,10 @@ def _pieces(graph: Graph, nodes: Ints, least: float) -> Iterator[tuple[Ints, Gra
     number[nodes] = np.arange(len(nodes))
     count = np.diff(graph.starts)[nodes]
     at = np.repeat(graph.starts[nodes] - (np.cumsum(count) - count), count)
-    one, other = np.repeat(np.arange(len(nodes)), count), graph.near[at + np.arange(len(at))]
-    inside = number[other] >= 0
-    one, other = one[inside], number[other[inside]]
+    one = np.repeat(np.arange(len(nodes)), count)
+    other = number[graph.near[at + np.arange(len(at))]]
+    inside = other >= 0
+    one, other = one[inside], other[inside]
     arcs = csr_array((np.ones(len(one), np.int8), (one, other)), shape=(len(nodes),) * 2)
     pieces, label = connected_components(arcs, directed=False)
     order = np.argsort(label, kind="stable")
@@ -173,7 +175,7 @@ def _pieces(graph: Graph, nodes: Ints, least: float) -> Iterator[tuple[Ints, Gra
         yield own, Graph(
             np.ascontiguousarray(graph.places[own]), starts[first : last + 1] - begin,
             (near[begin:end] - first).astype(np.int32), None, {},
-            lambda size=last - first: np.zeros(size), own,
+            partial(np.zeros, last - first), own,
         )  # fmt: skip
 
 
