@@ -183,5 +183,7 @@ def test_lines_are_proposed_and_no_results(run, slope: Path, tmp_path: Path) -> 
     heights = np.array([float(row[3]) for row in rows[1:] if row[0] == first["line"]])
     assert np.median(np.abs(heights - 1.0)) < 0.05
     assert "no colours" in run("trace", slope, "--propose", "-o", tmp_path / "n.csv").said
+    into = run("trace", slope, "--propose", "--into", tmp_path, "-o", tmp_path / "n.csv")
+    assert "--into is for lines that were drawn" in into.said
     both = run("trace", slope, "--propose", "--through", slope, "-o", tmp_path / "n.csv")
     assert both.code == 2

@@ -77,6 +77,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
             tr("A least length and a number of lines are for those that are proposed, --propose."),
             field="--most" if args.least_length is None else "--least-length",
         )
+    if args.from_ortho is None:
+        for option in trace_drawing.OPTIONS:
+            if getattr(args, option):
+                raise UsageError(
+                    tr("{option} is for lines that were drawn, --from-ortho DRAWING.",
+                       option=f"--{option}"),
+                    field=f"--{option}",
+                )  # fmt: skip
     if args.through is None:
         for option in ("photo", "cameras", "sets"):
             if getattr(args, option) is not None:

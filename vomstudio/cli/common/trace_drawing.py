@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from vomstudio.products.ortho.drawing_back import Brought
 
 
+OPTIONS = ("sidecar", "step", "into", "type", "on", "set")
+"""That are for drawings alone."""
+
+
 def add_options(parser: Parser) -> None:
     parser.add_argument(
         "--from-ortho",
