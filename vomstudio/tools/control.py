@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.records import Model, get
 from vomstudio.errors import VomError
 from vomstudio.tools.interaction_types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.nothing_open import NothingOpen
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.tools.tool_entry import ToolEntry
 from vomstudio.words import to_translate, tr
@@ -22,7 +23,7 @@ from vomstudio.words import to_translate, tr
 Array = npt.NDArray[np.float64]
 
 
-class ControlTool:
+class ControlTool(NothingOpen):
     """Every click is an edit of its own; nothing stays unfinished. The point that the next click
     finds is the current one, then the next one that has not been found yet, and where there is none
     a new point, whose coordinates are typed afterwards."""
@@ -156,15 +157,6 @@ class ControlTool:
         )
 
     # --- coming and going --------------------------------------------------------------------
-    def undo(self) -> bool:
-        return False
-
-    def finish(self) -> str | None:
-        return None
-
-    def cancel(self) -> None:
-        """Nothing is unfinished."""
-
     def leave(self) -> None:
         self._active = False
         self._context.show(None)
@@ -175,12 +167,6 @@ class ControlTool:
 
     def forget(self) -> None:
         self._current, self._expected, self._active = "", {}, False
-
-    def restore(self, state: Mapping[str, Any]) -> bool:
-        return False
-
-    def set_type(self, type_id: str, set_name: str) -> None:
-        """Control points have neither."""
 
 
 TOOL = ToolEntry(

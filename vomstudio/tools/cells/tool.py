@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from vomstudio.document import grid_edits
@@ -14,6 +11,7 @@ from vomstudio.geology.looked_at.cells import CellGrid
 from vomstudio.geology.looked_at.shares import DONE, OPEN, TITLES, cell_name
 from vomstudio.geometry import transform
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.nothing_open import NothingOpen
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.tools.tool_entry import ToolEntry
 from vomstudio.words import to_translate, tr
@@ -21,7 +19,7 @@ from vomstudio.words import to_translate, tr
 _COLOR = (1.0, 1.0, 1.0)
 
 
-class CellsTool:
+class CellsTool(NothingOpen):
     """Nothing is ever unfinished: each mark is an edit of its own.
 
     mark : what a click says; under : grid and cell under the cursor, None where there is none
@@ -129,15 +127,6 @@ class CellsTool:
         self._context.show(Preview(np.zeros((0, 3)), patch=corners, color=_COLOR, reading=(said,)))
 
     # --- as every tool -----------------------------------------------------------------------
-    def undo(self) -> bool:
-        return False
-
-    def finish(self) -> str | None:
-        return None
-
-    def cancel(self) -> None:
-        """There is nothing unfinished."""
-
     def leave(self) -> None:
         self.under = None
         self._context.show(None)
@@ -150,12 +139,6 @@ class CellsTool:
 
     def forget(self) -> None:
         self.leave()
-
-    def restore(self, state: Mapping[str, Any]) -> bool:
-        return False
-
-    def set_type(self, type_id: str, set_name: str) -> None:
-        """Cells have no type."""
 
 
 def _in_file(grid: FaceGrid) -> CellGrid:
