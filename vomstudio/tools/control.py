@@ -15,9 +15,8 @@ from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.records import Model, get
 from vomstudio.errors import VomError
 from vomstudio.tools.interaction_types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
-from vomstudio.tools.nothing_open import NothingOpen
 from vomstudio.tools.tool_context import ToolContext
-from vomstudio.tools.tool_entry import ToolEntry
+from vomstudio.tools.tool_entry import NothingOpen, ToolEntry
 from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]

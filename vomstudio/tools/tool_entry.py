@@ -36,3 +36,22 @@ class ToolEntry:
     def title(self) -> str:
         """Title of its panel, translated."""
         return tr(self.label).replace("&", "")
+
+
+class NothingOpen:
+    """What tools share that change something at a click: no steps, no end and no draft."""
+
+    def undo(self) -> bool:
+        return False
+
+    def finish(self) -> str | None:
+        return None
+
+    def cancel(self) -> None:
+        """There is nothing unfinished."""
+
+    def restore(self, state: Mapping[str, Any]) -> bool:
+        return False
+
+    def set_type(self, type_id: str, set_name: str) -> None:
+        """What it changes has neither."""

@@ -11,9 +11,8 @@ from vomstudio.geology.looked_at.cells import CellGrid
 from vomstudio.geology.looked_at.shares import DONE, OPEN, TITLES, cell_name
 from vomstudio.geometry import transform
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
-from vomstudio.tools.nothing_open import NothingOpen
 from vomstudio.tools.tool_context import ToolContext
-from vomstudio.tools.tool_entry import ToolEntry
+from vomstudio.tools.tool_entry import NothingOpen, ToolEntry
 from vomstudio.words import to_translate, tr
 
 _COLOR = (1.0, 1.0, 1.0)
