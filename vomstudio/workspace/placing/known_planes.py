@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.document.edits import new_id
+from vomstudio.document.kinds import kind_of
 from vomstudio.document.kinds.known_line import KnownLine, ReadKind
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Model, OnAModel, Record, get_feature
@@ -171,7 +172,7 @@ def typed_sigma(text: str) -> float:
 def why_not_read(record: Record | None, model: Model, measured: Measurement | None) -> str | None:
     """Why a record cannot be said to have been read by compass on a model; None where it can."""
     feature = None if record is None else get_feature({record.id: record}, record.id)
-    if feature is None or isinstance(feature, KnownLine):
+    if feature is None or not kind_of(feature).orientations:
         return tr("Select the trace, patch or line that was measured with the compass first.")
     if not isinstance(feature, OnAModel):
         return tr("{feature} does not lie on a model. Select what the model shows of it.",

@@ -19,6 +19,7 @@ TICK, LABEL, WHAT, VALUE, SIGMA, LEFT = range(6)
 _READ_ONLY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _WORDS = dict(KINDS)
 _UNITS = {"length": " m"}
+_DIGITS = {"length": 3, "plane": 1, "lineation": 1}
 _MOST_DEG = {"level": 45.0, "azimuth": 90.0, "plane": 90.0, "lineation": 90.0}
 
 
@@ -97,7 +98,7 @@ class KnownTable(QTableWidget):
                 if left is None or label is None:
                     continue
                 miss = off.get(line.id)
-                unit, digits = _UNITS.get(line.kind, "°"), 3 if line.kind == "length" else 2
+                unit, digits = _UNITS.get(line.kind, "°"), _DIGITS.get(line.kind, 2)
                 sign = "" if line.by_compass else "+"
                 # Without a sign where nothing is left over.
                 miss = None if miss is None else round(miss, digits) or 0.0
