@@ -135,6 +135,12 @@ class Turned:
         declination = f"{self.declination_deg or 0.0:+.1f}°"
         if not self.stated:
             declination = tr("{angle} by IGRF-14 on {day}", angle=declination, day=self.day)
+        if self.convergence_deg == 0.0:
+            return tr(
+                "Azimuths from magnetic north: {by} was added, the declination ({declination}).",
+                by=added,
+                declination=declination,
+            )
         if self.convergence_deg is None:
             return tr(
                 "Azimuths from magnetic north: {by} was added, the declination ({declination}). "

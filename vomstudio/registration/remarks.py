@@ -11,8 +11,9 @@ from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import Blunder, Without, chosen
+from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import FEWEST_PLANES, azimuth_that_fits
-from vomstudio.registration.observations import Directions, Observed, Points
+from vomstudio.registration.observations import Directions, Lengths, Observed, Points
 from vomstudio.registration.results import Known, Placed, PointResidual, RotationError
 from vomstudio.registration.scatter import scale_warning
 from vomstudio.registration.similarity import Similarity, fit_similarity
@@ -47,6 +48,13 @@ def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
     if (times := _too_good(found)) is not None:
         said.append(
             tr(
+                "The readings agree {times:,.0f} times better than their stated accuracies allow: "
+                "they may have been taken from the model, or the accuracies are too large. All "
+                "stated errors rest on them.",
+                times=times,
+            )
+            if not any(isinstance(kind, Points | Lengths | Combined) for kind in kinds)
+            else tr(
                 "The residuals are {times:,.0f} times smaller than the stated accuracies: these "
                 "may be in another unit, such as millimetres. State them in metres: "
                 "all stated errors rest on them.",

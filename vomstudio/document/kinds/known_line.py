@@ -23,7 +23,7 @@ from vomstudio.document.measurement import (
     world_points,
 )
 from vomstudio.document.records import Feature, Picked, Point, get_feature
-from vomstudio.geology.notation import format_line, format_plane
+from vomstudio.geology.notation import format_azimuth, format_line, format_plane
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
@@ -93,9 +93,8 @@ def measure(at: Measuring, lines: Sequence[KnownLine]) -> list[Measurement]:
         points = world_points(line, model)
         if line.by_compass:
             points = _middle(at.known.get(line.feature_id))
-        found.append(
-            nothing_measured(points, None, None, kind="known_line", metric=is_metric(model))
-        )
+        measured = nothing_measured(points, None, None, kind="known_line", metric=is_metric(model))
+        found.append(replace(measured, said=known(line)))
     return found
 
 
@@ -128,10 +127,18 @@ def known(line: KnownLine) -> str:
     if line.value is None:
         return tr("not known yet")
     if line.by_compass:
-        return tr("read as {orientation}", orientation=as_read(line))
+        return tr("read as {orientation}", orientation=_with_arrow(line))
     if line.kind == "azimuth":
         return tr("azimuth {degrees:.1f}°", degrees=line.value)
     return tr("{metres:.3f} m long", metres=line.value)
+
+
+def _with_arrow(line: KnownLine) -> str:
+    """Dip and dip direction, or plunge and trend: whatever the notation, nobody takes that for
+    another one."""
+    azimuth, inclination = line.value or 0.0, line.inclination_deg or 0.0
+    digits = max(_digits(azimuth), _digits(inclination))
+    return f"{inclination:.{digits}f} → {format_azimuth(azimuth, digits)}"
 
 
 def as_read(line: KnownLine, notation: str = "dipdir/dip") -> str:
@@ -185,7 +192,7 @@ KIND = Kind(
     attributes=(kind.NAME, kind.NOTES),
     sketch=sketch,
     about=about,
-    headline=lambda measured: tr("Known line"),
+    headline=lambda measured: measured.said,
     names=lambda line: (line.feature_id,) if line.feature_id else (),
     below=below,
     tool="known_line",
