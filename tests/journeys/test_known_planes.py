@@ -47,6 +47,8 @@ def begin(window, tilted: Path, picks) -> ControlPanel:
     panel = driver.tool_panel(window, ControlPanel)
     choose(panel, "plane")
     driver.look_at(window, to_file(world, middle), 25.0, 5.0)
+    driver.wait(panel.compass.reading.isVisible, "the field for what was read")
+    driver.focus(window)
     return panel
 
 
