@@ -81,6 +81,13 @@ def read(window, panel: ControlPanel, name: str, text: str) -> None:
     assert QApplication.focusWidget() is panel.compass.reading
     QTest.keyClicks(panel.compass.reading, text)
     QTest.keyClick(panel.compass.reading, Qt.Key.Key_Return)
+    solved(panel)
+
+
+def solved(panel: ControlPanel) -> None:
+    """Wait for the placement, which is worked out beside the window."""
+    driver.pause()
+    driver.wait(lambda: not panel._solving.waiting, "the placement")
     driver.pause()
 
 
@@ -133,7 +140,7 @@ def test_planes_that_were_read_place_a_model(window, tilted, picks, truth, monke
     assert not panel.lines.item(row, 1).icon().isNull()
     assert "Placed" in panel.lines.item(row, 5).toolTip()
     panel.lines.item(row, 0).setCheckState(Qt.CheckState.Unchecked)
-    driver.pause()
+    solved(panel)
     assert float(panel.lines.item(row, 5).text()[:-1]) > 15.0
     left = [float(panel.lines.item(i, 5).text()[:-1]) for i in range(6) if i != row]
     assert max(left) < 6.0
@@ -146,14 +153,15 @@ def test_planes_that_were_read_place_a_model(window, tilted, picks, truth, monke
     azimuth, dip = truth[wrong]
     panel.lines.item(row, 3).setText(f"{azimuth - 90.0 if azimuth >= 90 else azimuth + 270:.0f}/"
                                      f"{dip:.0f} RHR")  # fmt: skip
-    driver.pause()
+    solved(panel)
     assert float(panel.lines.item(row, 5).text()[:-1]) < 6.0
     panel.lines.item(row, 3).setText("213/95")
-    driver.pause()
+    solved(panel)
     assert float(panel.lines.item(row, 5).text()[:-1]) < 6.0, "what is refused changes nothing"
 
     # Ten degrees of declination, stated, and the doubt about it.
     say_north(window, panel, north="magnetic", compass_declination="10", north_doubt="0.7")
+    solved(panel)
     assert "+10.0°" in panel.compass.north.text()
     assert "declination" in panel.said.text()
     table = tilted.with_name("readings.csv")
@@ -239,16 +247,17 @@ def test_what_cannot_have_been_read_says_why_and_a_plane_that_goes_places_nothin
     assert panel.compass.reading.text() == "213/95"
     assert len(studio.session.of(KnownLine)) == 3
     studio.attempt(edits.delete, ["t-" + third])
-    driver.pause()
+    solved(panel)
     assert panel.lines.item(2, 5).text() == "not there"
     assert "no longer" in panel.lines.item(2, 5).toolTip()
     window.viewport.setFocus()
     driver.key(window, Qt.Key.Key_Z, driver.CTRL)
+    solved(panel)
     assert np.array(panel.placed.matrix) == pytest.approx(before)
     # A trace that is corrected moves its residual at once.
     trace = studio.records["t-" + third]
     shown = panel.lines.item(2, 5).text()
     bent = tuple((x, y + 0.2 * i, z) for i, (x, y, z) in enumerate(trace.vertices))
     studio.attempt(edits.change_feature, replace(trace, vertices=bent))
-    driver.pause()
+    solved(panel)
     assert panel.lines.item(2, 5).text() != shown

@@ -51,7 +51,7 @@ from vomstudio.ui.interpret.tool_panels.readings import (
 from vomstudio.words import tr, tr_n
 
 _FEW = 20
-"""So many points are placed in less time than a thread takes to hand over."""
+"""By so many points a model is placed in less time than a thread takes to hand over."""
 
 _RING = 0.04
 """Radius of the ring where a point should be, as a share of the extent of the points."""
@@ -224,18 +224,18 @@ class ControlPanel(QWidget):
             return
         north = self.north or ReadNorth("grid")
         self._show_compass()
-        if self._found <= _FEW:
+        # Directions are tried one without the other, which takes a second.
+        if self._found <= _FEW and compass is None:
             self._solving.at_once(work)
         else:
-            # It was the placement by other points.
+            # It was the placement by something else.
             self.placed = None
-            self._explain_button(tr("The placement by these points is being worked out."))
+            self._explain_button(tr("The placement by these is being worked out."))
             self._solving.ask(work)
 
     def _say_solving(self) -> None:
-        self.said.setText(
-            tr("Placing the model by {count} points…", count=f"{self._found:,}"),
-        )
+        count = self._found + len(self.readings.seen)
+        self.said.setText(tr("Placing the model by {count} observations…", count=f"{count:,}"))
 
     def _solved(self, made: object) -> None:
         from vomstudio.workspace.placing.registering import expected

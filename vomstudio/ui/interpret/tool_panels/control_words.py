@@ -64,7 +64,9 @@ def in_words(placed: Placed, model: Model | None, crs: str | None) -> str:
     said = [_worth(placed)]
     if model is not None and not placed.known.all:
         known = frame_after(placed, model, crs).known_in_words()
-        said = [tr("After registering: {known}", known=known), *said_of_vertical(placed), *said]
+        then = [tr("After registering: {known}", known=known), *said_of_vertical(placed)]
+        # What is wrong comes before what is known by it.
+        said = [*said, *then] if placed.blunders else [*then, *said]
     text = "\n".join(said)
     for option, name in _IN_THE_WINDOW.items():
         text = text.replace(option, tr(name))
