@@ -357,3 +357,57 @@ def test_what_is_gone_or_not_read_yet_places_nothing() -> None:
     seen = directions_of(lines, measured_in(records), BARE)
     table = compass_table(lines, seen)
     assert table.labels == ("J01", "F01")
+
+
+def test_lines_of_known_azimuth_are_turned_as_readings_are() -> None:
+    """A level model whose only azimuth was read 7.5 degrees east of north."""
+    east = in_file(np.array([[1.0, 2.0, 3.0], [11.0, 2.0, 3.0]]))
+    north = in_file(np.array([[1.0, 2.0, 3.0], [1.0, 12.0, 3.0]]))
+    level = [KnownLine(f"k{i}", f"K{i}", "level", "m1", BARE.content_hash, ends)
+             for i, ends in enumerate((east, north))]  # fmt: skip
+    azimuth = KnownLine("a", "A", "azimuth", "m1", BARE.content_hash, north, 352.5)
+    lines = [*level, azimuth]
+    found = placed_by_points(NO_PAIRS, None, BARE, None, EXTENT, lines, 0.5, turned_deg=7.5)
+    turn = found.matrix[:3, :3] / found.scale @ TURN
+    assert turn == pytest.approx(np.eye(3), abs=1e-6)
+    off = {miss.id: miss.off for miss in line_misses(lines, found, turned_deg=7.5)}
+    assert off["a"] == pytest.approx(0.0, abs=1e-4)
+    assert found.rotation_error_deg.about_up > 0.5
+
+
+def test_what_was_read_and_its_north_are_kept_with_the_project(tmp_path: Path) -> None:
+    from vomstudio.io.project.folder import Project
+
+    records = project()
+    lines = readings(records, RIGHT)
+    found, _ = placed(records, lines)
+    north = ReadNorth("magnetic", 3.2, 3.4, False, "2024-05-12", 0.5)
+    record = registration_of(found, NO_PAIRS, BARE, None, read_north=north)
+    said = compass(north="magnetic", day="2024-05-12", place=(11.35, 46.5), doubt_deg=0.5)
+    one = Project.create(tmp_path / "readings.vom")
+    session = one.session
+    session.apply(edits.add_model(session.records, BARE))
+    traces = [r for r in records.values() if isinstance(r, Trace)]
+    session.apply(edits.add_features(session.records, [*traces, *lines]))
+    session.apply(compass_edits.set_compass(session.records, said))
+    session.apply(edits.set_registration(session.records, record, ["m1"]))
+    session.save()
+    one.close()
+    again = Project.open(tmp_path / "readings.vom")
+    kept = again.session.records
+    assert compass_edits.compass_of(kept, "m1") == said
+    assert [kept[line.id] for line in lines] == lines
+    assert kept["m1"].registration.read_north == north
+    again.close()
+
+
+def test_the_summary_of_a_registration_tells_the_north_of_its_readings() -> None:
+    from vomstudio.registration.summary import summary_of
+
+    records = project()
+    found, _ = placed(records, readings(records, RIGHT))
+    north = ReadNorth("magnetic", 3.2, 3.4, False, "2024-05-12", 0.5)
+    facts = dict(summary_of(registration_of(found, NO_PAIRS, BARE, None, read_north=north)).facts)
+    assert facts["Azimuths were read from"] == "magnetic north, +3.20° added"
+    assert facts["Declination"] == "+3.40° (IGRF-14, 2024-05-12)"
+    assert facts["North may be off by"] == "± 0.5° for all alike (1σ)"
