@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -141,9 +142,11 @@ class DisplacementPanel(SeenPanel):
     # --- what is chosen ----------------------------------------------------------------------
     def _selected_two(self) -> tuple[str, str] | None:
         records, ids = self._studio.records, self._studio.selection.ids
-        traces = [i for i in ids if isinstance(get_feature(records, i), Picked)]
-        traces = [i for i in traces if i != self.fault.id]
-        return (traces[0], traces[1]) if len(traces) == 2 else None
+        fault = self.fault.id
+        traces = (i for i in ids if i != fault and isinstance(get_feature(records, i), Picked))
+        # Thousands may be selected.
+        found = tuple(islice(traces, 3))
+        return (found[0], found[1]) if len(found) == 2 else None
 
     def add_pair(self) -> None:
         two = self._selected_two()
