@@ -299,3 +299,11 @@ def test_a_word_to_choose_may_be_in_capitals(run, write, words: list[str]) -> No
     path = write(POINTS)
     small = [word.lower() if not word.startswith("-") else word for word in words]
     assert run("fit", path, *words, "--json").json == run("fit", path, *small, "--json").json
+
+
+def test_a_dash_is_no_output(run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    ran = run("fit", write(POINTS), "-o", "-", "--json")
+    assert ran.code == 2
+    assert ran.json["error"]["field"] == "-o/--output"
+    assert not (tmp_path / "-").exists()

@@ -38,6 +38,11 @@ class Parser(argparse.ArgumentParser):
         named = action.dest == "output" or not action.option_strings
         if named and action.nargs != argparse.PARSER and "" in arg_strings:
             raise argparse.ArgumentError(action, tr("An empty word is no name"))
+        # Whoever writes - means standard output, and got a file of that name.
+        if action.dest == "output" and arg_strings == ["-"]:
+            raise argparse.ArgumentError(
+                action, tr("Files are not written to standard output; name one")
+            )
         return super()._get_values(action, arg_strings)
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
