@@ -71,7 +71,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     try:
         brought = drawing_back.bring_back(lines, sidecar, model.data, args.step)
     except InputError as error:
-        raise InputError(error.message, file=args.from_ortho) from error
+        raise error.of_file(args.from_ortho) from error
     warnings = [*model.warnings, *said, *brought.warnings]
     if sidecar.content_hash not in (None, model.loaded.content_hash):
         warnings.append(
