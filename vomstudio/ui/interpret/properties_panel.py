@@ -31,7 +31,7 @@ from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox, Scrolling
+from vomstudio.ui.common.widgets import ComboBox, Scrolling, allow
 from vomstudio.ui.interpret import plane_relations
 from vomstudio.ui.interpret.straight_trace import band_lines, crossing_lines
 from vomstudio.words import tr, tr_n
@@ -195,7 +195,8 @@ class PropertiesPanel(QWidget):
         measured = self._studio.measure(relation)
         lines = [*plane_relations.relation_lines(measured), *crossing_lines(self._studio)]
         self._relation.setText("<br>".join([f"<b>{escape(names)}</b>", *lines]))
-        self._keep.setEnabled(measured.line is not None)
+        none = tr("The two planes have no line in common that is known.")
+        allow(self._keep, None if measured.line is not None else none)
 
     def _show_feature(self, feature: Feature) -> None:
         self._show_relation()
