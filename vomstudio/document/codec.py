@@ -18,6 +18,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.field_types import Reader, field_types
 from vomstudio.document.records import (
     Asset,
+    Compass,
     FaceGrid,
     FeatureType,
     Frame,
@@ -26,6 +27,7 @@ from vomstudio.document.records import (
     Mask,
     Model,
     PhotoSet,
+    ReadNorth,
     Reconstruction,
     Record,
     Registration,
@@ -48,12 +50,14 @@ _KINDS: dict[str, type] = {
     "registration": Registration,
     "verdict_profile": VerdictProfile,
     "face_grid": FaceGrid,
+    "compass": Compass,
 }
 _PARTS: dict[str, type] = {
     "placement": Frame,
     "frame": Frame,
     "file": Asset,
     "limits": Thresholds,
+    "read_north": ReadNorth,
     **kinds.PARTS,
 }
 """Fields that hold a small record of their own. A placement may be a registration instead, of which

@@ -167,6 +167,11 @@ class Studio(QObject):
         return self.workspace.tools.active
 
     @property
+    def clicks_select(self) -> bool:
+        """A click on the outcrop selects what is there."""
+        return self.workspace.tools.clicks_select
+
+    @property
     def open_tool(self) -> Tool | None:
         """The tool that has something unfinished."""
         return self.workspace.tools.open_tool
