@@ -33,14 +33,23 @@ from vomstudio.document.measurement import (
 from vomstudio.document.records import Picked, Point, Repeatable, Surrounded, Typed
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import judge
+from vomstudio.geometry.lines import path_lengths
 from vomstudio.geometry.plane_figures import Method
 from vomstudio.geometry.planes import Axis, PlaneFit, fit_planes
-from vomstudio.words import to_translate
+from vomstudio.words import to_translate, tr
 from vomstudio.words import to_translate as _
 
 METHODS = (
     ("pca", to_translate("moment of inertia (PCA)")),
     ("regression", to_translate("planar regression")),
+)
+
+
+_TO_AND_FRO = 4.0
+"""Ours: times its extent that the way along a trace is long; once around an outcrop is pi times."""
+_FACE = _(
+    "The points go to and fro as if they were picked all over a face: is this a trace? A patch "
+    "would show the face."
 )
 
 
@@ -83,8 +92,9 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
     faces = _faces(traces, frames)
     tilts = _tilts([fit for fit, _ in fits], frames)
     result = []
-    each = zip(traces, frames, faces, points, fits, tilts, strict=True)
-    for trace, frame, face, own, (fit, problem), tilt in each:
+    lengths = path_lengths(points)
+    each = zip(traces, frames, faces, points, fits, tilts, lengths, strict=True)
+    for trace, frame, face, own, (fit, problem), tilt, length in each:
         resolution = None if trace.resolution is None else trace.resolution * frame.scale
         verdict = (
             None
@@ -101,6 +111,8 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
                 measured=resolution is not None or face is not None,
             )
         )
+        if verdict is not None and fit is not None and length > _TO_AND_FRO * (fit.extent or 0.0):
+            verdict = replace(verdict, notes=(*verdict.notes, tr(_FACE)))
         result.append(
             Measurement(
                 own,
