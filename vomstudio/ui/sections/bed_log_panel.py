@@ -26,7 +26,7 @@ from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import ask_for_target
+from vomstudio.ui.common.command_targets import ask_for_target, tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, narrow_form
@@ -353,13 +353,9 @@ class BedLogPanel(SeenPanel):
     def write_to(self, path: Path) -> None:
         """The log that is shown, in a thread."""
         if self.answered is not None:
-            self._background.run(partial(write, self.answered, path), partial(self._written, path))
-
-    def _written(self, path: Path, error: object) -> None:
-        if isinstance(error, VomError):
-            self._studio.fail(error)
-        else:
-            self._studio.info(tr("The log was written to {file}.", file=path))
+            said = tr("The log was written to {file}.", file=path)
+            done = partial(tell_written, self._studio, said)
+            self._background.run(partial(write, self.answered, path), done)
 
     def copy_command(self) -> None:
         """Ask for the table of the boundaries, and put the command on the clipboard."""
