@@ -10,6 +10,7 @@ import numpy as np
 
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
+from vomstudio.document.bed_words import in_words, notes_with_beds
 from vomstudio.document.figures import Subject
 from vomstudio.document.kind import (
     Attribute,
@@ -30,7 +31,7 @@ from vomstudio.document.measurement import (
     told_of_rule,
     world_lines,
 )
-from vomstudio.document.records import Picked, Point, Repeatable, Surrounded, Typed
+from vomstudio.document.records import Logged, Point, Repeatable, Surrounded, Typed
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.lines import path_lengths
@@ -54,7 +55,7 @@ _FACE = _(
 
 
 @dataclass(frozen=True)
-class Trace(Picked, Surrounded, Repeatable, Typed):
+class Trace(Logged, Surrounded, Repeatable, Typed):
     """vertices: in order, model file frame. resolution: effective, of the model's vertices or
     points around the pick, in file units, None where unknown. outcrop_normal: unit normal of the
     outcrop face around the trace, file frame, None where unknown. rule: by which these two were
@@ -78,6 +79,7 @@ class Trace(Picked, Surrounded, Repeatable, Typed):
     axis: Axis = "z"
     repeat_of: str | None = None
     interpreter: str | None = None
+    beds: tuple[tuple[str, str, str], ...] = ()
 
 
 def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
@@ -194,6 +196,8 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 N_VERTICES = replace(of.N_POINTS, value=lambda s: len(s.feature.vertices))
 
+NOTES = replace(of.NOTES, value=notes_with_beds)
+
 KIND = Kind(
     name="trace",
     order=10,
@@ -210,6 +214,7 @@ KIND = Kind(
         Attribute("method", _("Fit"), "choice", METHODS), kind.NOTES,
     ),
     sketch=sketch,
+    remarks=lambda subject: in_words(subject.feature, subject.records),
     orientations=("plane",),
     evidence="picked",
     plane=kind.always,
@@ -219,7 +224,7 @@ KIND = Kind(
         "traces", "line", line_of,
         (
             *of.NAMED, N_VERTICES, of.DIP_DIRECTION, of.DIP, of.MAX_CONFIDENCE, of.QUALITY,
-            of.NOTES,
+            NOTES,
         ),
         main=True,
     ),
