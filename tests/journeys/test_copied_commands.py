@@ -8,7 +8,9 @@ import shlex
 from pathlib import Path
 
 import numpy as np
+import pyogrio
 import pytest
+from PIL import Image
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog
@@ -71,6 +73,12 @@ def told(monkeypatch, capfd, tmp_path):
         return json.loads(said.out)
 
     return run
+
+
+def counted(drawing: Path | str) -> dict[str, int]:
+    """Features of each layer."""
+    layers = [str(name) for name, _ in pyogrio.list_layers(drawing)]
+    return {name: pyogrio.read_info(drawing, layer=name)["features"] for name in layers}
 
 
 def choose(box, text: str) -> None:
@@ -158,6 +166,7 @@ def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, p
     wait(dialog._start.isEnabled, "a proposed pixel size")
     if part == "seen":
         dialog.seen.click()
+        dialog.interpretation.boxes["symbols"].click()
     dialog.gsd.setText("0.05")
     out = tmp_path / "o.tif"
     dialog.target.setText(str(out))
@@ -165,7 +174,14 @@ def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, p
     press(dialog._start)
     wait(lambda: out.exists() and not studio.jobs.visible(), "the orthophoto", 60.0)
     facts = json.loads(out.with_suffix(".json").read_text("utf-8"))
+    drawn = counted(tmp_path / "o_drawing.gpkg")
+    assert ("planes" in drawn) == (part == "whole")
+    with Image.open(tmp_path / "o_sheet.png") as page:
+        wide = page.width
     found = told()
+    assert drawn == counted(found["drawing"]["gpkg"])
+    with Image.open(found["sheet"]) as page:
+        assert page.width == wide
     assert (found["width"], found["height"]) == (facts["width"], facts["height"])
     assert np.array(found["pixel_to_world"]) == pytest.approx(
         np.array(facts["pixel_to_world"]), abs=1e-9

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import has_plane
-from vomstudio.document.measurement import Measurement
+from vomstudio.document.measurement import Measurement, scatter_of
 from vomstudio.document.records import Picked, get_feature
 from vomstudio.errors import GeometryError, InputError, VomError
 from vomstudio.files.atomic import write_bytes
@@ -42,7 +42,7 @@ from vomstudio.ui.forms.copied_command import (
     copy_with_file,
     numbers_text,
 )
-from vomstudio.ui.forms.error_fields import error_field, number_in, scatter_of
+from vomstudio.ui.forms.error_fields import error_field, number_in
 from vomstudio.ui.forms.line_field import LineField
 from vomstudio.ui.forms.model_axes import add_length_row, axes_of, follow_axes, unit_of
 from vomstudio.ui.forms.taken_plane import TakenPlane
