@@ -33,6 +33,7 @@ NEIGHBOURS = 10
 # A neighbour farther off than this many usual distances is across a gap.
 _GAP = 3.0
 _MOST_NODES = 150_000
+MOST_FINEST = 300_000
 _DEEPEST = 9
 _PIXELS_AN_EDGE = 3.0
 _BLOCK = 200_000
@@ -112,6 +113,14 @@ class SurfaceGraph:
         """All of it, with the colours of its points."""
         starts, near = self._neighbours
         return self._graph(np.arange(len(self.places)), self.places, starts, near)
+
+    @cached_property
+    def finest(self) -> Graph:
+        """All of it; of a mesh that wears textures with its faces divided, while the nodes stay
+        few."""
+        return (
+            self._refined(np.arange(len(self.places)), MOST_FINEST) if self._refines else self.whole
+        )
 
     @cached_property
     def _faces(self) -> Ints:
@@ -219,7 +228,7 @@ class SurfaceGraph:
             lambda: self._roughness(rows, places), row,
         )  # fmt: skip
 
-    def _refined(self, rows: Ints) -> Graph:
+    def _refined(self, rows: Ints, most: int = _MOST_NODES) -> Graph:
         """The faces at these nodes, divided until an edge is some pixels long."""
         assert isinstance(self.data, Mesh)
         assert self.textures is not None
@@ -236,7 +245,7 @@ class SurfaceGraph:
         extra = np.column_stack([self.textures.uv[used], rough, *self._fields_of(used).values()])
         triangles = which.reshape(-1, 3)
         material = self.textures.material_of(faces)
-        level = self._level(places, extra[:, :2], triangles, material)
+        level = self._level(places, extra[:, :2], triangles, material, most)
         row = used
         for _ in range(level):
             places, extra, triangles, fresh = _divided(places, extra, triangles)
@@ -264,12 +273,12 @@ class SurfaceGraph:
             row[first],
         )
 
-    def _level(self, places: Array, uv: Array, triangles: Ints, material: Ints) -> int:
-        """How often to divide the faces: to some pixels an edge, while the nodes stay few."""
+    def _level(self, places: Array, uv: Array, triangles: Ints, material: Ints, most: int) -> int:
+        """How often to divide the faces: to some pixels an edge, with at most so many nodes."""
         assert self.textures is not None
         pixels = self.textures.edge_pixels(uv, triangles, material)
         level = int(np.clip(np.ceil(np.log2(max(pixels / _PIXELS_AN_EDGE, 1.0))), 0, _DEEPEST))
-        while level > 0 and len(triangles) / 2 * 4**level > _MOST_NODES:
+        while level > 0 and len(triangles) / 2 * 4**level > most:
             level -= 1
         return level
 

@@ -31,6 +31,8 @@ _STANDS_OUT = 1.25
 _MOST_NOISE = 3.0
 _LEAST_NOISE = 0.5
 _MOST_SMOOTHING = 16
+# A line's ends are at least so much of its length apart; what turns back on itself is none.
+_LEAST_REACH = 0.5
 _SEED = 20240229
 
 
@@ -193,8 +195,10 @@ def _lines_of(
         length = float(np.linalg.norm(np.diff(part.places[path], axis=0), axis=1).sum())
         if length < least_length:
             continue
-        mean = float(evidence[own[path]].mean())
-        found.append(Line(own[path], length, mean, mean * float(np.sqrt(length / arc))))
+        apart = float(np.linalg.norm(part.places[path[-1]] - part.places[path[0]]))
+        if apart >= _LEAST_REACH * length:
+            mean = float(evidence[own[path]].mean())
+            found.append(Line(own[path], length, mean, mean * float(np.sqrt(length / arc))))
         wide = max(3.0 * arc, 1.5 * len(own) * arc / len(path))
         far = cKDTree(part.places[path]).query(part.places)[0] > wide
         rest = np.flatnonzero(far)
