@@ -33,7 +33,7 @@ NEIGHBOURS = 10
 # A neighbour farther off than this many usual distances is across a gap.
 _GAP = 3.0
 _MOST_NODES = 150_000
-MOST_FINEST = 300_000
+MOST_FINEST = 600_000
 _DEEPEST = 9
 _PIXELS_AN_EDGE = 3.0
 _BLOCK = 200_000
@@ -116,11 +116,44 @@ class SurfaceGraph:
 
     @cached_property
     def finest(self) -> Graph:
-        """All of it; of a mesh that wears textures with its faces divided, while the nodes stay
-        few."""
-        return (
-            self._refined(np.arange(len(self.places)), MOST_FINEST) if self._refines else self.whole
-        )
+        """All of it; of a mesh that wears textures with its long edges divided, until all are a few
+        pixels long or the nodes are many."""
+        if not self._refines:
+            return self.whole
+        assert isinstance(self.data, Mesh)
+        assert self.textures is not None
+        faces = np.flatnonzero(self._sound_faces)
+        triangles = np.asarray(self.data.faces[faces], np.int64)
+        used, which = np.unique(triangles, return_inverse=True)
+        triangles = which.reshape(-1, 3)
+        places = np.asarray(self.data.vertices[used], np.float64) - self.origin
+        rough = self._vertex_roughness[self._node[used]]
+        extra = np.column_stack([self.textures.uv[used], rough, *self._fields_of(used).values()])
+        material = self.textures.material_of(faces)
+        longest = self._longest_edge(places, extra[:, :2], triangles, material)
+        row = used
+        for _ in range(_DEEPEST):
+            before = len(places)
+            places, extra, triangles, parent = _divided_where_long(
+                places, extra, triangles, longest
+            )
+            if len(places) == before:
+                break
+            row = np.concatenate([row, np.full(len(places) - before, -1)])
+            material = material[parent]
+        colours = self.textures.at(extra[:, :2], triangles, material, 0)
+        return self._welded_graph(places, triangles, colours, extra[:, 2:], row)
+
+    def _longest_edge(self, places: Array, uv: Array, triangles: Ints, material: Ints) -> float:
+        """To which edges are divided."""
+        assert self.textures is not None
+        a, b, c = (places[triangles[:, i]] for i in range(3))
+        area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+        edge = float(np.median(np.linalg.norm(a - b, axis=1)))
+        pixel = edge / max(self.textures.edge_pixels(uv, triangles, material), 1e-9)
+        # Equilateral triangles have 1.15 nodes on the square of an edge; divided ones, with edges
+        # between half of the longest and it, some four times as many.
+        return max(float(np.sqrt(4.5 * area / MOST_FINEST)), _PIXELS_AN_EDGE * pixel)
 
     @cached_property
     def _faces(self) -> Ints:
@@ -228,7 +261,7 @@ class SurfaceGraph:
             lambda: self._roughness(rows, places), row,
         )  # fmt: skip
 
-    def _refined(self, rows: Ints, most: int = _MOST_NODES) -> Graph:
+    def _refined(self, rows: Ints) -> Graph:
         """The faces at these nodes, divided until an edge is some pixels long."""
         assert isinstance(self.data, Mesh)
         assert self.textures is not None
@@ -245,7 +278,7 @@ class SurfaceGraph:
         extra = np.column_stack([self.textures.uv[used], rough, *self._fields_of(used).values()])
         triangles = which.reshape(-1, 3)
         material = self.textures.material_of(faces)
-        level = self._level(places, extra[:, :2], triangles, material, most)
+        level = self._level(places, extra[:, :2], triangles, material)
         row = used
         for _ in range(level):
             places, extra, triangles, fresh = _divided(places, extra, triangles)
@@ -273,12 +306,12 @@ class SurfaceGraph:
             row[first],
         )
 
-    def _level(self, places: Array, uv: Array, triangles: Ints, material: Ints, most: int) -> int:
-        """How often to divide the faces: to some pixels an edge, with at most so many nodes."""
+    def _level(self, places: Array, uv: Array, triangles: Ints, material: Ints) -> int:
+        """How often to divide the faces: to some pixels an edge, while the nodes stay few."""
         assert self.textures is not None
         pixels = self.textures.edge_pixels(uv, triangles, material)
         level = int(np.clip(np.ceil(np.log2(max(pixels / _PIXELS_AN_EDGE, 1.0))), 0, _DEEPEST))
-        while level > 0 and len(triangles) / 2 * 4**level > most:
+        while level > 0 and len(triangles) / 2 * 4**level > _MOST_NODES:
             level -= 1
         return level
 
@@ -364,4 +397,42 @@ def _divided(places: Array, extra: Array, triangles: Ints) -> tuple[Array, Array
         np.concatenate([extra, (extra[one] + extra[two]) / 2.0]),
         four,
         len(key),
+    )
+
+
+def _divided_where_long(
+    places: Array, extra: Array, triangles: Ints, longest: float
+) -> tuple[Array, Array, Ints, Ints]:
+    """Edges that are longer have a node in their middle, and triangles are divided in two, three or
+    four by these; parent : (m,) the triangle that each comes from."""
+    n = len(places)
+    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    key, which = np.unique(ends.min(axis=1) * n + ends.max(axis=1), return_inverse=True)
+    one, two = key // n, key % n
+    long = np.linalg.norm(places[one] - places[two], axis=1) > longest
+    middle = np.where(long, n + np.cumsum(long) - 1, -1)[which].reshape(-1, 3)
+    one, two = one[long], two[long]
+    count = (middle >= 0).sum(axis=1)
+    rows = np.arange(len(triangles))
+    # Turned so that of one node in a middle it is the first edge's, and of two not the last one's.
+    first = np.where(count == 2, (np.argmin(middle, axis=1) + 1) % 3, np.argmax(middle, axis=1))
+    order = (first[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(triangles, order, axis=1).T
+    ab, bc, ca = np.take_along_axis(middle, order, axis=1).T
+    pieces: list[Ints] = [triangles[count == 0]]
+    parents: list[Ints] = [rows[count == 0]]
+    for wanted, corners in (
+        (1, ((a, ab, c), (ab, b, c))),
+        (2, ((ab, b, bc), (a, ab, bc), (a, bc, c))),
+        (3, ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))),
+    ):
+        of = count == wanted
+        for corner in corners:
+            pieces.append(np.stack([each[of] for each in corner], axis=1))
+            parents.append(rows[of])
+    return (
+        np.concatenate([places, (places[one] + places[two]) / 2.0]),
+        np.concatenate([extra, (extra[one] + extra[two]) / 2.0]),
+        np.concatenate(pieces),
+        np.concatenate(parents),
     )
