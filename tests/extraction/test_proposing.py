@@ -167,7 +167,7 @@ def test_what_turns_back_is_cut_where_it_turns() -> None:
     back = there[::-1] + [0.0, 0.2, 0.0]
     places = np.concatenate([there, back])
     parts = sorted(_unturned(places, np.arange(len(places))), key=lambda part: int(part[0]))
-    assert [int(part[0]) for part in parts][0] == 0
+    assert int(parts[0][0]) == 0
     assert len(parts) == 2
     # The turn belongs to both.
     assert abs(int(parts[0][-1]) - 50) <= 1
