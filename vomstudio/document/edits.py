@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
+from vomstudio.document.bed_words import with_vertices
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.kind import kind_of
 from vomstudio.document.kinds.reading import Reading
@@ -159,7 +160,7 @@ def set_vertices(
     trace = _get(records, trace_id, Trace)
     after = replace(
         trace,
-        vertices=tuple(vertices),
+        **with_vertices(trace, vertices),
         resolution=resolution,
         outcrop_normal=outcrop_normal,
         rule=rule,
@@ -230,7 +231,7 @@ def set_line(
                 feature=feature.name,
             )
         )
-    after = replace(feature, vertices=tuple(vertices))
+    after = feature.but(**with_vertices(feature, vertices))
     if hasattr(after, "resolution"):
         after = replace(after, resolution=resolution)
     return change(records, f"Change {feature.name}", {feature_id: after})

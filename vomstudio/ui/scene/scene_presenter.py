@@ -236,7 +236,7 @@ class ScenePresenter:
                     "{model} is {distance} away from the other models. Check its frame. Whole "
                     "model (Home) shows all of them.",
                     model=self._studio.records[model_id].name,
-                    distance=length(gap),
+                    distance=length(gap, metric=self._studio.metres_known()),
                 )
             )
 
