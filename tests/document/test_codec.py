@@ -37,7 +37,7 @@ EVERY: tuple[Record, ...] = (
     MODEL,
     DEFAULT_TYPES[6],
     BY,
-    replace(BY, read_north=ReadNorth("magnetic", 3.25, 3.5, False, "2024-05-12", 0.5)),
+    replace(BY, id="g2", read_north=ReadNorth("magnetic", 3.25, 3.5, False, "2024-05-12", 0.5)),
     Compass("compass-m1", "m1", "magnetic", "2024-05-12", (11.35, 46.5), None, 0.5),
     KnownLine("w2", "B01", "plane", "m1", "0" * 64, (), 213.0, 3.0, inclination_deg=45.0,
               feature_id="t1"),
