@@ -411,3 +411,73 @@ def test_the_summary_of_a_registration_tells_the_north_of_its_readings() -> None
     assert facts["Azimuths were read from"] == "magnetic north, +3.20° added"
     assert facts["Declination"] == "+3.40° (IGRF-14, 2024-05-12)"
     assert facts["North may be off by"] == "± 0.5° for all alike (1σ)"
+
+
+def test_one_plane_or_parallel_ones_place_as_far_as_they_tell() -> None:
+    """About its own normal a plane says nothing; what is left free stays as it stands."""
+    records = project(planes={"B01": (213.0, 45.0), "B02": (213.0, 45.0)})
+    for said in ({"B01": "213/45"}, {"B01": "213/45", "B02": "213/45"}):
+        lines = readings(records, said)
+        found, seen = placed(records, lines)
+        assert not (found.known.north and found.known.vertical)
+        off = [miss.off for miss in line_misses(lines, found, seen)]
+        assert off == pytest.approx([0.0] * len(lines), abs=1e-3)
+
+
+def test_points_and_readings_from_magnetic_north_are_those_of_the_command(tmp_path: Path) -> None:
+    """Day and place by the points: the command finds the same declination and convergence."""
+    from vomstudio.io.control.writing import write_pairs
+    from vomstudio.workspace.placing.registering import placed_by_points as by_points
+
+    records = project(noise=0.02)
+    corners = np.array([[0, 0, 0], [9, 1, 0], [1, 8, 2], [4, 4, 6], [7, 7, 1]], float)
+    world = corners + [500_000.0 + 60_000.0, 5_150_000.0, 800.0]
+    pairs = Pairs(
+        tuple(f"P{i}" for i in range(5)), np.array(in_file(corners)), world,
+        np.full((5, 3), 0.02), np.zeros(5, bool),
+    )  # fmt: skip
+    said = compass(north="magnetic", day="2024-05-12", doubt_deg=0.7)
+    used, _ = north_of(said, known_of(said, BARE, None, pairs, "EPSG:32632"))
+    read = {n: f"{(a - used.turned_deg) % 360.0:.2f}/{d:g}" for n, (a, d) in PLANES.items()}
+    lines = readings(records, read)
+    seen = directions_of(lines, measured_in(records), BARE)
+    table = compass_table(lines, seen)
+    found = by_points(
+        pairs, None, BARE, "EPSG:32632", EXTENT, lines, used.doubt_deg, table, used.turned_deg
+    )
+    write_pairs(tmp_path / "pairs.csv", pairs)
+    write_compass(tmp_path / "readings.csv", table)
+    options = as_the_command(said, used, pairs, "EPSG:32632")
+    names = {"--north": "north", "--date": "date", "--north-sigma": "north_sigma"}
+    given = {names[option]: str(value) for option, value in options}
+    assert set(given) == set(names.values())
+    order = RegisterOrder(
+        "-", pairs=tmp_path / "pairs.csv", orientations=tmp_path / "readings.csv",
+        crs="EPSG:32632", **given,
+    )  # fmt: skip
+    told = register_model(order, None).placed
+    assert found.matrix == pytest.approx(told.matrix, abs=1e-9)
+    assert not told.blunders
+    assert max(miss.off for miss in line_misses(lines, found, seen, used.turned_deg)) < 1.5
+
+
+def test_readings_are_called_by_their_name_where_there_is_no_id(tmp_path: Path) -> None:
+    file = tmp_path / "read.csv"
+    file.write_text(
+        "name,dip_direction,dip,model_x,model_y,model_z\nB01,213,45,0,0,1\n,10,20,1,0,0\n"
+    )
+    assert read_compass(file).labels == ("B01", "2")
+
+
+def test_a_reading_stands_where_the_plane_is_and_says_what_was_read() -> None:
+    """Dip and dip direction with an arrow between them are taken for nothing else in any
+    notation."""
+    records = project()
+    line = readings(records, {"B01": "213/45"})[0]
+    measured = measure_all({**records, line.id: line}, [line])[0]
+    middle = measure_all(records, [records["t-B01"]])[0].fit.centroid
+    assert measured.points == pytest.approx(middle[None])
+    assert measured.said == "read as 45 → 213"
+    for notation in ("dipdir/dip", "strike/dip"):
+        again = typed_reading("45 → 213", "plane", notation)
+        assert (again.azimuth_deg, again.inclination_deg) == (213.0, 45.0)

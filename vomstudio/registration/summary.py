@@ -20,7 +20,7 @@ _METHODS = {
     "control": to_translate("control points marked in photos"),
     "points": to_translate("control points picked on the model"),
     "lines": to_translate(
-        "lines on the model that are level, or of known azimuth or length, and what was read by "
+        "lines on the model that are level, or of known azimuth or length, or what was read by "
         "compass"
     ),
     "reference": to_translate("another model, to which it was fitted"),

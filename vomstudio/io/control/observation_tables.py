@@ -246,8 +246,12 @@ def read_compass(path: str | Path) -> CompassTable:
             tr("More than 90 degrees say nothing of a direction. Correct it, or leave it empty."),
             "sigma_deg",
         )
+    labels = read.ids
+    if not table.has(("id",)) and table.has(LABEL):
+        names = table.words(LABEL, "label", empty=True)
+        labels = tuple(names[row] or label for row, label in zip(read.kept, labels, strict=True))
     return CompassTable(
-        read.ids,
+        labels,
         read.is_plane,
         np.where(read.is_plane, read.dip_direction_deg, read.trend_deg),
         np.where(read.is_plane, read.dip_deg, read.plunge_deg),

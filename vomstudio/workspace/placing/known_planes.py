@@ -173,7 +173,7 @@ def why_not_read(record: Record | None, model: Model, measured: Measurement | No
     """Why a record cannot be said to have been read by compass on a model; None where it can."""
     feature = None if record is None else get_feature({record.id: record}, record.id)
     if feature is None or not kind_of(feature).orientations:
-        return tr("Select the trace, patch or line that was measured with the compass first.")
+        return tr("Select the trace, patch or line that was read.")
     if not isinstance(feature, OnAModel):
         return tr("{feature} does not lie on a model. Select what the model shows of it.",
                   feature=feature.name)  # fmt: skip

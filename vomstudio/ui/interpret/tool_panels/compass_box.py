@@ -155,6 +155,7 @@ class CompassBox(QWidget):
         model = self._model
         if model is None:
             return
-        dialog = CompassDialog(self, model, compass_of(self._studio.records, model.id), self._known)
-        if dialog.exec() and dialog.compass is not None:
+        before = compass_of(self._studio.records, model.id)
+        dialog = CompassDialog(self, model, before, self._known)
+        if dialog.exec() and dialog.compass not in (None, before):
             self._studio.attempt(set_compass, dialog.compass)
