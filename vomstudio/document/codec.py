@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from functools import cache, lru_cache
+from functools import lru_cache
 from itertools import chain
 from types import MappingProxyType
 from typing import Any
@@ -233,18 +233,11 @@ def _decoded(cls: type, values: Mapping[str, Any], records: Mapping[str, Record]
             made[name] = _part(name, value, records)
         elif name in _LISTS and isinstance(value, list):
             made[name] = tuple(_small(_LISTS[name], name, each) for each in value)
-        elif name in _PARTS and name in _may_be_none(cls):
-            made[name] = None
         elif name in _PARTS or name in _LISTS:
             raise _wrong_value(name)
         else:
             made[name] = _tuples(value)
     return made
-
-
-@cache
-def _may_be_none(cls: type) -> frozenset[str]:
-    return frozenset(f.name for f in dataclasses.fields(cls) if f.default is None)
 
 
 def _read_field(read: Reader, name: str, value: Any) -> Any:
