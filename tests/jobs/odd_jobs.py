@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import threading
 import time
@@ -74,6 +75,27 @@ def _no_memory(asked: Nothing, progress: Progress) -> Nothing:
     raise MemoryError
 
 
+def _hungry(asked: Nothing, progress: Progress) -> Nothing:
+    import numpy as np
+
+    # Reserved and never touched: the limit is on what is asked for.
+    kept = []
+    while True:
+        kept.append(np.empty(1 << 30, np.uint8))
+
+
+def _killed(asked: Nothing, progress: Progress) -> Nothing:
+    progress.stage("dying")
+    os.kill(os.getpid(), signal.SIGKILL)
+    return Nothing()
+
+
+def _given_up(asked: Nothing, progress: Progress) -> Nothing:
+    # As OpenMP ends a process that gets no thread.
+    progress.stage("dying")
+    os._exit(1)
+
+
 def _other_answer(asked: Nothing, progress: Progress) -> Nothing:
     return Word("no number")  # type: ignore[return-value]
 
@@ -112,6 +134,10 @@ DIE = Job("die", Lane.MODELS, Nothing, Nothing, _die)
 NAN = Job("nan", Lane.MODELS, Nothing, Value, _nan)
 FAULT = Job("fault", Lane.MODELS, Nothing, Nothing, _fault)
 NO_MEMORY = Job("no_memory", Lane.MODELS, Nothing, Nothing, _no_memory)
+_LESS = "Take less."
+HUNGRY = Job("hungry", Lane.RECONSTRUCTION, Nothing, Nothing, _hungry, _LESS)
+KILLED = Job("killed", Lane.RECONSTRUCTION, Nothing, Nothing, _killed, _LESS)
+GIVEN_UP = Job("given_up", Lane.RECONSTRUCTION, Nothing, Nothing, _given_up, _LESS)
 OTHER_ANSWER = Job("other_answer", Lane.MODELS, Nothing, Value, _other_answer)  # type: ignore[arg-type]
 MISTAKE = Job("mistake", Lane.INSPECTION, Nothing, Nothing, _mistake)
 ASIDE = Job("aside", Lane.INSPECTION, Nothing, Nothing, _aside)
@@ -121,8 +147,8 @@ IDLE = Job("idle", Lane.INSPECTION, Nothing, Nothing, _idle)
 LEVITATE = Job("levitate", Lane.MODELS, Nothing, Nothing, _deaf)
 """No worker knows it."""
 
-KNOWN = (CHATTER, COUNT, DEAF, DEAFEST, DIE, NAN, FAULT, NO_MEMORY, OTHER_ANSWER, MISTAKE, ASIDE,
-         SEGFAULT, ABORT, IDLE)  # fmt: skip
+KNOWN = (CHATTER, COUNT, DEAF, DEAFEST, DIE, NAN, FAULT, NO_MEMORY, OTHER_ANSWER, HUNGRY,
+         KILLED, GIVEN_UP, MISTAKE, ASIDE, SEGFAULT, ABORT, IDLE)  # fmt: skip
 
 if __name__ == "__main__":
     tasks.TASKS.update({job.name: job for job in KNOWN})

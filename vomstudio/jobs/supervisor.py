@@ -44,7 +44,7 @@ class Worker:
         self._numbers = itertools.count(1)
         self._process: subprocess.Popen[str] | None = None
         self._listeners: dict[int, Listener] = {}
-        self._results: dict[int, type[Any]] = {}
+        self._jobs: dict[int, Job[Any, Any]] = {}
         self._owners: dict[int, subprocess.Popen[str]] = {}
         self._timers: dict[int, threading.Timer] = {}
         self._closed = False
@@ -73,7 +73,7 @@ class Worker:
                     )
                 ) from error
             self._listeners[number], self._owners[number] = listener, owner
-            self._results[number] = job.result
+            self._jobs[number] = job
             return number
 
     def cancel(self, job: int) -> None:
@@ -109,7 +109,7 @@ class Worker:
             self._closed = True
             self._listeners.clear()
             self._owners.clear()
-            self._results.clear()
+            self._jobs.clear()
             for timer in self._timers.values():
                 timer.cancel()
             process, self._process = self._process, None
@@ -190,15 +190,15 @@ class Worker:
         with self._lock:
             listener = self._listeners.get(event.job)
             if isinstance(event, Done | Failed):
-                result = self._results.pop(event.job, None)
+                job = self._jobs.pop(event.job, None)
                 self._listeners.pop(event.job, None)
                 self._owners.pop(event.job, None)
                 if timer := self._timers.pop(event.job, None):
                     timer.cancel()
         if listener is None:
             return
-        if isinstance(event, Done) and result is not None:
-            event = _typed(event, result)
+        if isinstance(event, Done) and job is not None:
+            event = _typed(event, job.result)
         listener(event)
 
     def _died(self, process: subprocess.Popen[str]) -> None:
@@ -221,8 +221,9 @@ class Worker:
                 else WorkerError(
                     tr(
                         "The worker process ended unexpectedly ({ending}). Finished results are "
-                        "kept. Try again.",
+                        "kept. {remedy}",
                         ending=_ending(process.returncode),
+                        remedy=_remedy(process.returncode, self._jobs.get(job)),
                     )
                 )
             )
@@ -256,7 +257,22 @@ def _typed(event: Done, result: type[Any]) -> Event:
         return Failed(event.job, error.as_dict(), error.exit_code)
 
 
+_KILLED = -9
+"""By SIGKILL, as the system does where memory runs out."""
+_GAVE_UP = {1, -6, -11}
+"""How libraries in C and C++ end a process that get no memory, or no thread, in the middle of their
+work: OpenMP with 1, others with SIGABRT or SIGSEGV."""
+
+
 def _ending(code: int) -> str:
-    if code == -9:
+    if code == _KILLED:
         return tr("killed by the system, probably out of memory")
     return tr("code {code}", code=code)
+
+
+def _remedy(code: int, job: Job[Any, Any] | None) -> str:
+    if job is not None and code == _KILLED:
+        return job.if_memory_is_short()
+    if job is not None and job.smaller and code in _GAVE_UP:
+        return tr("This can be a lack of memory. {remedy}", remedy=job.if_memory_is_short())
+    return tr("Try again.")

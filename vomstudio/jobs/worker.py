@@ -22,6 +22,7 @@ from vomstudio.failures import crashes, exception_hooks
 from vomstudio.failures.error_collector import ERRORS
 from vomstudio.files import memory_limit
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, Stage, Step, to_line
+from vomstudio.jobs.job import Job
 from vomstudio.jobs.tasks import TASKS
 from vomstudio.progress import CancelToken
 from vomstudio.words import tr
@@ -75,18 +76,19 @@ def main() -> int:
                 raise WorkerError(
                     tr("This version has no task “{task}”. Restart the program.", task=name)
                 )
-            send(Done(job, TASKS[name].carry_out(args, _Reporter(job, token, send))))
+            with memory_limit.limited_to_what_is_free():
+                done = TASKS[name].carry_out(args, _Reporter(job, token, send))
+            send(Done(job, done))
         except VomError as error:
             send(Failed(job, error.as_dict(), error.exit_code))
-        except MemoryError:
-            fault = WorkerError(
-                tr("There is not enough memory. Close other programs and try again.")
-            )
-            send(Failed(job, fault.as_dict(), fault.exit_code))
         except BrokenPipeError:
             exception_hooks.uninstall()
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
+            if memory_limit.is_shortage(error):
+                fault = _short_of_memory(TASKS[name])
+                send(Failed(job, fault.as_dict(), fault.exit_code))
+                continue
             traceback.print_exc(file=sys.stderr)
             ERRORS.report(error, tr("in the task {task}", task=name))
             fault = WorkerError(
@@ -98,6 +100,12 @@ def main() -> int:
                 )
             )
             send(Failed(job, fault.as_dict(), fault.exit_code))
+
+
+def _short_of_memory(job: Job[Any, Any]) -> WorkerError:
+    return WorkerError(
+        tr("There is not enough memory for this. {remedy}", remedy=job.if_memory_is_short())
+    )
 
 
 def _end_with_supervisor() -> None:
