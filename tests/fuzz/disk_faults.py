@@ -191,6 +191,8 @@ class Command:
             code, result, shown = run_command(words)
             met = faulty_disk.calls() >= at
         after = files_in(self.out)
+        if "Traceback" in shown or "*** Aborted" in shown:
+            return f"TRACEBACK: {shown[-300:]}"
         if code == 0:
             return self._judged_whole(after, met)
         if code != 2:
@@ -333,6 +335,8 @@ class Filling:
         """over : it is tried again after the fault, in the same folder; reconstructions always"""
         self._clear()
         code, result, shown, calls = self._run(at, number, goes_on=goes_on)
+        if "Traceback" in shown or "*** Aborted" in shown:
+            return f"TRACEBACK: {shown[-300:]}"
         if half := self._half():
             return f"LEFT {half}: {shown[-200:]}"
         if code == 0:

@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 from vomstudio.jobs import tasks, worker
 from vomstudio.jobs.job import Job, Lane, Nothing
@@ -90,9 +91,23 @@ def _killed(asked: Nothing, progress: Progress) -> Nothing:
     return Nothing()
 
 
+@dataclass(frozen=True)
+class Into:
+    out: Path
+
+
+def _full(asked: Into, progress: Progress) -> Nothing:
+    # As COLMAP ends a process whose matches find no room.
+    progress.stage("dying")
+    said = "database.cc:13] SQLite error: database or disk is full\n*** Aborted at 17\n    @ 0x7f"
+    os.write(2, f"terminate called after throwing an error\n  what():  {said}\n".encode())
+    os.abort()
+
+
 def _given_up(asked: Nothing, progress: Progress) -> Nothing:
     # As OpenMP ends a process that gets no thread.
     progress.stage("dying")
+    os.write(2, b"libgomp: Thread creation failed: Resource temporarily unavailable\n")
     os._exit(1)
 
 
@@ -137,6 +152,7 @@ NO_MEMORY = Job("no_memory", Lane.MODELS, Nothing, Nothing, _no_memory)
 _LESS = "Take less."
 HUNGRY = Job("hungry", Lane.RECONSTRUCTION, Nothing, Nothing, _hungry, _LESS)
 KILLED = Job("killed", Lane.RECONSTRUCTION, Nothing, Nothing, _killed, _LESS)
+FULL = Job("full", Lane.RECONSTRUCTION, Into, Nothing, _full, _LESS)
 GIVEN_UP = Job("given_up", Lane.RECONSTRUCTION, Nothing, Nothing, _given_up, _LESS)
 OTHER_ANSWER = Job("other_answer", Lane.MODELS, Nothing, Value, _other_answer)  # type: ignore[arg-type]
 MISTAKE = Job("mistake", Lane.INSPECTION, Nothing, Nothing, _mistake)
@@ -148,7 +164,7 @@ LEVITATE = Job("levitate", Lane.MODELS, Nothing, Nothing, _deaf)
 """No worker knows it."""
 
 KNOWN = (CHATTER, COUNT, DEAF, DEAFEST, DIE, NAN, FAULT, NO_MEMORY, OTHER_ANSWER, HUNGRY,
-         KILLED, GIVEN_UP, MISTAKE, ASIDE, SEGFAULT, ABORT, IDLE)  # fmt: skip
+         KILLED, FULL, GIVEN_UP, MISTAKE, ASIDE, SEGFAULT, ABORT, IDLE)  # fmt: skip
 
 if __name__ == "__main__":
     tasks.TASKS.update({job.name: job for job in KNOWN})

@@ -18,6 +18,7 @@ from tests.jobs.odd_jobs import (
     DEAF,
     DIE,
     FAULT,
+    FULL,
     GIVEN_UP,
     HUNGRY,
     KILLED,
@@ -25,6 +26,7 @@ from tests.jobs.odd_jobs import (
     NAN,
     NO_MEMORY,
     OTHER_ANSWER,
+    Into,
     To,
     Word,
 )
@@ -220,7 +222,7 @@ def test_a_job_that_wants_all_memory_ends_in_a_sentence_and_the_worker_lives(wor
     ("task", "words"),
     [
         (KILLED, "killed by the system, probably out of memory). Finished results are kept. Take"),
-        (GIVEN_UP, "(code 1). Finished results are kept. This can be a lack of memory. Take less."),
+        (GIVEN_UP, "There is not enough memory for this. Take less."),
         (DIE, "(code -6). Finished results are kept. Try again."),
     ],
 )
@@ -230,6 +232,18 @@ def test_a_worker_that_is_killed_says_what_to_change(worker, task, words):
     end = heard.end()
     assert isinstance(end, Failed)
     assert words in end.message
+
+
+@pytest.mark.expects_log
+def test_a_library_that_ends_the_worker_over_a_full_disk(worker, tmp_path, capfd):
+    heard = Listener()
+    worker.submit(FULL, Into(tmp_path), heard)
+    end = heard.end()
+    assert isinstance(end, Failed)
+    assert end.exit_code == 2
+    assert end.error["file"] == str(tmp_path)
+    assert "The disk does not take what is written" in end.message
+    assert capfd.readouterr().err == ""
 
 
 def test_an_unknown_task_fails_politely(worker):

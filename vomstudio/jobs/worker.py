@@ -21,8 +21,8 @@ from vomstudio.errors import VomError, WorkerError
 from vomstudio.failures import crashes, exception_hooks
 from vomstudio.failures.error_collector import ERRORS
 from vomstudio.files import memory_limit
+from vomstudio.jobs.endings import short_of_memory
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, Stage, Step, to_line
-from vomstudio.jobs.job import Job
 from vomstudio.jobs.tasks import TASKS
 from vomstudio.progress import CancelToken
 from vomstudio.words import tr
@@ -86,7 +86,7 @@ def main() -> int:
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
             if memory_limit.is_shortage(error):
-                fault = _short_of_memory(TASKS[name])
+                fault = short_of_memory(TASKS[name])
                 send(Failed(job, fault.as_dict(), fault.exit_code))
                 continue
             traceback.print_exc(file=sys.stderr)
@@ -100,12 +100,6 @@ def main() -> int:
                 )
             )
             send(Failed(job, fault.as_dict(), fault.exit_code))
-
-
-def _short_of_memory(job: Job[Any, Any]) -> WorkerError:
-    return WorkerError(
-        tr("There is not enough memory for this. {remedy}", remedy=job.if_memory_is_short())
-    )
 
 
 def _end_with_supervisor() -> None:
