@@ -251,4 +251,4 @@ def test_what_was_undone_does_not_hide_what_the_next_click_does(window, cliff):
     assert run(window, "redo").startswith("Redone: ")
     click(cliff, ZIGZAG[0])
     assert window.statusBar().currentMessage() == ""
-    assert "1 point" in window.status_line._hint.text()
+    assert "1 of at least 3 points" in window.status_line._hint.text()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, Matrix, Model, Record
@@ -145,7 +145,6 @@ class FacetSlopesView(QWidget):
         self.table.setObjectName("slope_facets")
         self.table.setAccessibleName(tr("Facets as slopes"))
         self.table.setMinimumHeight(_LEAST_HEIGHT)
-        self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
         self.table.selectionModel().selectionChanged.connect(lambda *_: self._row_chosen())
         row = QHBoxLayout()
         row.addWidget(self.mode, 1)

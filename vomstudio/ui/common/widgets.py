@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QScrollArea,
     QSizePolicy,
     QSplitter,
+    QTableWidget,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -121,6 +122,14 @@ class Scrolling(QScrollArea):
 
     def sizeHint(self) -> QSize:  # noqa: N802
         return self._panel.sizeHint().expandedTo(self.minimumSizeHint())
+
+
+class LowTable(QTableWidget):
+    """It asks for its least height and takes what is left: what stands below it in a low dock stays
+    in sight."""
+
+    def sizeHint(self) -> QSize:  # noqa: N802
+        return QSize(super().sizeHint().width(), self.minimumHeight())
 
 
 def column_of() -> tuple[QWidget, QVBoxLayout]:

@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
     QPushButton,
-    QSizePolicy,
     QTableWidget,
     QTableWidgetItem,
 )
@@ -34,7 +33,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.common.widgets import LowTable, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Word,
@@ -454,7 +453,7 @@ def _table() -> QTableWidget:
         ("", tr("Along the strike; sinistral is positive.")),
         (tr("Rake"), tr("Of the motion on the fault; positive with a reverse part.")),
     )
-    table = QTableWidget(0, len(heads))
+    table = LowTable(0, len(heads))
     table.setObjectName("displacement_table")
     table.setAccessibleName(tr("Pairs of cut-offs"))
     for column, (title, tip) in enumerate(heads):
@@ -469,6 +468,4 @@ def _table() -> QTableWidget:
     header = table.horizontalHeader()
     header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
     table.setMinimumHeight(_LEAST_HEIGHT)
-    # It takes the height that is left: what stands below it stays in sight in a low dock.
-    table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
     return table

@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
     QPushButton,
-    QSizePolicy,
     QTableWidget,
     QTableWidgetItem,
 )
@@ -38,7 +37,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.common.widgets import LowTable, narrow_form
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_with_file, numbers_text
 from vomstudio.ui.forms.error_fields import error_field, number_in
 from vomstudio.ui.forms.model_axes import add_length_row, follow_axes
@@ -377,7 +376,7 @@ def _cell(text: str) -> QTableWidgetItem:
 
 
 def _table() -> QTableWidget:
-    table = QTableWidget(0, 3)
+    table = LowTable(0, 3)
     table.setObjectName("three_points_table")
     table.setAccessibleName(tr("Points on the surface"))
     for column in range(3):
@@ -387,7 +386,5 @@ def _table() -> QTableWidget:
     table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
     table.setTabKeyNavigation(False)
     table.setMinimumHeight(_LEAST_HEIGHT)
-    # It takes the height that is left: what stands below it stays in sight in a low dock.
-    table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
     table.setMinimumWidth(2 * _LEAST_WIDTH)
     return table

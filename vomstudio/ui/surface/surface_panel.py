@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QTabWidget, QWidget
+from PySide6.QtWidgets import QTabWidget
 
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Scrolling
 from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.surface.facets_panel import FacetsPanel
 from vomstudio.ui.surface.fields_panel import FieldsPanel
@@ -22,15 +23,20 @@ class SurfacePanel(QTabWidget):
         super().__init__()
         self.setDocumentMode(True)
         self.fields, self.facets = FieldsPanel(studio), FacetsPanel(studio)
-        self.addTab(self.fields, tr("Fields"))
         self.traces = TracesPanel(studio)
-        self.addTab(self.facets, tr("Facets"))
-        self.addTab(self.traces, tr("Proposed traces"))
+        # Each scrolls by itself: a page of tabs is not told how high its words are.
+        self._pages = {
+            "fields": Scrolling(self.fields),
+            "facets": Scrolling(self.facets),
+            "traces": Scrolling(self.traces),
+        }
+        self.addTab(self._pages["fields"], tr("Fields"))
+        self.addTab(self._pages["facets"], tr("Facets"))
+        self.addTab(self._pages["traces"], tr("Proposed traces"))
         studio.surface_wanted.connect(self._bring)
 
     def _bring(self, page: str) -> None:
-        pages: dict[str, QWidget] = {"facets": self.facets, "traces": self.traces}
-        self.setCurrentWidget(pages.get(page, self.fields))
+        self.setCurrentWidget(self._pages[page])
 
 
 def commands(studio: Studio, docks: Docks) -> list[Command]:
