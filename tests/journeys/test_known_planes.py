@@ -239,6 +239,12 @@ def test_what_cannot_have_been_read_says_why_and_a_plane_that_goes_places_nothin
 ) -> None:
     panel = begin(window, tilted, picks)
     studio = window.studio
+    # Without points their table makes room for what is read.
+    assert not panel.table.isVisible()
+    choose(panel, "")
+    assert panel.table.isVisible()
+    choose(panel, "plane")
+    assert not panel.table.isVisible()
     first, second, third = spread(truth, 3)
     for name in (first, second, third):
         read(window, panel, name, "{:.0f}/{:.0f}".format(*truth[name]))

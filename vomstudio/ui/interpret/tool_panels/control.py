@@ -153,8 +153,6 @@ class ControlPanel(QWidget):
             self.lines.show_lines(lines, self._studio.settings.notation)
         if points != self._points:
             self.table.show_points(points)
-        for points_alone in (self.table, self.map):
-            points_alone.setVisible(bool(points) or not lines)
         self.model, self._points, self._lines = model, points, lines
         self.readings = readings
         self._solve()
@@ -295,6 +293,8 @@ class ControlPanel(QWidget):
         lines_tool = self._lines_tool
         reading = self._studio.tool_name == lines_tool.name and lines_tool.selects
         self.compass.show_for(self.model, self._lines, self.north, reading=reading)
+        for points_alone in (self.table, self.map):
+            points_alone.setVisible(bool(self._points) or not (self._lines or reading))
 
     def _show_map(self) -> None:
         known = () if self.placed is None else (*self.placed.control, *self.placed.check)
