@@ -60,6 +60,13 @@ class Source:
     placing_error_m: float | None = None
     to_world: Floats | None = None
 
+    @property
+    def world_crs(self) -> str | None:
+        """Of World, which is in metres where that of the file is not."""
+        from vomstudio.io.gis.crs import world_crs
+
+        return world_crs(self.crs, self.unit_m)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class _Model:

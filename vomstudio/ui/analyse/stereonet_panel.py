@@ -233,7 +233,7 @@ class StereonetPanel(QWidget):
             errors=source.errors(sets) if "errors" in asked else (),
             live=source.live(),
             notation=studio.settings.notation,
-            notes=wishes.turning.notes,
+            notes=(*source.left_out(), *wishes.turning.notes),
             compact=True,
         )
         if "slip planes" in asked:

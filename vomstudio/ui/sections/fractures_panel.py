@@ -30,10 +30,11 @@ from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.command_targets import tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Word,
@@ -43,6 +44,7 @@ from vomstudio.ui.forms.copied_command import (
 )
 from vomstudio.ui.forms.fitting_picture import FittingPicture
 from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.forms.model_axes import add_length_row
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.drawing_view import DrawingView
@@ -125,7 +127,7 @@ class FracturesPanel(SeenPanel):
         numbers.setSpacing(3)
         numbers.addWidget(self.snap)
         numbers.addWidget(self.cap)
-        form.addRow(tr("Snap (m), cap"), numbers)
+        add_length_row(form, self._studio, lambda u: tr("Snap ({unit}), cap", unit=u), numbers)
         buttons = QHBoxLayout()
         buttons.addWidget(self.figure)
         buttons.addWidget(self.copy)
@@ -172,7 +174,8 @@ class FracturesPanel(SeenPanel):
     def _counted_in_chosen(self, *_: object) -> None:
         kind = self._counted()
         self.place.clear()
-        self.place.setEnabled(kind != EVERYTHING)
+        everywhere = tr("All traces are counted. Choose a window, circle or scanline.")
+        allow(self.place, everywhere if kind == EVERYTHING else None)
         self.place.setPlaceholderText(
             {
                 EVERYTHING: "", WINDOW: tr("around all"), CIRCLE: tr("x, y, radius"),
@@ -287,7 +290,7 @@ class FracturesPanel(SeenPanel):
         for field, least in ((self.snap, 0.0), (self.cap, 1.0)):
             value = parse_number(field.text()) if field.text().strip() else None
             if field.text().strip() and (value is None or not least <= value < math.inf):
-                return tr("The tolerance is a length in metres, the cap a weight of 1 or more.")
+                return tr("The tolerance is a length of 0 or more, the cap a weight of 1 or more.")
             lengths.append(value)
         models = [
             model_of(self._studio.records, get_feature(self._studio.records, t.id)) for t in traces
@@ -377,15 +380,8 @@ class FracturesPanel(SeenPanel):
     def write_figure(self, path: Path) -> None:
         answered = self.answered
         if answered is not None and answered.mapped is not None:
-            self._background.run(
-                partial(write_figure, answered.mapped, path), partial(self._written, path)
-            )
-
-    def _written(self, path: Path, error: object) -> None:
-        if isinstance(error, VomError):
-            self._studio.fail(error)
-        else:
-            self._studio.info(tr("Exported to {file}.", file=path))
+            done = partial(tell_written, self._studio, tr("Exported to {file}.", file=path))
+            self._background.run(partial(write_figure, answered.mapped, path), done)
 
     def copy_command(self) -> None:
         """Ask for the GeoPackage of the traces, and put the command on the clipboard."""
