@@ -273,7 +273,7 @@ def _head(curtain: Curtain, crs: str | None, model: str, figures: SectionFigures
         f"distance_m along the section from {plain_azimuth(figures.left_deg, 2)} toward "
         f"{plain_azimuth(figures.right_deg, 2)} deg; {height}",
     ]
-    if figures.dip_deg is not None:
+    if figures.dip_direction_deg is not None:
         rows.append(
             f"plane: dip direction {plain_azimuth(figures.dip_direction_deg)}, "
             f"dip {figures.dip_deg:.4f}"
