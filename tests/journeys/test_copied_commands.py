@@ -297,3 +297,24 @@ def test_facets(window, model_id, told) -> None:
     panel.coplanarity.setValue(50.0)
     assert not panel.copy.isEnabled()
     assert "coplanarity" in panel.copy.toolTip()
+
+
+def test_proposed_traces(window, model_id, told) -> None:
+    from vomstudio.ui.surface.traces_panel import TracesPanel
+
+    window.studio.selection.set([model_id])
+    window.actions_table.run("propose_traces")
+    panel = window.findChild(TracesPanel)
+    panel.cost.setCurrentIndex(panel.cost.findData("curvature"))
+    panel.most.setValue(900)
+    wait(panel.start.isEnabled, "the model in the panel")
+    press(panel.start)
+    wait(lambda: panel._traces.found is not None, "the lines", 120.0)
+    press(panel.copy)
+    of_command, found = told()["proposals"], panel._traces.found
+    # But for those that run along traces of the project, which the window leaves out.
+    assert len(of_command) == len(found.lines) + found.known
+    shown = [(one.length_m, one.doubt) for one in found.lines]
+    assert shown
+    said = {(round(one["length_m"], 6), one["doubt"]) for one in of_command}
+    assert {(round(length, 6), doubt) for length, doubt in shown} <= said

@@ -34,6 +34,7 @@ from vomstudio.document.records import (
     Surrounded,
     Typed,
     VerdictProfile,
+    compass_id,
 )
 from vomstudio.errors import DocumentError
 from vomstudio.geology.profiles import PROFILES, Thresholds
@@ -129,7 +130,8 @@ def remove_model(records: Records, model_id: str) -> Edit:
                 model=model.name,
             )
         )
-    return change(records, f"Remove model {model.name}", {model_id: None})
+    gone = [id_ for id_ in (model_id, compass_id(model_id)) if id_ in records]
+    return change(records, f"Remove model {model.name}", dict.fromkeys(gone))
 
 
 def add_trace(records: Records, trace: Trace) -> Edit:

@@ -10,7 +10,9 @@ from vomstudio.jobs.model_tasks import Matrix
 from vomstudio.products.elevation.results import Wanted, WrittenElevation
 from vomstudio.products.ortho import interpretation, orthophoto, planning, view_directions
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
+
+_COARSER = to_translate("Choose larger pixels or a smaller part, or close other programs.")
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,9 @@ def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto
     )
 
 
-ORTHOPHOTO = Job("orthophoto", Lane.PRODUCTS, OrthophotoOrder, WrittenOrthophoto, _orthophoto)
+ORTHOPHOTO = Job(
+    "orthophoto", Lane.PRODUCTS, OrthophotoOrder, WrittenOrthophoto, _orthophoto, _COARSER
+)
 
 
 @dataclass(frozen=True)
@@ -156,6 +160,6 @@ def _elevation(asked: ElevationOrder, progress: Progress) -> WrittenElevation:
     )
 
 
-ELEVATION = Job("elevation", Lane.PRODUCTS, ElevationOrder, WrittenElevation, _elevation)
+ELEVATION = Job("elevation", Lane.PRODUCTS, ElevationOrder, WrittenElevation, _elevation, _COARSER)
 
 JOBS = (WRITE_LAYERS, ORTHOPHOTO, ELEVATION)

@@ -49,7 +49,7 @@ from vomstudio.ui.common.background_reading import Background, NewestResult
 from vomstudio.ui.common.command_targets import tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Words
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
@@ -253,7 +253,8 @@ class SlopesPanel(SeenPanel):
     def _at_chosen(self, *_: object) -> None:
         if not self._at_facets:
             self._studio.facets.unpaint()
-        self.face.setEnabled(not self._at_facets)
+        facets = tr("The slope is each facet by itself. Choose One face to type its attitude.")
+        allow(self.face, facets if self._at_facets else None)
         self._refresh_take()
         self._soon()
 

@@ -269,10 +269,7 @@ class ViewPanel(QWidget):
                 if measured.line is not None:
                     return tr("Along {feature}, 95 %: {error}.", **values), error
                 return tr("Perpendicular to {feature}, 95 %: {error}.", **values), error
-        text = tr(
-            "The direction was typed or set with the mouse. It follows from no measurement, so its "
-            "error is unknown."
-        )
+        text = tr("The direction was typed or set with the mouse. It follows from no measurement.")
         return text, None
 
     def why_no_line(self) -> str | None:

@@ -40,11 +40,12 @@ from vomstudio.ui.common.background_reading import Background, NewestResult
 from vomstudio.ui.common.command_targets import ask_for_target, tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, allow, narrow_form
 from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_with_file
 from vomstudio.ui.forms.error_fields import error_field, number_in
 from vomstudio.ui.forms.fitting_picture import FittingPicture
 from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.forms.model_axes import add_length_row, follow_axes, unit_of
 from vomstudio.ui.forms.taken_plane import TakenPlane
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.bed_log_answer import draw_figure, words_of, write, write_boundaries
@@ -90,13 +91,13 @@ class BedLogPanel(SeenPanel):
         self.group.setToolTip(tr("Which traces are boundaries, and which tell the bedding."))
         self.reach = error_field(
             "log_reach", tr("automatic"),
-            tr("How near to the line a trace has to come, in metres; by itself a twentieth of the "
+            tr("How near to the line a trace has to come; by itself a twentieth of the "
                "line."),
         )  # fmt: skip
         self.bed = TakenPlane(studio, "log_bed", tr("fitted to the traces"))
         self.sigma = error_field(
             "log_sigma", tr("automatic"),
-            tr("Standard deviation of each coordinate of a boundary, metres; by itself the scatter "
+            tr("Standard deviation of each coordinate of a boundary; by itself the scatter "
                "of the traces, or the resolution of the model."),
         )  # fmt: skip
         self.overturned = QCheckBox(tr("Overturned: younger beds lie below"))
@@ -107,6 +108,7 @@ class BedLogPanel(SeenPanel):
             self.copy_command, tr("keep the boundaries as a table, and copy the command")
         )
         self.table = BedLogTable()
+        follow_axes(studio, lambda axes: self.table.show_unit(unit_of(axes)))
         self.picture = FittingPicture()
         self._arrange()
         self._connect()
@@ -124,9 +126,11 @@ class BedLogPanel(SeenPanel):
         form = narrow_form()
         form.addRow(tr("Line"), line)
         form.addRow(tr("Boundaries"), self.of)
-        form.addRow(tr("Traces within (m)"), traces)
+        add_length_row(form, self._studio, lambda u: tr("Traces within ({unit})", unit=u), traces)
         form.addRow(tr("Bed"), self.bed)
-        form.addRow(tr("Points ± (1σ, m)"), self.sigma)
+        add_length_row(
+            form, self._studio, lambda u: tr("Points ± (1σ, {unit})", unit=u), self.sigma
+        )
         buttons = QHBoxLayout()
         buttons.addWidget(self.write)
         buttons.addWidget(self.copy)
@@ -240,9 +244,9 @@ class BedLogPanel(SeenPanel):
         if bed is not None and bed.plane is None:
             return bed.problem or tr("This feature has no plane.")
         try:
-            sigma = number_in(self.sigma, tr("The error of the points is a length in metres."))
+            sigma = number_in(self.sigma, tr("The error of the points is a length of 0 or more."))
             reach = number_in(
-                self.reach, tr("How near a trace has to come to the line is a length in metres.")
+                self.reach, tr("How near a trace has to come to the line is a length of 0 or more.")
             )
         except VomError as error:
             return error.message
@@ -327,8 +331,8 @@ class BedLogPanel(SeenPanel):
             if studio.models
             else tr("Open a model first.")
         )
-        by_traces = self.of.currentData() != POINTS
-        self.reach.setEnabled(by_traces)
+        by_points = tr("The boundaries are the points of the line.")
+        allow(self.reach, by_points if self.of.currentData() == POINTS else None)
         why = None
         if self._asked.waiting:
             why = tr("the log is being computed")

@@ -35,7 +35,7 @@ from vomstudio.ui.common.command_targets import tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.common.widgets import allow, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Word,
@@ -45,6 +45,7 @@ from vomstudio.ui.forms.copied_command import (
 )
 from vomstudio.ui.forms.fitting_picture import FittingPicture
 from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.forms.model_axes import add_length_row
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.counted_in_box import CountedInBox
@@ -122,7 +123,7 @@ class FracturesPanel(SeenPanel):
         numbers.setSpacing(3)
         numbers.addWidget(self.snap)
         numbers.addWidget(self.cap)
-        form.addRow(tr("Snap (m), cap"), numbers)
+        add_length_row(form, self._studio, lambda u: tr("Snap ({unit}), cap", unit=u), numbers)
         buttons = QHBoxLayout()
         buttons.addWidget(self.figure)
         buttons.addWidget(self.copy)
@@ -169,14 +170,19 @@ class FracturesPanel(SeenPanel):
     def _counted_in_chosen(self, *_: object) -> None:
         kind = self._counted()
         self.place.clear()
-        free = kind not in (EVERYTHING, GRID)
-        self.place.setEnabled(free)
+        why = None
+        if kind == EVERYTHING:
+            why = tr("All traces are counted. Choose a window, circle or scanline.")
+        elif kind == GRID:
+            why = tr("The cells of the grid that are done or empty are the window.")
+        allow(self.place, why)
         self.place.setPlaceholderText(
             {
                 EVERYTHING: "", WINDOW: tr("around all"), CIRCLE: tr("x, y, radius"),
                 SCANLINE: tr("x, y, x, y"), GRID: tr("cells done or empty"),
             }[kind]
         )  # fmt: skip
+        free = kind not in (EVERYTHING, GRID)
         self.map.let_mark(free)
         self.map.setToolTip("" if not free else tr("Drag to mark where the traces are counted."))
         self._refresh_take()
@@ -289,7 +295,7 @@ class FracturesPanel(SeenPanel):
         for field, least in ((self.snap, 0.0), (self.cap, 1.0)):
             value = parse_number(field.text()) if field.text().strip() else None
             if field.text().strip() and (value is None or not least <= value < math.inf):
-                return tr("The tolerance is a length in metres, the cap a weight of 1 or more.")
+                return tr("The tolerance is a length of 0 or more, the cap a weight of 1 or more.")
             lengths.append(value)
         models = [
             model_of(self._studio.records, get_feature(self._studio.records, t.id)) for t in traces
