@@ -217,7 +217,8 @@ class StereonetPanel(QWidget):
         """What the net shows now."""
         source, wishes, studio = self._source, self.wishes, self._studio
         sets, beds = source.shown_sets()
-        north = self._north(sets)
+        live = source.live()
+        north = self._north(sets) and (live is None or axes_of(studio).north)
         asked = wishes.asked
         net = NetContents(
             sets=tuple(sets),
@@ -234,7 +235,7 @@ class StereonetPanel(QWidget):
             circles_typed=wishes.circles,
             marks=wishes.marks,
             errors=source.errors(sets) if "errors" in asked else (),
-            live=source.live(),
+            live=live,
             notation=studio.settings.notation,
             notes=(*wishes.turning.notes, *(() if north else (_local(),))),
             compact=True,
