@@ -209,6 +209,8 @@ class BedLogPanel(SeenPanel):
     def _opened(self) -> None:
         """Another project."""
         self.line_id, self.words, self._picking = "", {}, False
+        for field in (self.reach, self.sigma):
+            field.clear()
         self._soon()
 
     def _words_typed(self, key: str, said: object) -> None:

@@ -340,6 +340,8 @@ class SectionPanel(SeenPanel):
     def _opened(self) -> None:
         """Another project."""
         self.line, self._drawing = None, False
+        for field in (self.through, self.within, self.slab):
+            field.clear()
         self._soon()
 
     def _close(self) -> None:
