@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -130,6 +131,18 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                      said=written.get(text["id"], ""), filled=layer.by != "kind")
             )  # fmt: skip
     return tuple(found)
+
+
+def count_features(items: Iterable[Item]) -> int:
+    """A trace is an item for its line and one for its plane, and one feature all the same. What has
+    no id of its own counts by itself."""
+    by_layer: dict[str, Counter[str]] = {}
+    for item in items:
+        by_layer.setdefault(item.layer, Counter())[item.id] += 1
+    most: Counter[str] = Counter()
+    for counted in by_layer.values():
+        most |= counted
+    return most.total()
 
 
 def items_of_table(places: Array, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:

@@ -157,11 +157,17 @@ class FracturesPanel(SeenPanel):
         self.map.dragging.connect(
             lambda ends: self.map.show_mark(mark_of(self._counted(), self._place_of(ends)))
         )
-        studio.project_opened.connect(self._soon)
+        studio.project_opened.connect(self._opened)
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(lambda _: self._selected())
         studio.jobs.closed.connect(self._close)
         self._counted_in_chosen()
+
+    def _opened(self) -> None:
+        """Another project."""
+        for field in (self.place, self.snap, self.cap):
+            field.clear()
+        self._soon()
 
     # --- where is counted --------------------------------------------------------------------
     def _counted(self) -> str:
