@@ -6,6 +6,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -43,11 +44,12 @@ _MOST_WAY_POINTS = 12
 @dataclass(frozen=True)
 class TraceLimits:
     """As `extraction.proposals.traces.propose_traces` has them; least_length_m : None where the
-    program chooses"""
+    program chooses; network : an ONNX file for the cost "onnx" """
 
     cost: str = "gradient"
     least_length_m: float | None = None
     most: int = 50
+    network: Path | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +148,7 @@ class TraceProposals:
         order = TracesOrder(
             # What is known already is none of the number that is asked for.
             standing, limits.cost, limits.least_length_m, limits.most + len(known),
+            limits.network,
             standing.cache / "proposed_traces" / f"{model_id}.npz",
         )  # fmt: skip
 
