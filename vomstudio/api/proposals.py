@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.api.checking import maybe_path, single_number, whole_number, words_of
 from vomstudio.api.comparisons import is_array, placed
@@ -11,8 +11,11 @@ from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.errors import InputError
 from vomstudio.extraction.proposals.traces import ProposedTraces
-from vomstudio.progress import CancelToken
+from vomstudio.progress import CancelToken, Progress
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.extraction.proposals.edge_pictures import Find
 
 
 def propose_traces(
@@ -76,10 +79,6 @@ def propose_traces(
     >>> bool(np.abs(first.points[:, 2] - 0.7).max() < 0.08), first.doubt
     (True, 0.02)
     """
-    from vomstudio.extraction.proposals import traces as proposing
-    from vomstudio.extraction.proposals.edge_pictures import DRAWN, ONNX, wearing_edges
-    from vomstudio.extraction.surface_graph import SurfaceGraph
-    from vomstudio.io.models.opening import resolution
     from vomstudio.jobs.edge_finding import asked_of
 
     wanted = words_of(cost, "cost")
@@ -88,17 +87,33 @@ def propose_traces(
     least, number = single_number(least_length, "least_length"), whole_number(most, "most")
     network = maybe_path(onnx_model, "onnx_model")
     report = told(progress, cancel)
+    with asked_of(wanted, network, report, cancel) as edges:
+        return _proposed(model, wanted, least, number, edges, report)
+
+
+def _proposed(
+    model: Any,
+    cost: str,
+    least: float | None,
+    number: int | None,
+    edges: tuple[Find, Path] | None,
+    progress: Progress,
+) -> ProposedTraces:
+    from vomstudio.extraction.proposals import traces as proposing
+    from vomstudio.extraction.proposals.edge_pictures import DRAWN, ONNX, wearing_edges
+    from vomstudio.extraction.surface_graph import SurfaceGraph
+    from vomstudio.io.models.opening import resolution
+
     data, crs, _ = placed(model if is_array(model) else model_of(model), "model")
     spacing = resolution(data)
-    with asked_of(wanted, network, report, cancel) as edges:
-        return proposing.propose_traces(
-            SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),
-            cost=wanted if edges is None else DRAWN,
-            called="" if edges is None else ONNX,
-            resolution=spacing,
-            least_length=least,
-            most=proposing.MOST if number is None else number,
-            model=getattr(getattr(model, "path", None), "name", None) or "",
-            frame=crs or "local",
-            progress=report,
-        )
+    return proposing.propose_traces(
+        SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),
+        cost=cost if edges is None else DRAWN,
+        called="" if edges is None else ONNX,
+        resolution=spacing,
+        least_length=least,
+        most=proposing.MOST if number is None else number,
+        model=getattr(getattr(model, "path", None), "name", None) or "",
+        frame=crs or "local",
+        progress=progress,
+    )

@@ -47,11 +47,11 @@ class FollowBox(ComboBox):
                     self.addItem(tr(words), cost)
                 for name in fields:
                     self.addItem(tr("low values of {field}", field=name), name)
-            words = dict(COSTS)
+            called = dict(COSTS)
             now = self._tool.followed_by if self._tool.cost == AUTO else None
-            best = tr(words[AUTO])
-            if now in words:
-                best = tr("the best of all: {cost}", cost=tr(words[now]))
+            best = tr(called[AUTO])
+            if now in called:
+                best = tr("the best of all: {cost}", cost=tr(called[now]))
             self.setItemText(self.findData(AUTO), best)
             self.setCurrentIndex(max(0, self.findData(self._tool.cost)))
         self.setEnabled(not self._tool.continued)
