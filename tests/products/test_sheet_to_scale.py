@@ -291,3 +291,22 @@ def test_a_legend_of_many_long_names_stays_on_the_page(tmp_path: Path) -> None:
     places = [(float(x), float(y)) for x, y in re.findall(r"1 0 0 1 ([-\d.]+) ([-\d.]+) Tm", page)]
     assert all(0 < x < box[2] for x, _ in places)
     assert all(0 < y < box[3] for _, y in places)
+
+
+def test_a_label_leaves_the_points_of_others_to_be_seen_where_there_is_room() -> None:
+    """Beside a point to the right there is no other; else the label goes there, or further off."""
+    first = np.array([[0.0, 0.0]])
+    for beside in ([0.6, 0.2], [0.6, -0.2], [-0.6, 0.2]):
+        other = Shape("j", np.array([beside]))
+        named = Shape("j", first, label="J1 30°", dip_deg=30.0)
+        (placed,) = placed_labels(replace(drawing(), shapes=(named, other)), 100.0, 2.6)
+        wide, tall = 0.001 * 100.0 * 2.6 * 0.58 * 7, 0.001 * 100.0 * 2.6 * 1.25
+        left = placed.x - wide if placed.right else placed.x
+        inside = left < beside[0] < left + wide and abs(placed.y - beside[1]) < tall / 2
+        assert not inside
+        assert not placed.apart
+    # Where points are everywhere it is written all the same.
+    g = np.linspace(-3.0, 3.0, 200)
+    crowd = tuple(Shape("j", np.array([[a, b]])) for a in g[::4] for b in g[::4])
+    (placed,) = placed_labels(replace(drawing(), shapes=(named, *crowd)), 100.0, 2.6)
+    assert placed.shape is named

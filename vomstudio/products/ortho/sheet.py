@@ -5,6 +5,7 @@ lines; as PNG or JPEG it is the same page in pixels, with the resolution at whic
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -113,8 +114,7 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
     if drawing.picture is not None:
         extent = (float(low[0]), float(high[0]), float(low[1]), float(high[1]))
         ax.imshow(drawing.picture, extent=extent, interpolation=between, aspect="auto", zorder=0)
-    for shape in drawing.shapes:
-        _draw_shape(ax, shape, scale)
+    _draw_shapes(ax, drawing.shapes, scale)
     for label in placed_labels(drawing, scale, 0.353 * _LABEL_PT):
         if label.apart:
             ends = np.array([label.named, (label.x, label.y)])
@@ -126,24 +126,41 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
         )  # fmt: skip
 
 
-def _draw_shape(ax: Axes, shape: Shape, scale: int) -> None:
-    points = shape.points
-    if len(points) == 1:
-        x, y = points[0].tolist()
-        ax.plot([x], [y], "o", markersize=3.0, color=shape.color, zorder=3)
-        if shape.dip_deg is None:
-            return
-        a, reach = math.radians(shape.dip_deg), 0.001 * scale * DIP_TICK_MM
-        across = np.array([math.cos(a), -math.sin(a)]) * reach
-        points = np.stack([points[0] - across, points[0] + across])
-    if shape.filled:
-        ax.fill(points[:, 0], points[:, 1], color=shape.color, alpha=0.5, linewidth=0.0, zorder=1)
-    if shape.closed:
-        points = np.vstack([points, points[:1]])
-    # Light below, so that a line is seen on dark rock too.
-    for width, color, above in ((2.2, "white", 1), (1.0, shape.color, 2)):
-        ax.plot(points[:, 0], points[:, 1], color=color, linewidth=width * _LINE_PT, zorder=above,
+def _draw_shapes(ax: Axes, shapes: Sequence[Shape], scale: int) -> None:
+    """All lines of a colour are one path with gaps: thousands of paths would take long."""
+    lines: dict[tuple[str, float, int], list[Array]] = {}
+    dots: dict[str, list[Array]] = {}
+    for shape in shapes:
+        if len(shape.points) == 1:
+            dots.setdefault(shape.color, []).append(shape.points)
+        if shape.filled:
+            ax.fill(shape.points[:, 0], shape.points[:, 1], color=shape.color, alpha=0.5,
+                    linewidth=0.0, zorder=1)  # fmt: skip
+        line = _line_of(shape, scale)
+        # Light below, so that a line is seen on dark rock too.
+        for width, color, above in ((2.2, "white", 1), (1.0, shape.color, 2)):
+            if line is not None:
+                lines.setdefault((color, width, above), []).append(line)
+    gap = np.full((1, 2), math.nan)
+    for (color, width, above), own in lines.items():
+        x, y = np.concatenate([part for line in own for part in (line, gap)][:-1]).T
+        ax.plot(x, y, color=color, linewidth=width * _LINE_PT, zorder=above,
                 solid_joinstyle="round")  # fmt: skip
+    for color, places in dots.items():
+        x, y = np.concatenate(places).T
+        ax.plot(x, y, "o", markersize=3.0, color=color, zorder=3)
+
+
+def _line_of(shape: Shape, scale: int) -> Array | None:
+    """(n, 2) of a line or outline, or the tick of a plane; None of any other point."""
+    points = shape.points
+    if len(points) > 1:
+        return np.vstack([points, points[:1]]) if shape.closed else points
+    if shape.dip_deg is None:
+        return None
+    a, reach = math.radians(shape.dip_deg), 0.001 * scale * DIP_TICK_MM
+    across = np.array([math.cos(a), -math.sin(a)]) * reach
+    return np.stack([points[0] - across, points[0] + across])
 
 
 def _draw_frame(ax: Axes, drawing: Drawing, scale: int) -> None:

@@ -64,7 +64,7 @@ class Legend:
         # As many as the entry with the most has, so that the names of a column begin together.
         self._slots = max((sum((e.line, e.area, e.place)) for e in entries), default=0)
         letters = max(map(len, self._words), default=0)
-        self._wide = self._slots * (_GLYPH_MM + _GAP_MM) + LETTER_MM * font_pt * (letters + 2)
+        self._wide = self._slots * (_GLYPH_MM + _GAP_MM) + LETTER_MM * font_pt * (letters + 4)
         self._columns = max(1, math.floor(width_mm / max(self._wide, 1.0)))
         self._rows = math.ceil(len(entries) / self._columns)
         self._remark = tr("Ticks at points: planes and their apparent dips")

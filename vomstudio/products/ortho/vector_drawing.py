@@ -20,6 +20,8 @@ from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.products.ortho.interpretation import Flat
 
 Array = npt.NDArray[np.float64]
+Box = tuple[float, float, float, float]
+"""Left, bottom, right, top."""
 
 INK = "#141414"
 _EDGE = "#404040"
@@ -183,12 +185,13 @@ class PlacedLabel:
 
 
 def placed_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedLabel]:
-    """The labels that find room beside what they name, within the frame and over no other. scale :
-    1 in so many; text_mm : height of the letters on paper"""
-    low, high = drawing.bounds
+    """The labels that find room beside what they name, within the frame and over no other, nor over
+    the point of another where that can be had. scale : 1 in so many; text_mm : height of the
+    letters on paper"""
     mm = 0.001 * scale
     tall, gap = 1.25 * text_mm * mm, 1.2 * mm
-    taken: list[tuple[float, float, float, float]] = []
+    dots = np.array([s.points[0] for s in drawing.shapes if len(s.points) == 1]).reshape(-1, 2)
+    taken: list[Box] = []
     found = []
     for shape in drawing.shapes:
         if not shape.label:
@@ -196,27 +199,35 @@ def placed_labels(drawing: Drawing, scale: float, text_mm: float) -> list[Placed
         place = shape.points[len(shape.points) // 2]
         x, y = (_inside(shape.points) if shape.filled else place).tolist()
         wide = _LETTER * text_mm * mm * (len(shape.label) + 1)
-        for row in (0.0, -1.0, 1.0, -2.0, 2.0, -3.0):
-            above = y + gap + row * tall if row >= 0 else y - gap + row * tall
-            spots = [(left, above, left + wide, above + tall) for left in (x + gap, x - gap - wide)]
-            free = [
-                k
-                for k, box in enumerate(spots)
-                if box[0] >= low[0] and box[2] <= high[0] and box[1] >= low[1] and box[3] <= high[1]
-                and not any(_meet(box, other) for other in taken)
-            ]  # fmt: skip
-            if free:
-                right, box = free[0] == 1, spots[free[0]]
-                taken.append(box)
-                middle = 0.5 * (box[1] + box[3])
-                apart = row not in (0.0, -1.0)
-                end = box[2] if right else box[0]
-                found.append(PlacedLabel(shape, end, middle, right, apart, (x, y)))
-                break
+        spots = [
+            (row, right, (left, above, left + wide, above + tall))
+            for row in (0.0, -1.0, 1.0, -2.0, 2.0, -3.0)
+            for above in (y + gap + row * tall if row >= 0 else y - gap + row * tall,)
+            for right, left in ((False, x + gap), (True, x - gap - wide))
+        ]
+        free = [spot for spot in spots if _is_free(spot[2], drawing.bounds, taken)]
+        if free:
+            row, right, box = next((s for s in free if not _covers(s[2], dots)), free[0])
+            taken.append(box)
+            middle = 0.5 * (box[1] + box[3])
+            apart = row not in (0.0, -1.0)
+            end = box[2] if right else box[0]
+            found.append(PlacedLabel(shape, end, middle, right, apart, (x, y)))
     return found
 
 
-def _meet(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+def _is_free(box: Box, bounds: Array, taken: list[Box]) -> bool:
+    (left, bottom), (right, top) = bounds.tolist()
+    within = box[0] >= left and box[2] <= right and box[1] >= bottom and box[3] <= top
+    return within and not any(_meet(box, other) for other in taken)
+
+
+def _covers(box: Box, dots: Array) -> bool:
+    x, y = dots[:, 0], dots[:, 1]
+    return bool(((x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])).any())
+
+
+def _meet(a: Box, b: Box) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
