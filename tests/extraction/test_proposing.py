@@ -185,3 +185,21 @@ def test_way_points_hold_a_line() -> None:
     assert run_along([line, line + [0.0, 0.0, 1.0], line[:40]], [line[50:]], 0.1) == [
         True, False, False,
     ]  # fmt: skip
+
+
+def test_of_very_many_points_a_part_is_looked_at() -> None:
+    from vomstudio.extraction.proposals.thinning import few_enough
+
+    points, grey = slope(1, BEDS)
+    colours = np.repeat(grey[:, None], 3, axis=1).astype(np.uint8)
+    cloud = PointCloud(points, colors=colours, fields={"grey": grey})
+    part = few_enough(cloud, 1800)
+    assert len(part.points) == 1800
+    rows = {tuple(p): i for i, p in enumerate(points.tolist())}
+    at = [rows[tuple(p)] for p in part.points.tolist()]
+    assert len(set(at)) == 1800
+    assert part.colors is not None
+    assert (part.colors == colours[at]).all()
+    assert (part.fields["grey"] == grey[at]).all()
+    # From all of it alike.
+    assert abs(np.mean(np.array(at) < len(points) / 2) - 0.5) < 0.05

@@ -60,6 +60,7 @@ class FoundTraces:
     cost: str
     least_length_m: float
     surrogates: int
+    warnings: tuple[str, ...]
     out: Path
 
 
@@ -122,7 +123,12 @@ def _propose(asked: TracesOrder, progress: Progress) -> FoundTraces:
     np.savez(part, **arrays)
     os.replace(part, asked.out)
     return FoundTraces(
-        len(found.proposals), found.cost, found.least_length_m, found.surrogates, asked.out
+        len(found.proposals),
+        found.cost,
+        found.least_length_m,
+        found.surrogates,
+        found.warnings,
+        asked.out,
     )
 
 

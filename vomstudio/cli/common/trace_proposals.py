@@ -74,7 +74,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         force=args.force,
     )
     result: dict[str, Any] = {**found.as_dict(), "table": args.output}
-    result["warnings"] = list(model.warnings)
+    result["warnings"] = [*model.warnings, *found.warnings]
     out.result(result)
     out.warn(result["warnings"])
     said = [

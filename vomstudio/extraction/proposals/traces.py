@@ -18,6 +18,7 @@ from vomstudio.extraction.proposals.lines import (
     find_lines,
     strongest_in_noise,
 )
+from vomstudio.extraction.proposals.thinning import MOST_POINTS, few_enough
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geology.band_figures import BandFigures
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
@@ -59,16 +60,18 @@ class Proposal(Shown):
 @dataclass(frozen=True, eq=False, repr=False)
 class ProposedTraces(Shown):
     """proposals : the least doubtful first; cost : what was looked for; least_length_m : of a line;
-    surrogates : surfaces of noise that the doubts are told from"""
+    surrogates : surfaces of noise that the doubts are told from; warnings : sentences"""
 
     proposals: tuple[Proposal, ...]
     cost: str
     least_length_m: float
     surrogates: int
+    warnings: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command."""
-        return {**vars(self), "proposals": [one.as_dict() for one in self.proposals]}
+        told = {**vars(self), "warnings": list(self.warnings)}
+        return {**told, "proposals": [one.as_dict() for one in self.proposals]}
 
 
 def propose_traces(
@@ -106,6 +109,19 @@ def propose_traces(
     Follower(surface, cost)
     least = LEAST_LENGTH * resolution if least_length is None else least_length
     progress.stage(tr("Looking for lines"), None)
+    whole, warnings = surface, ()
+    if (count := len(surface.places)) > MOST_POINTS:
+        surface = SurfaceGraph(few_enough(surface.data, MOST_POINTS))
+        if least_length is None:
+            least *= float(np.sqrt(count / MOST_POINTS))
+        warnings = (
+            tr(
+                "The model has {count:,} points; lines were looked for among {some:,} of them, so "
+                "the finest were not seen.",
+                count=count,
+                some=MOST_POINTS,
+            ),
+        )
     graph = surface.finest
     evidence = evidence_of(graph, cost)
     progress.step(0)
@@ -114,7 +130,7 @@ def propose_traces(
     if lines:
         progress.stage(tr("Looking in noise"), SURROGATES)
         strongest = strongest_in_noise(graph, evidence, called or cost, least, progress.step)
-    near = near_surface(surface)
+    near = near_surface(whole)
     found = []
     for i, line in enumerate(lines):
         progress.step(SURROGATES)
@@ -132,4 +148,4 @@ def propose_traces(
                 plane, band,
             )
         )  # fmt: skip
-    return ProposedTraces(tuple(found), called or cost, least, SURROGATES)
+    return ProposedTraces(tuple(found), called or cost, least, SURROGATES, warnings)

@@ -50,7 +50,7 @@ class FollowBox(ComboBox):
             called = dict(COSTS)
             now = self._tool.followed_by if self._tool.cost == AUTO else None
             best = tr(called[AUTO])
-            if now in called:
+            if now is not None and now in called:
                 best = tr("the best of all: {cost}", cost=tr(called[now]))
             self.setItemText(self.findData(AUTO), best)
             self.setCurrentIndex(max(0, self.findData(self._tool.cost)))

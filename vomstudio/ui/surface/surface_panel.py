@@ -22,6 +22,7 @@ class SurfacePanel(QTabWidget):
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self.setDocumentMode(True)
+        self.tabBar().setUsesScrollButtons(False)
         self.fields, self.facets = FieldsPanel(studio), FacetsPanel(studio)
         self.traces = TracesPanel(studio)
         # Each scrolls by itself: a page of tabs is not told how high its words are.
@@ -32,7 +33,7 @@ class SurfacePanel(QTabWidget):
         }
         self.addTab(self._pages["fields"], tr("Fields"))
         self.addTab(self._pages["facets"], tr("Facets"))
-        self.addTab(self._pages["traces"], tr("Proposed traces"))
+        self.addTab(self._pages["traces"], tr("Traces"))
         studio.surface_wanted.connect(self._bring)
 
     def _bring(self, page: str) -> None:

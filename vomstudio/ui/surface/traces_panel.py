@@ -96,7 +96,9 @@ class TracesPanel(SeenPanel):
         self.length.setKeyboardTracking(False)
         self.length.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         self.length.setSpecialValueText(tr("auto"))
-        self.length.setToolTip(tr("Of a line; twenty resolutions where it is left to the program."))
+        self.length.setToolTip(
+            tr("Of a line, at least; twenty resolutions where it is left to the program.")
+        )
         self.most = QSpinBox()
         self.most.setObjectName("proposed_most")
         self.most.setRange(1, 1000)
@@ -147,6 +149,7 @@ class TracesPanel(SeenPanel):
         self.forget.clicked.connect(lambda _: self._traces.drop())
         self.forgive = QPushButton(theme.icon("restore"), "")
         self.forgive.setObjectName("proposed_forgive")
+        self.forgive.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.forgive.setAccessibleName(tr("Bring back what was rejected"))
         self.forgive.clicked.connect(lambda _: self._bring_back())
 
@@ -156,9 +159,7 @@ class TracesPanel(SeenPanel):
         grid.setSpacing(3)
         grid.addWidget(QLabel(tr("Look for")), 0, 0)
         grid.addWidget(self.cost, 0, 1, 1, 3)
-        for k, (text, box) in enumerate(
-            ((tr("Length from"), self.length), (tr("At most"), self.most))
-        ):
+        for k, (text, box) in enumerate(((tr("Length"), self.length), (tr("At most"), self.most))):
             box.setMinimumWidth(_LEAST_WIDTH)
             box.setAccessibleName(text)
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
