@@ -16,9 +16,11 @@ import pyogrio
 import pytest
 import shapely
 
+from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError
 from vomstudio.io.gis.drawn_layers import read_area, read_lines
 from vomstudio.io.gis.line_reading import read_gis_lines
+from vomstudio.io.project.listed_import import read_listed
 from vomstudio.registration.by_model.stable import in_polygons
 
 SQUARE = [[0, 0], [300, 0], [300, 400], [0, 0]]
@@ -141,3 +143,35 @@ def test_a_kml_says_what_has_stayed_where_it_was(tmp_path: Path) -> None:
     )
     inside, _ = in_polygons(np.array([[0.5, 0.0, 0.0], [9.0, 9.0, 0.0]]), tmp_path / "a.kml")
     assert inside.tolist() == [True, False]
+
+
+@pytest.mark.parametrize("name", ["stations.geojson", "contacts.gpkg", "contacts.vrt", "a.kml"])
+def test_no_virtual_layer_of_stations_and_contacts_is_opened(
+    tmp_path: Path, asked: tuple[str, list[str]], name: str
+) -> None:
+    address, pages = asked
+    geojson(tmp_path / "private.geojson", "LineString", {})
+    for source in (f"/vsicurl/{address}x.geojson", str(tmp_path / "private.geojson")):
+        (tmp_path / name).write_text(
+            f'<OGRVRTDataSource><OGRVRTLayer name="contacts"><SrcDataSource>{source}'
+            "</SrcDataSource><SrcLayer>private</SrcLayer></OGRVRTLayer></OGRVRTDataSource>"
+        )
+        with pytest.raises(InputError, match=name):
+            _listed(tmp_path / name)
+    assert pages == []
+
+
+def test_a_table_of_stations_of_any_bytes(tmp_path: Path) -> None:
+    path = tmp_path / "stations.csv"
+    for data in (
+        b"name,x,y,z\na,1,2,3\n" + b"b," + b"9" * 200_000 + b",2,3\n", b"\xff\xfe\x00",
+        b"name,x,y,z\n\xed\xa0\x80,1,2,3\n", b"name,x,y,z\n\"a\0,1,2\n" * 3,
+    ):  # fmt: skip
+        path.write_bytes(data)
+        with pytest.raises(InputError, match=r"stations\.csv"):
+            _listed(path)
+
+
+def _listed(path: Path) -> object:
+    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("crs", "EPSG:32633"))
+    return read_listed(path, model, {"m1": model}, "EPSG:32633")
