@@ -4,6 +4,7 @@ drew in three dimensions under the same names of layers and columns."""
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,6 +25,7 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.lines import ring_area
 from vomstudio.geometry.places import why_no_coordinate, why_not_at
 from vomstudio.io.text.encodings import text_of
+from vomstudio.io.text.shape_texts import shapes_of
 from vomstudio.tables.listed_tables import WKT
 from vomstudio.words import tr
 
@@ -151,7 +153,8 @@ def _feature(
             value = float(told)
         except ValueError:
             value = 0.0
-        area = value / scale**2 if value >= 0.5 * ring_area(points) > 0.0 else None
+        sound = math.isfinite(value) and value >= 0.5 * ring_area(points) > 0.0
+        area = value / scale**2 if sound else None
     return replace(made, area=area)
 
 
@@ -165,8 +168,12 @@ def _in_frame(row: _Row, crs: str | None) -> Floats | str:
         return tr("it has no heights; draw it in three dimensions.")
     if row.crs is not None and crs is not None:
         from pyproj import CRS, Transformer
+        from pyproj.exceptions import CRSError
 
-        here, there = CRS.from_user_input(row.crs), CRS.from_user_input(crs)
+        try:
+            here, there = CRS.from_user_input(row.crs), CRS.from_user_input(crs)
+        except CRSError:
+            return tr("the file names no coordinate reference system that is known.")
         if not here.equals(there, ignore_axis_order=True):
             turn = Transformer.from_crs(here, there, always_xy=True)
             x, y = turn.transform(points[:, 0], points[:, 1])
@@ -263,13 +270,13 @@ def _table(path: Path) -> Iterator[_Row]:
         own = crs if crs.startswith("EPSG:") else None
         if row.get(WKT):
             try:
-                shape = shapely.from_wkt(row[WKT])
+                (shape,) = shapes_of([row[WKT]])
             except shapely.GEOSException:
                 continue
             kind = {"Point": "stations", "LineString": "contacts", "Polygon": "lithologies"}.get(
                 shape.geom_type, layer
             )
-            for points in _points(shape):
+            for points in _points(shape) if kind else ():
                 yield _Row(kind, points, row, own)
         elif {"x", "y", "z"} <= row.keys() and layer in ("", "stations"):
             try:
