@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import csv
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel
 
 from tests import driver
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geometry.patches import has_id
 from vomstudio.paths import resource
+from vomstudio.ui.common import theme
 from vomstudio.ui.surface.facets_panel import FacetsPanel
 
 
@@ -176,3 +179,23 @@ def test_the_planes_of_the_sample_are_among_its_facets(window, panel) -> None:
         )[0]
         angle = np.degrees(np.arccos(np.minimum(np.abs(normals @ wanted), 1.0)))
         assert area[angle < 2.0].sum() > 1.0, row
+
+
+def test_in_a_low_dock_nothing_lies_over_anything_else(window, panel) -> None:
+    """All words of the page have the height that they need, and its rows stand below each other."""
+    window.resize(1280, 700)
+    find(window, panel)
+    driver.wait(lambda: panel.table.numbers.rows, "the list")
+    driver.pause(200)
+    driver.keep_picture(window, "facets-low")
+    rows = [panel.layout().itemAt(i).widget() for i in range(panel.layout().count())]
+    shown = [row for row in rows if row is not None and row.isVisible()]
+    for above, below in pairwise(shown):
+        assert above.geometry().bottom() < below.geometry().top(), (above, below)
+    for label in panel.findChildren(QLabel):
+        if label.isVisible() and label.wordWrap():
+            assert label.height() >= label.heightForWidth(label.width()), label.text()
+    # The list says what a facet is called elsewhere, by the same sign.
+    first = panel.table.model().index(0, 0)
+    icon = first.data(Qt.ItemDataRole.DecorationRole).pixmap(16, 16).toImage()
+    assert icon == theme.verdict_icon(first.data()).pixmap(16, 16).toImage()

@@ -192,7 +192,7 @@ def test_a_sheet_is_replaced_only_when_that_was_asked(planner, tmp_path, monkeyp
     seen: list[str] = []
     driver.answer(QMessageBox.StandardButton.No, seen)
     planner._save()
-    assert "sheet.html exists already" in seen[0]
+    assert "sheet.html already exists" in seen[0]
     driver.answer(QMessageBox.StandardButton.Yes, seen)
     assert there.read_text() == "mine"
     planner._save()

@@ -125,7 +125,7 @@ def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
     shown.thickness.setFocus()
     QTest.keyClicks(shown.thickness, "none")
     driver.click(shown.show_button, shown.show_button.rect().center())
-    assert "length in metres" in shown.said.text()
+    assert "is a length, such as" in shown.said.text()
     shown.thickness.clear()
     QTest.keyClicks(shown.thickness, "0.4")
     QTest.keyClick(shown.thickness, Qt.Key.Key_Tab)

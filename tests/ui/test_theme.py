@@ -6,13 +6,23 @@ import math
 from collections import Counter
 
 import pytest
+from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QImage, QPalette
-from PySide6.QtWidgets import QApplication, QToolBar, QToolButton
+from PySide6.QtWidgets import (
+    QApplication,
+    QCheckBox,
+    QStyle,
+    QStyleOptionButton,
+    QToolBar,
+    QToolButton,
+    QWidget,
+)
 
 from tests import driver
-from tests.ui.conftest import add_cliff
+from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.io.settings import read_settings
 from vomstudio.ui.common import theme
+from vomstudio.ui.interpret.table_model import COLUMNS
 
 THEMES = ["light", "dark"]
 
@@ -127,3 +137,40 @@ def test_icons_of_a_window_follow_a_theme_that_is_chosen_later(window, studio):
     finally:
         theme.use("system")
     assert seen[0] != seen[1]
+
+
+def frame_and_ground(widget: QWidget, box: QRect) -> float:
+    """Contrast of the frame of a box with what stands around it."""
+    image = widget.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+    ratio = image.width() / widget.width()
+    y = round(box.center().y() * ratio)
+    left = round(box.left() * ratio)
+    row = [image.pixelColor(x, y).getRgb()[:3] for x in range(max(0, left - 4), left + 8)]
+    return max(contrast(row[0], each) for each in row)
+
+
+def test_boxes_that_are_not_ticked_are_seen(window, studio, shown):
+    add_bed(studio)
+    studio.selection.set([])
+    studio.set_visible(["t1"], False)
+    driver.pause(80)
+    check = QCheckBox("Hillshade")
+    check.resize(check.sizeHint())
+    option = QStyleOptionButton()
+    option.initFrom(check)
+    at = check.style().subElementRect(QStyle.SubElement.SE_CheckBoxIndicator, option, check)
+    assert frame_and_ground(check, at) >= 1.5
+    tree, table = window.tree.tree, window.table.view
+    (item,) = tree.findItems("B01", Qt.MatchFlag.MatchRecursive | Qt.MatchFlag.MatchExactly)
+    column = next(i for i, each in enumerate(COLUMNS) if each.title == "Overturned")
+    for view, index in (
+        (tree, tree.indexFromItem(item)),
+        (table, table.model().index(0, column)),
+    ):
+        port = view.viewport()
+        image = (
+            port.grab(view.visualRect(index)).toImage().convertToFormat(QImage.Format.Format_RGB32)
+        )
+        y = image.height() // 2
+        row = [image.pixelColor(x, y).getRgb()[:3] for x in range(min(20, image.width()))]
+        assert max(contrast(row[-1], each) for each in row) >= 1.5, view.objectName()

@@ -240,3 +240,15 @@ def test_a_stroke_that_esc_discarded_is_painted_by_undo(window, cliff):
     assert tool.current == patch
     run(window, "undo")
     assert not cliff.session.of(Patch)
+
+
+def test_what_was_undone_does_not_hide_what_the_next_click_does(window, cliff):
+    add_bed(cliff)
+    assert run(window, "undo").startswith("Undone: ")
+    cliff.activate("trace")
+    assert window.statusBar().currentMessage() == ""
+    assert "click along a bed" in window.status_line._hint.text()
+    assert run(window, "redo").startswith("Redone: ")
+    click(cliff, ZIGZAG[0])
+    assert window.statusBar().currentMessage() == ""
+    assert "1 of at least 3 points" in window.status_line._hint.text()

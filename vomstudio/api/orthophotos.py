@@ -14,6 +14,7 @@ from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.sets import fold as fold_of
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.table_folds import TableFold
 from vomstudio.products.ortho.drawn_picture import DrawnPicture, draw_picture, drawn_figures
 from vomstudio.products.ortho.orthophoto import write_orthophoto
@@ -143,7 +144,7 @@ class Orthophoto:
                 self._model._data,
                 self._asked.plan,
                 file,
-                crs=_crs_of(self._model),
+                crs=self._model._source.world_crs,
                 model=str(self._model.path),
                 content_hash=self._model._source.content_hash,
                 sheet=shown,
@@ -157,7 +158,8 @@ class Orthophoto:
         f = self.figures
         return {
             "pixels": f"{f.width} x {f.height} of {f.gsd_m:g} m",
-            "toward": f"{f.trend_deg:05.1f}/{f.plunge_deg:.1f} trend/plunge, {f.sense}",
+            "toward": f"{format_azimuth(f.trend_deg, 1)}/{f.plunge_deg:.1f} trend/plunge, "
+            f"{f.sense}",
             "coverage": f"{100 * f.coverage:.0f} %",
             "crs": f.crs,
             "warnings": self.warnings or None,
@@ -240,14 +242,7 @@ def orthophoto(
         metric=source.metric,
     )
     drawn = draw_picture(data._data, asked.plan, report)
-    figures = drawn_figures(drawn, asked.plan, _crs_of(data))
+    figures = drawn_figures(drawn, asked.plan, source.world_crs)
     said = (*asked.warnings, *asked.plan.notes, *drawn.said)
     warn(asked.warnings)
     return Orthophoto(drawn.rgba, drawn.depth, figures, asked.fold, said, data, asked, drawn)
-
-
-def _crs_of(model: Mesh | PointCloud) -> str | None:
-    """Of World, which is in metres where the CRS of the file is not."""
-    from vomstudio.io.gis.crs import world_crs
-
-    return world_crs(model.crs, model._source.unit_m)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.document.collector import no_collection
 from vomstudio.document.measurement_cache import Measurements
@@ -20,6 +20,9 @@ from vomstudio.tables.orientation_table import write_orientation_csv
 from vomstudio.tables.project_table import ProjectTable, project_table
 from vomstudio.tables.registration_lines import registration_lines
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.tables.project_layers import Layer
 
 _LAYERED = ("gpkg", "shp", "geojson", "dxf", "kml")
 FORMATS = (
@@ -47,7 +50,7 @@ def _exported(
 ) -> ProjectTable:
     from vomstudio.io.project.journal import own_files, read_replay
 
-    _check_format(format_)
+    format_ = _format_named(format_)
     check_target(out, force=force, inputs=own_files(folder))
     kept = read_replay(folder)
     refuse_empty(kept.records, folder)
@@ -83,7 +86,7 @@ def export_records(
     thresholds: Thresholds | None = None,
 ) -> ProjectTable:
     """Export the features of a document. Raises as `export_project`."""
-    _check_format(format_)
+    format_ = _format_named(format_)
     measurements = Measurements(thresholds)
     table = project_table(records, measurements)
     if format_ != "csv":
@@ -105,7 +108,7 @@ def export_records(
         table = replace(
             table,
             layers={layer.name: len(layer.shapes) for layer in layers},
-            features=max(len(table.rows), len({id_ for la in layers for id_ in la.columns["id"]})),
+            features=max(len(table.rows), len(_features_on(layers))),
         )
     if format_ == "gpkg":
         from vomstudio.io.project.geopackage import write_layers
@@ -124,6 +127,13 @@ def export_records(
     from vomstudio.io.project.program_exports import write_for_program
 
     return write_for_program(format_, out, records, table, layers, crs, force=force)
+
+
+def _features_on(layers: Iterable[Layer]) -> set[str]:
+    """Ids of the features; a grid is none."""
+    from vomstudio.tables.grid_layer import LAYER as GRIDS
+
+    return {id_ for layer in layers if layer.name != GRIDS for id_ in layer.columns["id"]}
 
 
 def write_csv(out: Path, table: ProjectTable, *, force: bool = False) -> ProjectTable:
@@ -146,13 +156,15 @@ def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:
         return None
 
 
-def _check_format(format_: str) -> None:
-    if format_ not in FORMATS:
+def _format_named(word: str) -> str:
+    """One of FORMATS, in capitals or not. Raises UsageError."""
+    if word.casefold() not in FORMATS:
         raise UsageError(
             tr(
                 "This version cannot write “{format}”. Choose one of {formats}.",
-                format=format_,
+                format=word,
                 formats=", ".join(FORMATS),
             ),
             field="--to",
         )
+    return word.casefold()

@@ -23,6 +23,7 @@ from vomstudio.geology.roses import (
     rose_of,
     weights_of,
 )
+from vomstudio.io.text.repeated_rows import repeats_not_drawn
 from vomstudio.products.net.contents import NetSet
 from vomstudio.products.net.table_net import members_of
 from vomstudio.words import tr
@@ -44,7 +45,7 @@ class RoseContents:
     what weights them, None for counts; by_area: the area of a petal is its share, else its length;
     empty: sets of which no row has an angle and a weight; counted: by the name of the set, where
     the features are known. notes: over the caption. colors: of sets
-    by their names, where they are not the usual ones."""
+    by their names, where they are not the usual ones; north: as of a net."""
 
     of: str
     roses: Mapping[str, Rose | Histogram]
@@ -55,6 +56,7 @@ class RoseContents:
     title: str = ""
     notes: tuple[str, ...] = ()
     colors: Mapping[str, str] = field(default_factory=dict)
+    north: bool = True
 
     @property
     def bin_deg(self) -> float:
@@ -85,7 +87,8 @@ def roses_of_table(
                 roses[name] = rose
             else:
                 empty.append(name)
-    return RoseContents(of, roses, weight, by_area, tuple(empty))
+    notes = repeats_not_drawn(table.repeats)
+    return RoseContents(of, roses, weight, by_area, tuple(empty), notes=notes)
 
 
 def roses_of_sets(

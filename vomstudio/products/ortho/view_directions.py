@@ -145,7 +145,7 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
     }
     if error_deg is None:
         return tr(
-            "The error of the axis is unknown. An error of {angle:.1f}° would shorten lengths "
+            "The error of the direction is unknown. An error of {angle:.1f}° would shorten lengths "
             "in the direction of tilt by {share:.1f} % and displace points against each other by "
             "up to {displacement:.3g} {unit} over the depth of the view ({depth:.3g} {unit}).",
             **figures,

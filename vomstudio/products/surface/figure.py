@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geometry.units import length_text
 from vomstudio.products.surface.analysis import SurfaceFigures
 from vomstudio.words import to_translate, tr
@@ -25,15 +26,16 @@ _NAMES = {
 _ARROW = 0.3
 
 
-def draw_surface(figure: Figure, found: SurfaceFigures) -> None:
-    """On an empty figure."""
+def draw_surface(figure: Figure, found: SurfaceFigures, *, metric: bool = True) -> None:
+    """On an empty figure. metric : lengths are metres, else units of the model"""
+    unit = "m" if metric else tr("units")
     figure.set_layout_engine("constrained")
     grid = figure.add_gridspec(1, 2, width_ratios=(5, 4))
-    _draw_map(figure, figure.add_subplot(grid[0]), found)
-    _draw_profiles(figure.add_subplot(grid[1]), found)
+    _draw_map(figure, figure.add_subplot(grid[0]), found, unit)
+    _draw_profiles(figure.add_subplot(grid[1]), found, unit)
 
 
-def _draw_map(figure: Figure, axes: Axes, found: SurfaceFigures) -> None:
+def _draw_map(figure: Figure, axes: Axes, found: SurfaceFigures, unit: str) -> None:
     values = found.deviations
     rows, columns = values.shape
     cell = found.cell_m
@@ -43,12 +45,12 @@ def _draw_map(figure: Figure, axes: Axes, found: SurfaceFigures) -> None:
     shown = axes.imshow(values, cmap=_PALETTE, vmin=-reach, vmax=reach, extent=extent,
                         interpolation="nearest")  # fmt: skip
     bar = figure.colorbar(shown, ax=axes, location="bottom", shrink=0.8)
-    bar.set_label(tr("deviation (m)"))
-    axes.set_xlabel(tr("along the strike (m)"))
-    axes.set_ylabel(tr("down the dip (m)"))
+    bar.set_label(tr("deviation ({unit})", unit=unit))
+    axes.set_xlabel(tr("along the strike ({unit})", unit=unit))
+    axes.set_ylabel(tr("down the dip ({unit})", unit=unit))
     if found.plan is not None and found.plan.is_map:
-        axes.set_xlabel(tr("to the east (m)"))
-        axes.set_ylabel(tr("to the south (m)"))
+        axes.set_xlabel(tr("to the east ({unit})", unit=unit))
+        axes.set_ylabel(tr("to the south ({unit})", unit=unit))
     line = found.smoothest
     if line is not None and found.plan is not None:
         trend, plunge = np.radians([line.trend_deg, line.plunge_deg])
@@ -66,27 +68,31 @@ def _draw_map(figure: Figure, axes: Axes, found: SurfaceFigures) -> None:
         )
 
 
-def _draw_profiles(axes: Axes, found: SurfaceFigures) -> None:
+def _draw_profiles(axes: Axes, found: SurfaceFigures, unit: str) -> None:
     for one in found.profiles:
         name = tr(_NAMES[one.name][0 if found.smoothest is not None else 1])
         axes.plot(
             one.distance_m, one.deviation_m, color=_COLORS[one.name], linewidth=1.2, label=name
         )
     axes.axhline(0.0, color="0.6", linewidth=0.8)
-    axes.set_xlabel(tr("distance from the middle (m)"))
-    axes.set_ylabel(tr("deviation (m)"))
+    axes.set_xlabel(tr("distance from the middle ({unit})", unit=unit))
+    axes.set_ylabel(tr("deviation ({unit})", unit=unit))
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
 
 
-def in_lines(found: SurfaceFigures) -> list[str]:
-    """What the figure shows, in sentences."""
+def in_lines(found: SurfaceFigures, *, metric: bool = True) -> list[str]:
+    """What the figure shows, in sentences. metric : as in `draw_surface`"""
+
+    def length(value: float) -> str:
+        return length_text(value, metric=metric)
+
     said = [
         tr(
             "Deviations from {low} to {high}, RMS {rms}. The model's own noise: {noise}.",
-            low=length_text(found.lowest_m),
-            high=length_text(found.highest_m),
-            rms=length_text(found.rms_m),
-            noise=length_text(found.noise_m),
+            low=length(found.lowest_m),
+            high=length(found.highest_m),
+            rms=length(found.rms_m),
+            noise=length(found.noise_m),
         )
     ]
     if found.noise_from == "mesh":
@@ -102,8 +108,8 @@ def in_lines(found: SurfaceFigures) -> list[str]:
                 "Hurst exponent {H:.2f} ± {error:.2f} (95 %) over {from_} to {to}.",
                 H=found.hurst.H,
                 error=found.hurst.error95,
-                from_=length_text(found.hurst.from_m),
-                to=length_text(found.hurst.to_m),
+                from_=length(found.hurst.from_m),
+                to=length(found.hurst.to_m),
             )
         )
     line = found.smoothest
@@ -112,10 +118,10 @@ def in_lines(found: SurfaceFigures) -> list[str]:
     else:
         said.append(
             tr(
-                "Smoothest along {trend:03.0f}/{plunge:02.0f}, rake {rake:.0f}° ± {error:.0f}° "
+                "Smoothest along {trend}/{plunge:02.0f}, rake {rake:.0f}° ± {error:.0f}° "
                 "(95 %): across it {ratio:.1f} times as rough. On a fault this may be the line of "
                 "slip.",
-                trend=line.trend_deg,
+                trend=format_azimuth(line.trend_deg),
                 plunge=line.plunge_deg,
                 rake=line.rake_deg,
                 error=line.error95_deg,

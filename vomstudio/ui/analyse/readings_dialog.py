@@ -39,7 +39,7 @@ from vomstudio.io.project.readings import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import length
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.words import to_translate, tr, tr_n
 
 _PREVIEW_ROWS = 200
@@ -362,7 +362,9 @@ class ReadingsDialog(QDialog):
         return Turn(north, value, self._at) if -180.0 <= value <= 180.0 else None
 
     def _say(self) -> None:
-        self._declination.setEnabled(self._north.currentData() == "magnetic")
+        magnetic = self._north.currentData() == "magnetic"
+        other = tr("Only azimuths from magnetic north are turned by the declination.")
+        allow(self._declination, None if magnetic else other)
         turn, n = self.turn(), len(self._understood.rows)
         ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
         ok.setText(tr_n("Add {count} reading", "Add {count} readings", n))

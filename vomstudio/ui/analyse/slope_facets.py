@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, Matrix, Model, Record
@@ -24,7 +24,7 @@ from vomstudio.tools.painted_area import area_of
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.forms.copied_command import Words
 from vomstudio.words import to_translate, tr
 
@@ -145,7 +145,6 @@ class FacetSlopesView(QWidget):
         self.table.setObjectName("slope_facets")
         self.table.setAccessibleName(tr("Facets as slopes"))
         self.table.setMinimumHeight(_LEAST_HEIGHT)
-        self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
         self.table.selectionModel().selectionChanged.connect(lambda *_: self._row_chosen())
         row = QHBoxLayout()
         row.addWidget(self.mode, 1)
@@ -174,8 +173,8 @@ class FacetSlopesView(QWidget):
             why = tr("It overhangs, and is taken as a vertical face.") if each.overhangs else ""
             rows.append(((int(each.id) + 1, said, *shares, each.area_m2), why))
         self.table.fill(rows)
-        self.mode.setEnabled(bool(rows))
-        self.off.setEnabled(bool(rows))
+        for widget in (self.mode, self.off):
+            allow(widget, None if rows else tr("No facet has been judged as a slope."))
 
 
 def shares_of(answered: FacetsAnswer, mode: str) -> dict[int, float]:

@@ -46,9 +46,10 @@ from vomstudio.ui.analyse.slope_facets import (
 from vomstudio.ui.analyse.slope_results import SlopeResults
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.command_targets import tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Words
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
@@ -149,6 +150,7 @@ class SlopesPanel(SeenPanel):
     def _opened(self) -> None:
         """Another project."""
         self._chosen_here = None
+        self.face.clear()
         self._soon()
 
     def _notation_changed(self) -> None:
@@ -252,7 +254,8 @@ class SlopesPanel(SeenPanel):
     def _at_chosen(self, *_: object) -> None:
         if not self._at_facets:
             self._studio.facets.unpaint()
-        self.face.setEnabled(not self._at_facets)
+        facets = tr("The slope is each facet by itself. Choose One face to type its attitude.")
+        allow(self.face, facets if self._at_facets else None)
         self._refresh_take()
         self._soon()
 
@@ -386,10 +389,7 @@ class SlopesPanel(SeenPanel):
     def _written(self, path: Path, error: object) -> None:
         self._writing = False
         self._refresh_buttons()
-        if isinstance(error, VomError):
-            self._studio.fail(error)
-        else:
-            self._studio.info(tr("Exported to {file}.", file=path))
+        tell_written(self._studio, tr("Exported to {file}.", file=path), error)
 
     def _close(self) -> None:
         self._timer.stop()

@@ -19,6 +19,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.words import tr
@@ -84,8 +85,9 @@ class StatisticsPanel(SeenPanel):
             self._plain = "\n\n".join([*(_plain(title, rows) for title, rows in pages), *said])
             told = "".join(f"<p>{escape(sentence)}</p>" for sentence in said)
             self.figures.setHtml("".join(_html(title, rows) for title, rows in pages) + told)
-        self.copy.setEnabled(bool(pages))
-        self.command.allow(None if pages else tr("there is nothing to describe"))
+        none = None if pages else tr("there is nothing to describe")
+        allow(self.copy, none)
+        self.command.allow(none)
 
     def _copy_command(self) -> None:
         ids = [f.id for f in self.of.features()]

@@ -10,6 +10,7 @@ from PySide6.QtCore import QStandardPaths
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from vomstudio.document.records import Model, OnAModel, Typed, get_feature
+from vomstudio.errors import VomError
 from vomstudio.paths import resource
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
@@ -69,14 +70,47 @@ def ask_for_target(
 ) -> Path | None:
     """The file that the user chooses to write; None for none. name : that is proposed; formats :
     their names by their endings, the ending of the chosen one is added where none is typed"""
-    endings = {f"{said} (*.{ending})": ending for ending, said in formats.items()}
+    patterns = {f"{said} (*.{ending})": f".{ending}" for ending, said in formats.items()}
     proposed = Path(start_folder(studio)) / name
-    typed, chosen = QFileDialog.getSaveFileName(parent, title, str(proposed), ";;".join(endings))
+    asked = ask_for_file(parent, title, proposed, patterns, ending_decides=True)
+    return None if asked is None else asked[0]
+
+
+def ask_for_file(
+    parent: QWidget,
+    title: str,
+    proposed: Path,
+    patterns: Mapping[str, str],
+    *,
+    ending_decides: bool = False,
+) -> tuple[Path, str] | None:
+    """The file that the user chooses to write, and the pattern; None for none. patterns : what the
+    dialog shows, with the ending that is added where none is typed, as ".csv"; ending_decides : the
+    ending of another pattern will do as well"""
+    first = next((p for p, e in patterns.items() if e == proposed.suffix), next(iter(patterns)))
+    typed, chosen = QFileDialog.getSaveFileName(
+        parent, title, str(proposed), ";;".join(patterns), first
+    )
     if not typed:
         return None
-    known = Path(typed).suffix.lower().removeprefix(".") in formats
-    ending = endings.get(chosen, proposed.suffix.removeprefix("."))
-    return Path(typed if known else f"{typed}.{ending}")
+    if chosen not in patterns:
+        chosen = first
+    known = patterns.values() if ending_decides else (patterns[chosen],)
+    if Path(typed).suffix.lower() in known:
+        return Path(typed), chosen
+    path = Path(typed + patterns[chosen])
+    # The dialog has asked about the name without its ending, which is of another file.
+    if path.exists() and not may_replace(parent, [path.name]):
+        return None
+    return path, chosen
+
+
+def tell_written(studio: Studio, said: str, error: object) -> None:
+    """Say that a file was written, or what `error`, where it is one, says of why it was not."""
+    if isinstance(error, VomError):
+        studio.fail(error)
+    else:
+        studio.info(said)
 
 
 def current_measurement(studio: Studio) -> Measurement | None:

@@ -6,7 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QSize,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 from vomstudio.ui.common import theme
@@ -18,12 +26,14 @@ _Index = QModelIndex | QPersistentModelIndex
 @dataclass(frozen=True)
 class Column:
     """title, tip : translated. text : how a value is written; None is written as a dash.
-    number : the column is aligned to the right"""
+    number : the column is aligned to the right. icon : of a value, in place of the flag of a row
+    that has a note"""
 
     title: str
     text: Callable[[Any], str] = str
     tip: str = ""
     number: bool = True
+    icon: Callable[[Any], QIcon] | None = None
 
 
 class NumberModel(QAbstractTableModel):
@@ -65,6 +75,8 @@ class NumberModel(QAbstractTableModel):
             return int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         if role == Qt.ItemDataRole.ToolTipRole:
             return note or None
+        if role == Qt.ItemDataRole.DecorationRole and column.icon is not None:
+            return column.icon(value)
         if role == Qt.ItemDataRole.DecorationRole and note and index.column() == 0:
             return theme.icon("alert-outline")
         return None
@@ -114,6 +126,11 @@ class NumberTable(QTableView):
         order = Qt.SortOrder.DescendingOrder if descending else Qt.SortOrder.AscendingOrder
         self._order = (sort_by, order)
         self.selectionModel().currentRowChanged.connect(self._current)
+
+    def sizeHint(self) -> QSize:  # noqa: N802
+        """Where a least height is set it asks for no more, and takes what is left."""
+        hint = super().sizeHint()
+        return QSize(hint.width(), self.minimumHeight() or hint.height())
 
     def fill(self, rows: list[tuple[tuple[Any, ...], str]]) -> None:
         self.numbers.fill(rows)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from weakref import WeakSet
 
-from PySide6.QtCore import QObject, QPoint, QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QObject, QPoint, QPointF, QRect, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import (
     QColor,
     QFont,
@@ -25,6 +25,14 @@ from shiboken6 import isValid
 
 from vomstudio.words import to_translate
 
+_FRAMED = (
+    "QCheckBox", "QRadioButton", "QLineEdit", "QAbstractSpinBox", "QTreeView", "QTableView",
+    "QListView",
+)  # fmt: skip
+_INSIDE = ("QHeaderView", "QScrollBar")
+"""What lists have in them, which would take their colours."""
+_FRAMES = "#8f8f8f"
+
 
 def use(name: str) -> None:
     """Light, dark, or as the system has it. name : "light", "dark" or "system" """
@@ -37,9 +45,28 @@ def use(name: str) -> None:
     if name in schemes and is_dark() != (name == "dark"):
         # Not every desktop lets a program have a scheme of its own.
         application.setPalette(_palette(name == "dark"))
+    _outline_boxes()
+    if not application.property("outlined"):
+        application.setProperty("outlined", True)
+        # Qt changes its palette after it has told.
+        application.styleHints().colorSchemeChanged.connect(
+            lambda _: QTimer.singleShot(0, _outline_boxes)
+        )
     for toggles in list(_TOGGLES):
         if isValid(toggles):
             toggles.follow()
+
+
+def _outline_boxes() -> None:
+    """Fusion frames boxes and fields in a darker shade of the window, which nobody sees on a dark
+    one: what has such a frame is told of a lighter window."""
+    role = QPalette.ColorRole.Window
+    window = QApplication.palette().color(role)
+    for kinds, color in ((_INSIDE, window), (_FRAMED, QColor(_FRAMES) if is_dark() else window)):
+        palette = QPalette(QApplication.palette())
+        palette.setColor(role, color)
+        for kind in kinds:
+            QApplication.setPalette(palette, kind)
 
 
 def is_dark() -> bool:

@@ -18,10 +18,13 @@ from PySide6.QtWidgets import (
     QScrollArea,
     QSizePolicy,
     QSplitter,
+    QTableWidget,
     QToolButton,
     QVBoxLayout,
     QWidget,
 )
+
+from vomstudio.words import tr
 
 # Of what scrolls: some rows, and the arrows of the bar.
 _LEAST_HEIGHT = 100
@@ -48,6 +51,18 @@ class ComboBox(QComboBox):
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802
         event.ignore()
+
+
+def allow(widget: QWidget, why_not: str | None) -> None:
+    """Enable a widget, or disable it and have its tooltip say why; then its own one comes back.
+    why_not : None where it can be used now, else the reason"""
+    now = widget.toolTip()
+    own = widget.property("own_tip") if now and now == widget.property("refusal") else now
+    refusal = "" if why_not is None else tr("Not now: {reason}", reason=why_not)
+    widget.setProperty("own_tip", own)
+    widget.setProperty("refusal", refusal)
+    widget.setEnabled(why_not is None)
+    widget.setToolTip(refusal or own)
 
 
 def action_buttons(actions: Sequence[QAction]) -> QGridLayout:
@@ -107,6 +122,14 @@ class Scrolling(QScrollArea):
 
     def sizeHint(self) -> QSize:  # noqa: N802
         return self._panel.sizeHint().expandedTo(self.minimumSizeHint())
+
+
+class LowTable(QTableWidget):
+    """It asks for its least height and takes what is left: what stands below it in a low dock stays
+    in sight."""
+
+    def sizeHint(self) -> QSize:  # noqa: N802
+        return QSize(super().sizeHint().width(), self.minimumHeight())
 
 
 def column_of() -> tuple[QWidget, QVBoxLayout]:

@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QFileDialog, QToolButton, QWidget
+from PySide6.QtWidgets import QToolButton, QWidget
 
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 
@@ -87,16 +87,11 @@ def copy_with_file(
     """Ask where what the command reads shall be written, write it, and copy the command. proposed :
     name of the file, whose ending it gets. write : may raise VomError; it replaces what is there,
     as the dialog has asked"""
-    ending = Path(proposed).suffix
-    name, _ = QFileDialog.getSaveFileName(
-        parent,
-        tr("File for the command"),
-        str(Path(start_folder(studio)) / proposed),
-        f"{ending.removeprefix('.').upper()} (*{ending})",
-    )
-    if not name:
+    ending = Path(proposed).suffix.removeprefix(".")
+    formats = {ending: ending.upper()}
+    path = ask_for_target(parent, studio, tr("File for the command"), proposed, formats)
+    if path is None:
         return
-    path = Path(name if name.lower().endswith(ending) else name + ending)
     try:
         write(path)
     except VomError as error:

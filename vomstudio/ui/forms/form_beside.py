@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QBoxLayout, QVBoxLayout, QWidget
 from vomstudio.ui.common.widgets import Scrolling
 
 _BESIDE_FROM = 620
-_FORM_WIDTH = 330
+_FORM_WIDTH, _FORM_SHARE = 330, 0.44
 _LEAST_PICTURE = 120
 _NO_LIMIT = 16_777_215
 
@@ -53,6 +53,9 @@ class FormBeside(QWidget):
         self._sides.setDirection(ways.LeftToRight if beside else ways.TopToBottom)
         self._beside = beside
         self._scrolls.setMaximumWidth(_FORM_WIDTH if beside else _NO_LIMIT)
+        # The hints of empty fields are read to their end where there is room.
+        least = min(_FORM_WIDTH, round(_FORM_SHARE * self.width()))
+        self._scrolls.setMinimumWidth(least if beside else 0)
         self._fit()
 
     def _fit(self) -> None:

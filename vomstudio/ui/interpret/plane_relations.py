@@ -24,7 +24,7 @@ from vomstudio.geology.notation import format_line
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import degrees, natural
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.words import to_translate, tr, tr_n
 
 _NOT_TWO = to_translate("Select two planes first.")
@@ -160,12 +160,14 @@ class IntersectionDialog(QDialog):
     def _refresh(self, *_: object) -> None:
         relation = self.relation()
         if relation is None:
-            self.result_text.setText(tr("Choose two different groups of planes."))
-            self.keep_button.setEnabled(False)
+            why = tr("Choose two different groups of planes.")
+            self.result_text.setText(why)
+            allow(self.keep_button, why)
             return
         measured = self._studio.measure(relation)
         self.result_text.setText("<br>".join(relation_lines(measured)))
-        self.keep_button.setEnabled(measured.line is not None)
+        parallel = tr("The two planes have no line in common that is known.")
+        allow(self.keep_button, None if measured.line is not None else parallel)
 
     def _keep(self) -> None:
         relation = self.relation()

@@ -26,7 +26,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fitting_texts import FittingTexts
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox, ElidedLabel
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, allow
 from vomstudio.ui.photos import reconstruction_folders
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
@@ -271,7 +271,7 @@ class PhotosPanel(QWidget):
         self._pages.setCurrentIndex(0 if survey.folder is None else 1)
         with QSignalBlocker(self.quality):
             self.quality.setCurrentIndex(self.quality.findData(survey.quality))
-        self.quality.setEnabled(job is None)
+        allow(self.quality, None if job is None else tr("A model is being made."))
         self._bar.setVisible(job is not None or survey.reading)
         self._stage.setVisible(job is not None)
         self._pause.setVisible(job is not None)

@@ -33,7 +33,7 @@ from vomstudio.photogrammetry.place.mark_prediction import BAD_PX, CHECK, CONTRO
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.photos.mark_canvas import COLORS
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.words import tr
@@ -228,7 +228,7 @@ class PointsBox(QGroupBox):
 
     def _fill_form(self) -> None:
         marking = self._marks.marking
-        self.form.setEnabled(bool(self.label))
+        allow(self.form, None if self.label else tr("Choose a point in the list first."))
         point = marking.point(self.label)
         if not self.name.hasFocus() or not self.name.isModified():
             self.name.setText(self.label)
@@ -244,8 +244,8 @@ class PointsBox(QGroupBox):
         pixel = marking.of(self.label).get(self.photo)
         for spin, number in zip((self.mark_x, self.mark_y), pixel or (0.0, 0.0), strict=True):
             with QSignalBlocker(spin):
-                spin.setEnabled(pixel is not None)
                 spin.setValue(number)
+            allow(spin, None if pixel is not None else tr("It is not marked in this photo."))
 
     # --- choosing and typing -----------------------------------------------------------------
     def choose(self, label: str) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
-    QFileDialog,
     QFormLayout,
     QHBoxLayout,
     QLabel,
@@ -23,6 +22,7 @@ from PySide6.QtWidgets import (
 from vomstudio.document.edits import new_id
 from vomstudio.document.records import Model
 from vomstudio.files.arrays import open_arrays
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.io.project.comparisons import KeptComparison, file_for, keep, kept_of, now
 from vomstudio.jobs.events import Failed
@@ -37,11 +37,11 @@ from vomstudio.jobs.registration_tasks import (
 )
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background
-from vomstudio.ui.common.command_targets import current_model, start_folder
+from vomstudio.ui.common.command_targets import ask_for_target, current_model
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.registration.agreement_table import AgreementTable
@@ -234,8 +234,8 @@ class ComparePanel(QWidget):
         self.start.setText(tr("Stop") if busy else tr("Compare"))
         self.start.setEnabled(why is None)
         self.start.setToolTip(why or "")
-        self.export.setEnabled(self.held is not None and not busy)
-        self.export.setToolTip("" if self.held is not None else tr("Compare two models first."))
+        none = None if self.held is not None else tr("Compare two models first.")
+        allow(self.export, tr("The models are being compared.") if busy else none)
         self.copy.allow(self._why_not())
         other = self.other.current()
         self.agreement.show_models(
@@ -364,12 +364,11 @@ class ComparePanel(QWidget):
     def _ask_for_file(self) -> None:
         if self.held is None:
             return
-        proposed = Path(start_folder(self._studio)) / f"{self.held.model.path.stem}_distances.ply"
-        name, _ = QFileDialog.getSaveFileName(
-            self, tr("Export the model with its distances"), str(proposed), "PLY (*.ply)"
-        )
-        if name:
-            self.export_to(Path(name if name.lower().endswith(".ply") else name + ".ply"))
+        name = f"{self.held.model.path.stem}_distances.ply"
+        title = tr("Export the model with its distances")
+        path = ask_for_target(self, self._studio, title, name, {"ply": "PLY"})
+        if path is not None:
+            self.export_to(path)
 
     def export_to(self, path: Path) -> None:
         """Write the compared model, in World, with its distances as fields."""
@@ -458,7 +457,7 @@ def in_words(held: Held) -> str:
         share = 100.0 * told["significant_share"]
         said.append(tr("Significant: {share:.1f} % of the distances", share=share))
     if (side := told["positive_toward"]) is not None:
-        toward = f"{side['trend_deg']:03.0f}/{side['plunge_deg']:02.0f}"
+        toward = f"{format_azimuth(side['trend_deg'])}/{side['plunge_deg']:02.0f}"
         said.append(
             tr("Positive: before the benchmark, toward {toward} (trend/plunge)", toward=toward)
         )

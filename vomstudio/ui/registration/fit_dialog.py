@@ -29,6 +29,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import allow
 from vomstudio.ui.registration.fit_command import FitCopyButton
 from vomstudio.ui.registration.other_model import OtherModel, OtherModelBox, of_project
 from vomstudio.ui.registration.pair_table import (
@@ -324,8 +325,8 @@ class FitDialog(QDialog):
         none = None if self.fitted is not None else tr("Fit the surfaces first.")
         _set(self.register, wait or none)
         self.copy.refresh(wait)
-        self.other.setEnabled(not busy)
-        self.stable.setEnabled(not busy)
+        for part in (self.other, self.stable):
+            allow(part, wait)
         self.step.setText(self._next_step())
 
     def _next_step(self) -> str:

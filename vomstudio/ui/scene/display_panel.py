@@ -38,9 +38,11 @@ from vomstudio.rendering.view.scalars import (
     title_of,
 )
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, Scrolling, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, Scrolling, allow, narrow_form
+from vomstudio.ui.forms.model_axes import axes_of
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace import display
 
@@ -165,6 +167,7 @@ class DisplayPanel(QWidget):
     def _make_clip(self, reset: QAction) -> QGroupBox:
         self.clip = QGroupBox(tr("Clipping box"))
         self.clip.setCheckable(True)
+        self.clip.setToolTip(tr("Shows only what lies between these sides."))
         self.clip.clicked.connect(self._clip_toggled)
         grid = QGridLayout(self.clip)
         grid.setContentsMargins(8, 4, 8, 6)
@@ -319,9 +322,9 @@ class DisplayPanel(QWidget):
             self.mode.setItemData(k, why or "", Qt.ItemDataRole.ToolTipRole)
             if why is not None and models:
                 reasons.append(f"{tr(display.MODES[value])}: {why}")
-        self.mode.setEnabled(bool(models))
         self.mode.setCurrentIndex(self.mode.findData(mode))
         self.mode.setToolTip("\n".join(reasons))
+        allow(self.mode, why_no_model(self._studio))
         with QSignalBlocker(self.points):
             self.points.setValue(shown.point_size or 0.0)
         for box, why, on in (
@@ -337,7 +340,10 @@ class DisplayPanel(QWidget):
     def _show_field(self) -> None:
         model = self._current()
         opened = None if model is None else self._studio.models.get(model.id)
-        self.field_box.setEnabled(opened is not None)
+        why = why_no_model(self._studio)
+        if opened is None and why is None:
+            why = tr("The file of the model is not open.")
+        allow(self.field_box, why)
         if model is None or opened is None:
             self.field_box.setTitle(tr("Scalar field"))
             self.field.clear()
@@ -374,15 +380,13 @@ class DisplayPanel(QWidget):
             with QSignalBlocker(spin):
                 spin.setValue(percent)
         for widget in (self.low, self.high, self.first, self.last, self.whole):
-            widget.setEnabled(ranged)
+            allow(widget, None if ranged else tr("The colours of this field have no ends."))
 
     def _show_clip(self) -> None:
         box: ClipBox | None = self._display.box
         self.clip.setChecked(self._display.clipping)
-        self.clip.setEnabled(bool(self._studio.models))
-        north = self._studio.north_known()
-        names = (tr("E"), tr("N"), tr("Z")) if north else ("x", "y", "z")
-        for label, text in zip(self._axes, names, strict=True):
+        allow(self.clip, why_no_model(self._studio))
+        for label, text in zip(self._axes, axes_of(self._studio).titles, strict=True):
             label.setText(text)
         self.handles.setChecked(self._display.handles)
         if box is None:

@@ -14,29 +14,15 @@ from PySide6.QtWidgets import (
     QToolButton,
 )
 
+from vomstudio.document.bed_words import describe_bed
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Feature, Picked, get, get_feature
+from vomstudio.document.records import Feature, Logged, get, get_feature
 from vomstudio.document.registration_errors import model_of
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane
-from vomstudio.tools.measure import MeasureTool
-from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
-from vomstudio.ui.analyse.seen_panel import SeenPanel
-from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import ask_for_target
-from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, narrow_form
-from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_with_file
-from vomstudio.ui.forms.error_fields import error_field, number_in
-from vomstudio.ui.forms.fitting_picture import FittingPicture
-from vomstudio.ui.forms.form_beside import FormBeside
-from vomstudio.ui.forms.taken_plane import TakenPlane
-from vomstudio.ui.interpret.tool_panels.common import hint_label
-from vomstudio.ui.sections.bed_log_answer import (
+from vomstudio.products.section.line_log import (
     BOTH,
     POINTS,
     TRACES,
@@ -44,11 +30,25 @@ from vomstudio.ui.sections.bed_log_answer import (
     LogQuestion,
     RockWords,
     answer,
-    draw_figure,
-    words_of,
-    write,
-    write_boundaries,
+    words_along,
 )
+from vomstudio.tools.measure import MeasureTool
+from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
+from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.command_targets import ask_for_target, tell_written
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, allow, narrow_form
+from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_with_file
+from vomstudio.ui.forms.error_fields import error_field, number_in
+from vomstudio.ui.forms.fitting_picture import FittingPicture
+from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.forms.model_axes import add_length_row, follow_axes, unit_of
+from vomstudio.ui.forms.taken_plane import TakenPlane
+from vomstudio.ui.interpret.tool_panels.common import hint_label
+from vomstudio.ui.sections.bed_log_answer import draw_figure, words_of, write, write_boundaries
 from vomstudio.ui.sections.bed_log_table import BedLogTable
 from vomstudio.words import tr, tr_n
 
@@ -56,15 +56,13 @@ _FORMATS = {"csv": "CSV", "svg": "SVG", "pdf": "PDF", "png": "PNG"}
 
 
 class BedLogPanel(SeenPanel):
-    """line_id : of the line along which the log runs, empty for none; words : what was typed of
-    beds, by the key of the boundary at which they begin; answered : None where there is nothing to
-    say"""
+    """line_id : of the line along which the log runs, empty for none; answered : None where there
+    is nothing to say"""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio)
         explain(self, "window.md#log")
         self.line_id = ""
-        self.words: dict[str, RockWords] = {}
         self.answered: LogAnswer | None = None
         self._picking = False
         self._drawn: LogAnswer | None = None
@@ -93,13 +91,13 @@ class BedLogPanel(SeenPanel):
         self.group.setToolTip(tr("Which traces are boundaries, and which tell the bedding."))
         self.reach = error_field(
             "log_reach", tr("automatic"),
-            tr("How near to the line a trace has to come, in metres; by itself a twentieth of the "
+            tr("How near to the line a trace has to come; by itself a twentieth of the "
                "line."),
         )  # fmt: skip
         self.bed = TakenPlane(studio, "log_bed", tr("fitted to the traces"))
         self.sigma = error_field(
             "log_sigma", tr("automatic"),
-            tr("Standard deviation of each coordinate of a boundary, metres; by itself the scatter "
+            tr("Standard deviation of each coordinate of a boundary; by itself the scatter "
                "of the traces, or the resolution of the model."),
         )  # fmt: skip
         self.overturned = QCheckBox(tr("Overturned: younger beds lie below"))
@@ -110,6 +108,7 @@ class BedLogPanel(SeenPanel):
             self.copy_command, tr("keep the boundaries as a table, and copy the command")
         )
         self.table = BedLogTable()
+        follow_axes(studio, lambda axes: self.table.show_unit(unit_of(axes)))
         self.picture = FittingPicture()
         self._arrange()
         self._connect()
@@ -127,9 +126,11 @@ class BedLogPanel(SeenPanel):
         form = narrow_form()
         form.addRow(tr("Line"), line)
         form.addRow(tr("Boundaries"), self.of)
-        form.addRow(tr("Traces within (m)"), traces)
+        add_length_row(form, self._studio, lambda u: tr("Traces within ({unit})", unit=u), traces)
         form.addRow(tr("Bed"), self.bed)
-        form.addRow(tr("Points ± (1σ, m)"), self.sigma)
+        add_length_row(
+            form, self._studio, lambda u: tr("Points ± (1σ, {unit})", unit=u), self.sigma
+        )
         buttons = QHBoxLayout()
         buttons.addWidget(self.write)
         buttons.addWidget(self.copy)
@@ -172,7 +173,7 @@ class BedLogPanel(SeenPanel):
         studio = self._studio
         current = studio.selection.current if studio.has_project else None
         found = None if current is None else get_feature(studio.records, current)
-        return found if isinstance(found, Picked) and len(found.vertices) > 1 else None
+        return found if isinstance(found, Logged) and len(found.vertices) > 1 else None
 
     def _take(self, feature: Feature | None) -> None:
         if feature is not None:
@@ -204,13 +205,17 @@ class BedLogPanel(SeenPanel):
 
     def _opened(self) -> None:
         """Another project."""
-        self.line_id, self.words, self._picking = "", {}, False
+        self.line_id, self._picking = "", False
+        for field in (self.reach, self.sigma):
+            field.clear()
         self._soon()
 
     def _words_typed(self, key: str, said: object) -> None:
+        """Kept with the line, as one step that can be undone."""
         assert isinstance(said, RockWords)
-        self.words[key] = said
-        self._soon()
+        line = get_feature(self._studio.records, self.line_id)
+        if line is not None and words_along(line).get(key, RockWords()) != said:
+            self._studio.attempt(describe_bed, line.id, key, said.lithology, said.notes)
 
     # --- the question ------------------------------------------------------------------------
     def show_now(self) -> None:
@@ -241,9 +246,9 @@ class BedLogPanel(SeenPanel):
         if bed is not None and bed.plane is None:
             return bed.problem or tr("This feature has no plane.")
         try:
-            sigma = number_in(self.sigma, tr("The error of the points is a length in metres."))
+            sigma = number_in(self.sigma, tr("The error of the points is a length of 0 or more."))
             reach = number_in(
-                self.reach, tr("How near a trace has to come to the line is a length in metres.")
+                self.reach, tr("How near a trace has to come to the line is a length of 0 or more.")
             )
         except VomError as error:
             return error.message
@@ -253,7 +258,7 @@ class BedLogPanel(SeenPanel):
             {f.id: measured[f.id] for f in traces}, {f.id: f.name or f.id for f in traces},
             None if bed is None else bed.plane,
             0.0 if bed is None else bed.max_confidence95_deg or 0.0,
-            sigma, reach, self.overturned.isChecked(), dict(self.words),
+            sigma, reach, self.overturned.isChecked(), words_along(line),
             model is None or model.frame.has_metres,
         )  # fmt: skip
 
@@ -328,8 +333,8 @@ class BedLogPanel(SeenPanel):
             if studio.models
             else tr("Open a model first.")
         )
-        by_traces = self.of.currentData() != POINTS
-        self.reach.setEnabled(by_traces)
+        by_points = tr("The boundaries are the points of the line.")
+        allow(self.reach, by_points if self.of.currentData() == POINTS else None)
         why = None
         if self._asked.waiting:
             why = tr("the log is being computed")
@@ -353,13 +358,9 @@ class BedLogPanel(SeenPanel):
     def write_to(self, path: Path) -> None:
         """The log that is shown, in a thread."""
         if self.answered is not None:
-            self._background.run(partial(write, self.answered, path), partial(self._written, path))
-
-    def _written(self, path: Path, error: object) -> None:
-        if isinstance(error, VomError):
-            self._studio.fail(error)
-        else:
-            self._studio.info(tr("The log was written to {file}.", file=path))
+            said = tr("The log was written to {file}.", file=path)
+            done = partial(tell_written, self._studio, said)
+            self._background.run(partial(write, self.answered, path), done)
 
     def copy_command(self) -> None:
         """Ask for the table of the boundaries, and put the command on the clipboard."""

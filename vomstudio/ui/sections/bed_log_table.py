@@ -16,13 +16,13 @@ from PySide6.QtWidgets import (
 
 from vomstudio.geology.beds import lithologies
 from vomstudio.products.section.decimals import with_error
+from vomstudio.products.section.line_log import LogAnswer, RockWords
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.sections.bed_log_answer import LogAnswer, RockWords
 from vomstudio.words import tr
 
 Index = QModelIndex | QPersistentModelIndex
 
-LITHOLOGY, NOTES = 4, 5
+THICKNESS, LITHOLOGY, NOTES = 3, 4, 5
 _LEAST_HEIGHT = 110
 _LEAST_WORDS = 110
 _ROW = 24
@@ -38,7 +38,7 @@ class BedLogTable(QTableWidget):
             (tr("Bed"), tr("Counted from the oldest up.")),
             (tr("From"), tr("The boundary at which the bed begins.")),
             (tr("To"), tr("The boundary at which it ends.")),
-            (tr("Thickness (m)"), tr("Across the bedding, with half of its 95 % interval.")),
+            ("", tr("Across the bedding, with half of its 95 % interval.")),
             (tr("Lithology"), tr("In StraboSpot's words; double click to choose or type one.")),
             (tr("Notes"), tr("Double click to type.")),
         )
@@ -54,6 +54,7 @@ class BedLogTable(QTableWidget):
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setTabKeyNavigation(False)
+        self.show_unit("m")
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(NOTES, QHeaderView.ResizeMode.Stretch)
@@ -63,6 +64,12 @@ class BedLogTable(QTableWidget):
         self.setMinimumHeight(_LEAST_HEIGHT)
         self._keys: list[str] = []
         self.itemChanged.connect(self._typed)
+
+    def show_unit(self, unit: str) -> None:
+        """Of the thicknesses."""
+        head = self.horizontalHeaderItem(THICKNESS)
+        assert head is not None
+        head.setText(tr("Thickness ({unit})", unit=unit))
 
     def show_log(self, answered: LogAnswer | None) -> None:
         """What stands in the cells is changed in place, so that one that is being typed in stays

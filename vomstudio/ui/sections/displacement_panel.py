@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import has_plane
-from vomstudio.document.measurement import Measurement
+from vomstudio.document.measurement import Measurement, scatter_of
 from vomstudio.document.records import Picked, get_feature
 from vomstudio.errors import GeometryError, InputError, VomError
 from vomstudio.files.atomic import write_bytes
@@ -32,7 +33,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.common.widgets import LowTable, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Word,
@@ -40,8 +41,9 @@ from vomstudio.ui.forms.copied_command import (
     copy_with_file,
     numbers_text,
 )
-from vomstudio.ui.forms.error_fields import error_field, number_in, scatter_of
+from vomstudio.ui.forms.error_fields import error_field, number_in
 from vomstudio.ui.forms.line_field import LineField
+from vomstudio.ui.forms.model_axes import add_length_row, axes_of, follow_axes, unit_of
 from vomstudio.ui.forms.taken_plane import TakenPlane
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr
@@ -89,11 +91,12 @@ class DisplacementPanel(SeenPanel):
         self.sigma = error_field(
             "displacement_sigma",
             tr("scatter of the traces"),
-            tr("Standard deviation of each coordinate of a cut-off, metres."),
+            tr("Standard deviation of each coordinate of a cut-off."),
         )
         self.add = QPushButton(theme.icon("plus"), tr("Add the selected two"))
         self.remove = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
+        follow_axes(studio, lambda axes: _show_unit(self.table, unit_of(axes)))
         self.said = hint_label()
         self.said.setObjectName("displacement_said")
         self.copy = CopyCommandButton(
@@ -126,7 +129,9 @@ class DisplacementPanel(SeenPanel):
         slip.addWidget(self.slip, 3)
         slip.addWidget(self.slip_error, 1)
         form.addRow(tr("Slip"), slip)
-        form.addRow(tr("Points ± (1σ, m)"), self.sigma)
+        add_length_row(
+            form, self._studio, lambda u: tr("Points ± (1σ, {unit})", unit=u), self.sigma
+        )
         buttons = QHBoxLayout()
         for button in (self.add, self.remove, self.copy):
             buttons.addWidget(button)
@@ -141,9 +146,11 @@ class DisplacementPanel(SeenPanel):
     # --- what is chosen ----------------------------------------------------------------------
     def _selected_two(self) -> tuple[str, str] | None:
         records, ids = self._studio.records, self._studio.selection.ids
-        traces = [i for i in ids if isinstance(get_feature(records, i), Picked)]
-        traces = [i for i in traces if i != self.fault.id]
-        return (traces[0], traces[1]) if len(traces) == 2 else None
+        fault = self.fault.id
+        traces = (i for i in ids if i != fault and isinstance(get_feature(records, i), Picked))
+        # Thousands may be selected.
+        found = tuple(islice(traces, 3))
+        return (found[0], found[1]) if len(found) == 2 else None
 
     def add_pair(self) -> None:
         two = self._selected_two()
@@ -173,6 +180,8 @@ class DisplacementPanel(SeenPanel):
 
     def _opened(self) -> None:
         self.pairs = []
+        for field in (self.slip_error, self.sigma):
+            field.clear()
         self._soon()
 
     # --- the answer --------------------------------------------------------------------------
@@ -262,7 +271,7 @@ class DisplacementPanel(SeenPanel):
 
     def _sigma(self, traces: list[Measurement]) -> float:
         """What was typed, else the scatter of the traces about their planes, the largest one."""
-        typed = number_in(self.sigma, tr("The error of the points is a length in metres."))
+        typed = number_in(self.sigma, tr("The error of the points is a length of 0 or more."))
         return scatter_of(traces) if typed is None else typed
 
     def _show(self, why: str) -> None:
@@ -287,21 +296,25 @@ class DisplacementPanel(SeenPanel):
 
     def _in_words(self, answered: Answered) -> str:
         found, notation = answered.found, self._studio.settings.notation
+        unit = unit_of(axes_of(self._studio))
         known = answered.rake_deg is not None
         said = [
-            tr("Net slip of the hanging wall, metres, with 95 % errors.")
+            tr("Net slip of the hanging wall, {unit}, with 95 % errors.", unit=unit)
             if known
             else tr(
-                "Dip separation, metres, with 95 % errors; the slip is unknown, so this is no slip."
+                "Dip separation, {unit}, with 95 % errors; the slip is unknown, so this is no "
+                "slip.",
+                unit=unit,
             ),
             tr(
-                "Fault {fault} ± {fault95:.1f}°, bed {bed} ± {bed95:.1f}°, points ± {sigma:.3g} m "
-                "(1σ).",
+                "Fault {fault} ± {fault95:.1f}°, bed {bed} ± {bed95:.1f}°, points ± {sigma:.3g} "
+                "{unit} (1σ).",
                 fault=format_plane(answered.fault, notation, 1),
                 fault95=answered.errors.fault95_deg,
                 bed=format_plane(answered.bed, notation, 1),
                 bed95=answered.errors.bed95_deg,
                 sigma=answered.errors.sigma_m,
+                unit=unit,
             ),
         ]
         if known:
@@ -310,15 +323,16 @@ class DisplacementPanel(SeenPanel):
         if separations:
             said.append(
                 tr(
-                    "Stratigraphic separation {values} m.",
+                    "Stratigraphic separation {values} {unit}.",
                     values=", ".join(_with_error(s.stratigraphic_m) for s in separations),
+                    unit=unit,
                 )
             )
         if found.n > 1:
             said.append(
                 tr(
-                    "Mean of {n} pairs: net {net:.3f} ± {std:.3f} m (standard deviation).",
-                    n=found.n, net=found.mean_net_m, std=found.std_net_m or 0.0,
+                    "Mean of {n} pairs: net {net:.3f} ± {std:.3f} {unit} (standard deviation).",
+                    n=found.n, net=found.mean_net_m, std=found.std_net_m or 0.0, unit=unit,
                 )
             )  # fmt: skip
         said += [f"{each['id']}: {each['reason']}" for each in found.skipped]
@@ -419,16 +433,29 @@ def _with_error(measured: Measured) -> str:
     return f"{value:.3f} ± {measured.error95:.3f}"
 
 
+def _show_unit(table: QTableWidget, unit: str) -> None:
+    titles = (
+        tr("Net ({unit})", unit=unit),
+        tr("Throw ({unit})", unit=unit),
+        tr("Heave ({unit})", unit=unit),
+        tr("Strike slip ({unit})", unit=unit),
+    )
+    for column, title in enumerate(titles, 1):
+        head = table.horizontalHeaderItem(column)
+        assert head is not None
+        head.setText(title)
+
+
 def _table() -> QTableWidget:
     heads = (
         (tr("Traces"), tr("Of one bed, on both sides of the fault.")),
-        (tr("Net (m)"), tr("How far the hanging wall moved against the footwall.")),
-        (tr("Throw (m)"), tr("Vertical part; down is positive.")),
-        (tr("Heave (m)"), tr("Horizontal part across the strike; apart is positive.")),
-        (tr("Strike slip (m)"), tr("Along the strike; sinistral is positive.")),
+        ("", tr("How far the hanging wall moved against the footwall.")),
+        ("", tr("Vertical part; down is positive.")),
+        ("", tr("Horizontal part across the strike; apart is positive.")),
+        ("", tr("Along the strike; sinistral is positive.")),
         (tr("Rake"), tr("Of the motion on the fault; positive with a reverse part.")),
     )
-    table = QTableWidget(0, len(heads))
+    table = LowTable(0, len(heads))
     table.setObjectName("displacement_table")
     table.setAccessibleName(tr("Pairs of cut-offs"))
     for column, (title, tip) in enumerate(heads):

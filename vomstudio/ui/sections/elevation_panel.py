@@ -31,7 +31,7 @@ from vomstudio.ui.common.command_targets import may_replace, start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import file_field, narrow_form
+from vomstudio.ui.common.widgets import allow, file_field, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Words,
@@ -39,6 +39,7 @@ from vomstudio.ui.forms.copied_command import (
     model_words,
 )
 from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.forms.model_axes import add_length_row
 from vomstudio.ui.forms.model_box import ModelBox
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
@@ -77,7 +78,7 @@ class ElevationPanel(QWidget):
             ),
         )
         self.contours = _length_field(
-            "elevation_contours", tr("none"), tr("Contour lines at every so many metres.")
+            "elevation_contours", tr("none"), tr("Contour lines at every multiple of this height.")
         )
         self.hillshade = QCheckBox(tr("Hillshade"))
         self.slope = QCheckBox(tr("Slope"))
@@ -114,8 +115,8 @@ class ElevationPanel(QWidget):
         sizes.setSpacing(3)
         sizes.addWidget(self.gsd, 0, 0)
         sizes.addWidget(self.limit, 0, 1)
-        form.addRow(tr("Cell, limit (m)"), sizes)
-        form.addRow(tr("Contours (m)"), self.contours)
+        add_length_row(form, self._studio, lambda u: tr("Cell, limit ({unit})", unit=u), sizes)
+        add_length_row(form, self._studio, lambda u: tr("Contours ({unit})", unit=u), self.contours)
         also = QHBoxLayout()
         for box in (self.hillshade, self.slope, self.aspect):
             also.addWidget(box)
@@ -143,7 +144,7 @@ class ElevationPanel(QWidget):
     def _model_chosen(self, *_: object) -> None:
         model = self.model.chosen_model()
         cloud = model is not None and self._is_cloud(model)
-        self.limit.setEnabled(cloud)
+        allow(self.limit, None if cloud else tr("Only points have to be joined."))
         if not self.target.isModified() and model is not None:
             project = self._studio.project
             folder = Path(start_folder(self._studio))
@@ -299,6 +300,8 @@ class ElevationPanel(QWidget):
         self.made = None
         self.figures.setText("")
         self.picture.show_picture(None)
+        for field in (self.gsd, self.limit, self.contours, self.target):
+            field.clear()
         self.target.setModified(False)
         self.refresh()
 

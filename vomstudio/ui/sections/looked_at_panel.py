@@ -24,6 +24,7 @@ from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.forms.figures_page import FiguresPage
 from vomstudio.ui.forms.form_beside import FormBeside
+from vomstudio.ui.forms.model_axes import add_length_row
 from vomstudio.ui.forms.model_box import ModelBox
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
@@ -61,7 +62,7 @@ class LookedAtPanel(SeenPanel):
         self.cell = QLineEdit()
         self.cell.setObjectName("looked_at_cell")
         self.cell.setPlaceholderText(tr("an eighth of the face"))
-        self.cell.setToolTip(tr("The side of a cell, in metres."))
+        self.cell.setToolTip(tr("The side of a cell."))
         self.lay = QPushButton(theme.icon("grid"), tr("Lay grid"))
         self.grids = ComboBox()
         self.grids.setObjectName("looked_at_grid")
@@ -81,7 +82,7 @@ class LookedAtPanel(SeenPanel):
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Over"), self.over)
         form.addRow(tr("Face"), self.plane)
-        form.addRow(tr("Cell (m)"), self.cell)
+        add_length_row(form, self._studio, lambda u: tr("Cell ({unit})", unit=u), self.cell)
         body = FormBeside(self)
         column = body.column
         column.addLayout(form)
@@ -106,6 +107,7 @@ class LookedAtPanel(SeenPanel):
         self.over.activated.connect(lambda _: self._refresh_buttons())
         self.plane.changed.connect(self._refresh_buttons)
         self.cell.textChanged.connect(lambda _: self._refresh_buttons())
+        studio.project_opened.connect(self.cell.clear)
         studio.project_opened.connect(self._soon)
         studio.edited.connect(self._soon)
         studio.model_loaded.connect(self._soon)
@@ -199,7 +201,7 @@ class LookedAtPanel(SeenPanel):
         if self.over.currentData() == _SELECTED and not self._selected():
             return tr("Select features that lie on the face first.")
         if (text := self.cell.text().strip()) and not ((parse_number(text) or 0.0) > 0.0):
-            return tr("The side of a cell is a positive number of metres.")
+            return tr("The side of a cell is a positive number.")
         try:
             self.plane.plane()
         except VomError as error:

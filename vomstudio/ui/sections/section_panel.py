@@ -28,11 +28,11 @@ from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import ask_for_target, start_folder
+from vomstudio.ui.common.command_targets import ask_for_target, start_folder, tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Word,
@@ -44,6 +44,7 @@ from vomstudio.ui.forms.copied_command import (
 )
 from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.line_field import LineField
+from vomstudio.ui.forms.model_axes import add_length_row
 from vomstudio.ui.forms.model_box import ModelBox
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
@@ -84,7 +85,7 @@ class SectionPanel(SeenPanel):
         self.plane = PlaneField(studio, "section_plane", view=view)
         self.through = QLineEdit()
         self.through.setObjectName("section_through")
-        self.through.setPlaceholderText(tr("x, y, z: the middle of the model"))
+        self.through.setPlaceholderText(tr("the middle of the model"))
         self.take_through = _icon_button(
             "cursor-default-click-outline", tr("Through the selected feature")
         )
@@ -119,7 +120,7 @@ class SectionPanel(SeenPanel):
         form.addRow(tr("Line"), self._line_row)
         form.addRow(tr("Project"), self.direction)
         form.addRow(self.features, self.within)
-        form.addRow(tr("Slab (m)"), self.slab)
+        add_length_row(form, self._studio, lambda u: tr("Slab ({unit})", unit=u), self.slab)
         buttons = QHBoxLayout()
         buttons.addWidget(self.write)
         buttons.addWidget(self.copy)
@@ -129,12 +130,12 @@ class SectionPanel(SeenPanel):
         body.column.addLayout(buttons)
         body.column.addWidget(self.said)
         body.put_beside(self.picture)
-        self.through.setToolTip(tr("A point of World on the plane; distances count from it."))
+        self.through.setToolTip(tr("A point on the plane, as x, y, z; distances count from it."))
         self.direction.line.setToolTip(
             tr("Features are projected along this trend/plunge, such as the fold axis.")
         )
-        self.within.setToolTip(tr("Leave out features farther away than this, in metres."))
-        self.slab.setToolTip(tr("Of a point cloud: thickness of the slab of points, in metres."))
+        self.within.setToolTip(tr("Leave out features farther away than this."))
+        self.slab.setToolTip(tr("Of a point cloud: thickness of the slab of points."))
         self.draw_line.setToolTip(
             tr("Click along the outcrop, then press Enter: the section runs vertically along it.")
         )
@@ -223,7 +224,7 @@ class SectionPanel(SeenPanel):
             return middle
         values = [parse_number(word) for word in text.replace(";", ",").split(",")]
         if len(values) != 3 or any(v is None or not math.isfinite(v) for v in values):
-            return tr("Give the point as x, y, z in metres, such as {example}.",
+            return tr("Give the point as x, y, z, such as {example}.",
                       example="12.5, 3, 120")  # fmt: skip
         return np.array(values, np.float64)
 
@@ -250,7 +251,7 @@ class SectionPanel(SeenPanel):
         for field in (self.within, self.slab):
             value = parse_number(field.text()) if field.text().strip() else None
             if field.text().strip() and (value is None or not 0 < value < math.inf):
-                return tr("A thickness or distance is a length in metres.")
+                return tr("A thickness or distance is a positive number.")
             lengths[field] = value
         by_line = self.along_what.currentData() == "line"
         if by_line and self.line is None:
@@ -330,14 +331,17 @@ class SectionPanel(SeenPanel):
             if there
             else tr("Select a trace or a measured polyline first.")
         )
-        self.take_through.setEnabled(self._selected_feature() is not None)
+        chosen = self._selected_feature() is not None
+        allow(self.take_through, None if chosen else tr("Select a feature first."))
         model = self.model.chosen_model() if self._studio.has_project else None
         cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
-        self.slab.setEnabled(cloud)
+        allow(self.slab, None if cloud else tr("Only a point cloud is cut as a slab."))
 
     def _opened(self) -> None:
         """Another project."""
         self.line, self._drawing = None, False
+        for field in (self.through, self.within, self.slab):
+            field.clear()
         self._soon()
 
     def _close(self) -> None:
@@ -355,13 +359,9 @@ class SectionPanel(SeenPanel):
     def write_to(self, path: Path) -> None:
         """The section that is shown, in a thread."""
         if self.answered is not None:
-            self._background.run(partial(write, self.answered, path), partial(self._written, path))
-
-    def _written(self, path: Path, error: object) -> None:
-        if isinstance(error, VomError):
-            self._studio.fail(error)
-        else:
-            self._studio.info(tr("The section was written to {file}.", file=path))
+            said = tr("The section was written to {file}.", file=path)
+            done = partial(tell_written, self._studio, said)
+            self._background.run(partial(write, self.answered, path), done)
 
     def copy_command(self) -> None:
         """Along a line the command reads it from a file, which is asked for."""

@@ -23,10 +23,12 @@ from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.measurement import scatter_of
 from vomstudio.document.records import Feature, Picked, get, get_feature
 from vomstudio.errors import VomError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geology.notation import format_plane
+from vomstudio.geometry.units import Axes
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background
@@ -35,9 +37,10 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.common.widgets import LowTable, narrow_form
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_with_file, numbers_text
-from vomstudio.ui.forms.error_fields import error_field, number_in, scatter_of
+from vomstudio.ui.forms.error_fields import error_field, number_in
+from vomstudio.ui.forms.model_axes import add_length_row, follow_axes
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr, tr_n
 
@@ -67,13 +70,14 @@ class ThreePointsPanel(SeenPanel):
         self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
         self.take = QPushButton(tr("Take selected"))
         self.read = QPushButton(tr("Read…"))
-        self.read.setToolTip(tr("A table with x, y, z in metres, such as a seam in wells."))
+        self.read.setToolTip(tr("A table with x, y, z, such as a seam in wells."))
         self.more = QPushButton(theme.icon("plus"), tr("Add a row"))
         self.fewer = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
+        follow_axes(studio, self._show_axes)
         self.sigma = error_field(
             "three_points_sigma", tr("not known"),
-            tr("Standard deviation of each coordinate, metres. Without it more than three points "
+            tr("Standard deviation of each coordinate. Without it more than three points "
                "tell it by their misfit."),
         )  # fmt: skip
         self.said = hint_label()
@@ -103,7 +107,9 @@ class ThreePointsPanel(SeenPanel):
                 row.addWidget(part)
             row.addStretch()
         form = narrow_form()
-        form.addRow(tr("Points ± (1σ, m)"), self.sigma)
+        add_length_row(
+            form, self._studio, lambda u: tr("Points ± (1σ, {unit})", unit=u), self.sigma
+        )
         column = narrow_column(self)
         column.addLayout(get_them)
         column.addWidget(self.table, 1)
@@ -128,6 +134,14 @@ class ThreePointsPanel(SeenPanel):
         studio.settings_changed.connect(self._soon)
         studio.selection_changed.connect(lambda _: self._refresh())
         studio.jobs.closed.connect(self._close)
+
+    def _show_axes(self, axes: Axes) -> None:
+        tips = (tr("East."), tr("North."), tr("Height, upward."))
+        for column, (title, tip) in enumerate(zip(axes.titles, tips, strict=True)):
+            head = self.table.horizontalHeaderItem(column)
+            assert head is not None
+            head.setText(title)
+            head.setToolTip(tip if axes.north else "")
 
     # --- the points --------------------------------------------------------------------------
     def _selected_line(self) -> Feature | None:
@@ -162,7 +176,10 @@ class ThreePointsPanel(SeenPanel):
         measured = self._studio.measured([feature.id])[feature.id]
         self._fill([[f"{value:.4f}" for value in point] for point in measured.points.tolist()])
         self.of_id = feature.id
-        scatter = scatter_of([measured])
+        scatter, misfit = scatter_of([measured]), measured.fit and measured.fit.rms
+        if len(measured.points) > _LEAST and misfit and misfit >= scatter:
+            # A misfit is known only as well as so few points tell it: not typed as if it were sure.
+            scatter = 0.0
         self.sigma.setText(f"{scatter:.3g}" if scatter else "")
         self._soon()
 
@@ -215,6 +232,7 @@ class ThreePointsPanel(SeenPanel):
     def _opened(self) -> None:
         """Another project."""
         self._picking = False
+        self.sigma.clear()
         self._fill([])
 
     # --- the plane ---------------------------------------------------------------------------
@@ -226,7 +244,7 @@ class ThreePointsPanel(SeenPanel):
         said = points if isinstance(points, str) else ""
         if not isinstance(points, str):
             try:
-                wrong = tr("The error of the points is a length in metres.")
+                wrong = tr("The error of the points is a length of 0 or more.")
                 self._sigma = number_in(self.sigma, wrong) or 0.0
                 self.found = plane_of_three_points(points, self._sigma)
                 self._points = points
@@ -252,7 +270,7 @@ class ThreePointsPanel(SeenPanel):
         if len(rows) < _LEAST:
             return tr(
                 "Pick three points or more of one surface on the outcrop, or type their "
-                "coordinates in metres: east, north, height."
+                "coordinates."
             )
         return np.array(rows)
 
@@ -359,19 +377,11 @@ def _cell(text: str) -> QTableWidgetItem:
 
 
 def _table() -> QTableWidget:
-    table = QTableWidget(0, 3)
+    table = LowTable(0, 3)
     table.setObjectName("three_points_table")
     table.setAccessibleName(tr("Points on the surface"))
-    for column, (title, tip) in enumerate(
-        (
-            (tr("East (m)"), tr("x, in metres.")),
-            (tr("North (m)"), tr("y, in metres.")),
-            (tr("Height (m)"), tr("z, in metres, upward.")),
-        )
-    ):
-        item = QTableWidgetItem(title)
-        item.setToolTip(tip)
-        table.setHorizontalHeaderItem(column, item)
+    for column in range(3):
+        table.setHorizontalHeaderItem(column, QTableWidgetItem())
     table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
     table.verticalHeader().setDefaultSectionSize(_ROW)
     table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+from PySide6.QtWidgets import QMessageBox, QWidget
 
 from vomstudio.errors import VomError
 from vomstudio.failures import crashes, report
@@ -122,15 +122,13 @@ class FailureNotices(QObject):
 
 def save_report(host: Host, parent: QWidget) -> None:
     """Ask for a file and write the error report to it; nothing is sent."""
-    name, _ = QFileDialog.getSaveFileName(
-        parent,
-        tr("Save report"),
-        str(Path.home() / report.file_name()),
-        tr("Text (*.txt)"),
-    )
-    if not name:
+    from vomstudio.ui.common.command_targets import ask_for_file
+
+    proposed = Path.home() / report.file_name()
+    asked = ask_for_file(parent, tr("Save report"), proposed, {tr("Text (*.txt)"): ".txt"})
+    if asked is None:
         return
-    path = Path(name if Path(name).suffix else f"{name}.txt")
+    path = asked[0]
     try:
         write_bytes(path, compose_report(host).encode(), force=True)
     except VomError as error:

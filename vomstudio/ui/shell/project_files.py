@@ -19,7 +19,12 @@ from vomstudio.io.project.folder import SUFFIX, is_project
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
 from vomstudio.ui.common import file_filters
-from vomstudio.ui.common.command_targets import current_model, start_folder
+from vomstudio.ui.common.command_targets import (
+    ask_for_file,
+    ask_for_target,
+    current_model,
+    start_folder,
+)
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.forms.copied_command import copy_command
@@ -29,10 +34,10 @@ from vomstudio.words import to_translate, tr, tr_n
 from vomstudio.workspace.discarded_work import discarded_works
 
 _EXPORTS = {
-    "csv": to_translate("Orientation table (*.csv)"),
-    "gpkg": to_translate("GeoPackage (*.gpkg)"),
-    "shp": to_translate("Shapefiles (*.shp)"),
-    "dxf": to_translate("DXF (*.dxf)"),
+    "csv": to_translate("Orientation table"),
+    "gpkg": to_translate("GeoPackage"),
+    "shp": to_translate("Shapefiles"),
+    "dxf": to_translate("DXF"),
 }
 
 _PROGRAMS = {
@@ -149,31 +154,28 @@ class Files(QObject):
     def export(self, format_: str) -> None:
         """Ask for a file and export the features. format_ : a key of the known formats, as
         "csv"."""
-        pattern = tr(_EXPORTS[format_])
-        stem = "orientations" if self._studio.project.untitled else self._studio.project.name
-        name, _ = QFileDialog.getSaveFileName(
-            self._parent,
-            tr("Export"),
-            str(Path(start_folder(self._studio)) / f"{stem}.{format_}"),
-            pattern,
-        )
-        if name:
-            path = Path(name if name.endswith(f".{format_}") else f"{name}.{format_}")
+        path = ask_for_target(
+            self._parent, self._studio, tr("Export"), f"{self._stem()}.{format_}",
+            {format_: tr(_EXPORTS[format_])},
+        )  # fmt: skip
+        if path is not None:
             self.export_to(format_, path)
+
+    def _stem(self) -> str:
+        project = self._studio.project
+        return "orientations" if project.untitled else project.name
 
     def export_for_program(self) -> None:
         """Ask for a program and a file, and export what the program can take."""
         formats = {tr(pattern): format_ for format_, pattern in _PROGRAMS.items()}
-        stem = "orientations" if self._studio.project.untitled else self._studio.project.name
-        name, chosen = QFileDialog.getSaveFileName(
+        asked = ask_for_file(
             self._parent,
             tr("Export for another program"),
-            str(Path(start_folder(self._studio)) / stem),
-            ";;".join(formats),
+            Path(start_folder(self._studio)) / self._stem(),
+            {pattern: pattern.rpartition("*")[2].rstrip(")") for pattern in formats},
         )
-        if name and chosen in formats:
-            ending = chosen.rpartition("*")[2].rstrip(")")
-            path = Path(name if name.endswith(ending) else f"{name}{ending}")
+        if asked is not None:
+            path, chosen = asked
             self.export_to(formats[chosen], path)
 
     def export_to(self, format_: str, path: Path) -> None:
@@ -211,20 +213,20 @@ class Files(QObject):
         path = self._studio.project.find_model(model) if model is not None else None
         if model is None or path is None:
             return
-        patterns = [
-            f"{tr(w.name)} ({' '.join(f'*{e}' for e in w.extensions)})" for w in find_writers()
-        ]
-        name, _ = QFileDialog.getSaveFileName(
+        formats = {e.removeprefix("."): tr(w.name) for w in find_writers() for e in w.extensions}
+        ending = path.suffix.lower().removeprefix(".")
+        out = ask_for_target(
             self._parent,
+            self._studio,
             tr("Export {model} as", model=model.name),
-            str(Path(start_folder(self._studio)) / f"{model.name}_export"),
-            ";;".join(patterns),
+            f"{model.name}_export.{ending if ending in formats else 'ply'}",
+            formats,
         )
-        if not name:
+        if out is None:
             return
 
         def done(made: ExportedModel) -> None:
-            self._studio.info(" ".join([tr("Exported to {file}.", file=name), *made.warnings]))
+            self._studio.info(" ".join([tr("Exported to {file}.", file=out), *made.warnings]))
 
         def failed(event: Failed) -> None:
             if not event.cancelled:
@@ -237,7 +239,7 @@ class Files(QObject):
                 self._studio.project.cache,
                 model.to_world,
                 world_crs(model.frame.crs, model.frame.unit_m),
-                Path(name),
+                out,
                 model.frame.axes,
             ),
             title=tr("Exporting {model}", model=model.name),

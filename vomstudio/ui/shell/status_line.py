@@ -72,7 +72,7 @@ class StatusLine(QStatusBar):
 
     def refresh(self, *_: object) -> None:
         """Show hint, selection and frame as they are now."""
-        studio = self._studio
+        studio, before = self._studio, self._hint.text()
         if self._of_photo:
             self._hint.setText(self._of_photo)
         elif (tool := studio.tool) is not None:
@@ -84,6 +84,9 @@ class StatusLine(QStatusBar):
                     "click a feature to select it."
                 )
             )
+        if self._hint.text() != before:
+            # The user has gone on: what the next click does must not wait behind what was said.
+            self.clearMessage()
         count = len(studio.selection.ids)
         self._selected.setText(tr("{count} selected", count=count) if count else "")
         self._badge.setVisible(bool(studio.session.of(Model)))

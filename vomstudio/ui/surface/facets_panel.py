@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QIcon, QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
@@ -23,6 +23,7 @@ from vomstudio.document import catalogue
 from vomstudio.document.records import Model
 from vomstudio.geology.agreement_both_ways import agreement_both_ways
 from vomstudio.geometry.patches import has_id
+from vomstudio.geometry.units import Axes
 from vomstudio.jobs.surface_tasks import Sight
 from vomstudio.tools.interaction_types import Hit, Preview
 from vomstudio.tools.painted_area import area_of
@@ -30,12 +31,14 @@ from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.number_formatting import area as area_text
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.forms.copied_command import CopyCommandButton
+from vomstudio.ui.forms.model_axes import axes_of, follow_axes, unit_of
 from vomstudio.ui.interpret.measured_planes import measured_planes, planes_of
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.surface.facet_words import (
@@ -93,7 +96,7 @@ class FacetsPanel(SeenPanel):
         self.title = hint_label()
         self.angle = _spin("facet_angle", 1.0, 89.0, 20.0, "°", 0)
         self.angle.setToolTip(tr("By which the surface may be off a facet's plane."))
-        self.distance = _spin("facet_distance", 0.0, 1000.0, 0.0, " m", 3)
+        self.distance = _spin("facet_distance", 0.0, 1000.0, 0.0, "", 3)
         self.distance.setSpecialValueText(tr("auto"))
         self.distance.setToolTip(
             tr(
@@ -108,7 +111,7 @@ class FacetsPanel(SeenPanel):
         self.points.setKeyboardTracking(False)
         self.points.setSpecialValueText(tr("auto"))
         self.points.setToolTip(tr("Of a facet: 50, or on a mesh one hundredth of its area."))
-        self.area = _spin("facet_area", 0.0, 1e6, 0.0, " m²", 3)
+        self.area = _spin("facet_area", 0.0, 1e6, 0.0, "", 3)
         self.area.setSpecialValueText(tr("any"))
         self.area.setToolTip(tr("The smallest facet."))
         self.coplanarity = _spin("facet_coplanarity", 0.0, 1e6, 0.0, "", 0)
@@ -119,6 +122,7 @@ class FacetsPanel(SeenPanel):
                 "verdicts where it is left to the program."
             )
         )
+        follow_axes(self._studio, self._show_axes)
         for box in (self.angle, self.distance, self.points, self.area, self.coplanarity):
             box.valueChanged.connect(self._limits_changed)
         self.live = QCheckBox(tr("Try on the part in view"))
@@ -151,10 +155,10 @@ class FacetsPanel(SeenPanel):
         self.table = NumberTable(
             (
                 Column(tr("Doubt"), _verdict_text, tr("The most doubtful facets come first."),
-                       number=False),
+                       number=False, icon=_verdict_icon),
                 Column(tr("95 %"), degrees, tr("How far the plane may be off, with 95 %.")),
-                Column(tr("Plane"), str, tr("Dip direction and dip."), number=False),
-                Column(tr("m²"), lambda v: f"{v:.2g}", tr("Area.")),
+                Column(tr("Plane"), str, tr("In the notation of the project."), number=False),
+                Column(tr("Area"), self._area_text, tr("Area of the facet.")),
                 Column("#", lambda v: f"{v}", tr("1 is the largest.")),
             ),
             0,
@@ -164,7 +168,6 @@ class FacetsPanel(SeenPanel):
         self.table.setAccessibleName(tr("Proposed facets"))
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.table.setMinimumHeight(_LEAST_HEIGHT)
-        self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
         self.table.selectionModel().selectionChanged.connect(lambda *_: self._chosen())
         self.table.installEventFilter(self)
         self.accept = QPushButton(theme.icon("check"), tr("Accept"))
@@ -177,6 +180,14 @@ class FacetsPanel(SeenPanel):
         self.reject_all = QPushButton(tr("Reject all"))
         self.reject_all.setIcon(theme.icon("close-box-multiple-outline"))
         self.reject_all.clicked.connect(lambda _: self._facets.drop())
+
+    def _show_axes(self, axes: Axes) -> None:
+        unit = unit_of(axes)
+        self.distance.setSuffix(f" {unit}")
+        self.area.setSuffix(f" {unit}²")
+
+    def _area_text(self, value: float) -> str:
+        return area_text(value, 2, metric=axes_of(self._studio).metric)
 
     def _arrange(self) -> None:
         limits = QGridLayout()
@@ -439,9 +450,17 @@ def _row(*widgets: QWidget) -> QWidget:
     return row
 
 
+def _verdict_of(doubt: tuple[int, float]) -> str | None:
+    return next((name for name, place in _DOUBT.items() if place == doubt[0]), None)
+
+
 def _verdict_text(doubt: tuple[int, float]) -> str:
-    name = next((k for k, v in _DOUBT.items() if v == doubt[0]), None)
+    name = _verdict_of(doubt)
     return "–" if name is None else tr(_VERDICTS[name])
+
+
+def _verdict_icon(doubt: tuple[int, float]) -> QIcon:
+    return theme.verdict_icon(_verdict_of(doubt))
 
 
 def _spin(

@@ -18,7 +18,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QLineEdit,
-    QMessageBox,
     QPushButton,
     QSizePolicy,
     QSpinBox,
@@ -35,12 +34,12 @@ from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, Surv
 from vomstudio.survey.registration_forecast import CONTROL_M, RECEIVER_M
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.background_reading import Background
-from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.command_targets import ask_for_target, start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.survey.plan_drawing import PlanDrawing
 from vomstudio.words import to_translate, tr
@@ -327,10 +326,10 @@ class PlannerDialog(QDialog):
         warnings = () if self.plan is None else self.plan.warnings
         self.warnings.setText("\n".join(f"⚠ {as_sentence(text)}" for text in warnings))
         fixed = self.plan is not None and self.plan.camera.f_number is not None
-        self.aperture.setEnabled(not fixed)
+        allow(self.aperture, tr("The aperture of this camera is fixed.") if fixed else None)
         self.drawing.show_plan(self.plan)
         for button in (self.save, self.print_):
-            button.setEnabled(self.plan is not None)
+            allow(button, None if self.plan is not None else str(made))
 
     def _show_figures(self, rows: list[tuple[str, str]]) -> None:
         if self.plan is not None:
@@ -363,25 +362,11 @@ class PlannerDialog(QDialog):
     def _save(self) -> None:
         if self.plan is None:
             return
-        name, chosen = QFileDialog.getSaveFileName(
-            self, tr("Save field sheet"),
-            str(Path(start_folder(self._studio)) / "field_sheet.pdf"),
-            "PDF (*.pdf);;SVG (*.svg);;HTML (*.html)",
-        )  # fmt: skip
-        if not name:
-            return
-        path = Path(name)
-        if not path.suffix:
-            path = path.with_suffix(chosen[chosen.rfind("*") + 1 : -1] or ".pdf")
-            # The dialog has asked about the name without it.
-            if path.exists() and not self._may_replace(path):
-                return
-        self.save_to(path)
-
-    def _may_replace(self, path: Path) -> bool:
-        words = tr("{file} exists already. Replace it?", file=path.name)
-        yes = QMessageBox.StandardButton.Yes
-        return QMessageBox.question(self, tr("Save field sheet"), words) == yes
+        formats = {"pdf": "PDF", "svg": "SVG", "html": "HTML"}
+        title, name = tr("Save field sheet"), "field_sheet.pdf"
+        path = ask_for_target(self, self._studio, title, name, formats)
+        if path is not None:
+            self.save_to(path)
 
     def save_to(self, path: Path) -> None:
         """Write the field sheet to a file, in the format of its ending."""

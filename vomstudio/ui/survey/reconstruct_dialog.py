@@ -37,7 +37,7 @@ from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import gigabytes
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox, file_field
+from vomstudio.ui.common.widgets import ComboBox, allow, file_field
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.reconstruction_settings import QUALITIES, ReconstructionSettings
 from vomstudio.words import tr, tr_n
@@ -268,7 +268,7 @@ class ReconstructDialog(QDialog):
         survey = self._survey
         by_control = self.by_control.isChecked()
         for row in self._control_rows:
-            row.setEnabled(by_control)
+            allow(row, None if by_control else tr("Choose placing by control points above."))
         self._facts.setVisible(by_control)
         facts = survey.control_facts if by_control else None
         self._show_points(() if facts is None else facts.points)

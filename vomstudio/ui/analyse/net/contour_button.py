@@ -38,6 +38,7 @@ class ContourButton(QToolButton):
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         theme.show_toggles(self)
         menu = QMenu(self)
+        menu.setToolTipsVisible(True)
         group = QActionGroup(self)
         self.methods = {}
         for method, title in _METHODS.items():
@@ -104,7 +105,12 @@ class ContourButton(QToolButton):
         self.each_set.setChecked(settings.contour_each_set)
         for action in (self.filled, self.each_set):
             action.setEnabled(self.method is not None)
+            action.setToolTip("" if self.method else tr("Not now: choose contours first."))
         self.sigmas[self.contouring.sigma].setChecked(True)
-        self.smoothness.setEnabled(self.method not in (None, "schmidt"))
+        smooth = self.method not in (None, "schmidt")
+        self.smoothness.setEnabled(smooth)
+        self.smoothness.menuAction().setToolTip(
+            "" if smooth else tr("Not now: only Kamb contours are smoothed.")
+        )
         # It looks pressed while there are contours.
         self.setChecked(self.method is not None)

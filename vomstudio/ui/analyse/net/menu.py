@@ -126,3 +126,4 @@ class NetMenuButton(QToolButton):
             self.sets.addSeparator()
             self.sets.addAction(tr("Show all")).triggered.connect(lambda _: self._wishes.show_all())
         self.sets.setEnabled(bool(names))
+        self.sets.menuAction().setToolTip("" if names else tr("Not now: nothing is on the net."))

@@ -12,7 +12,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
-    QFileDialog,
     QFormLayout,
     QLabel,
     QLineEdit,
@@ -33,10 +32,11 @@ from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.opening import point_spacing
 from vomstudio.products.section.extension import ExtendedPlane, extend, write_traces
 from vomstudio.ui.common.background_reading import Background
-from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.forms.model_axes import axes_of, unit_of
 from vomstudio.words import tr, tr_n
 
 FIELD = "extended_plane_m"
@@ -59,8 +59,9 @@ class ExtendDialog(QDialog):
         self.thickness.setPlaceholderText(tr("Empty: this plane alone"))
         self.error.setPlaceholderText("0")
         form = QFormLayout()
-        form.addRow(tr("Repeat at a thickness of (m)"), self.thickness)
-        form.addRow(tr("95 % error of the thickness (m)"), self.error)
+        unit = unit_of(axes_of(studio))
+        form.addRow(tr("Repeat at a thickness of ({unit})", unit=unit), self.thickness)
+        form.addRow(tr("95 % error of the thickness ({unit})", unit=unit), self.error)
         self.said = QLabel(
             tr("Places on the outcrop that lie within the 95 % error of the plane are coloured by "
                "their distance from it.")
@@ -97,7 +98,7 @@ class ExtendDialog(QDialog):
             text = field.text().strip()
             value = parse_number(text) if text else None
             if text and (value is None or not value >= 0.0):
-                self.said.setText(tr("The {name} is a length in metres, as 1.5.", name=name))
+                self.said.setText(tr("The {name} is a length, such as 1.5.", name=name))
                 return
             numbers.append(value)
         self._busy = True
@@ -115,7 +116,9 @@ class ExtendDialog(QDialog):
             return
         assert isinstance(made, ExtendedPlane)
         self.found = made
-        self.said.setText("\n".join([*_lines(made), *made.warnings]))
+        self.said.setText(
+            "\n".join([*_lines(made, metric=axes_of(self._studio).metric), *made.warnings])
+        )
         self._refresh_buttons()
         opened = self._studio.models.get(self._model_id)
         bands = made.bands
@@ -139,12 +142,11 @@ class ExtendDialog(QDialog):
         self.save_button.setToolTip(none)
 
     def _ask_for_file(self) -> None:
-        proposed = Path(start_folder(self._studio)) / f"{self._plane.name}_extended.gpkg"
-        name, _ = QFileDialog.getSaveFileName(
-            self, tr("Save the traces"), str(proposed), "GeoPackage (*.gpkg);;CSV (*.csv)"
-        )
-        if name:
-            self.save_to(Path(name if Path(name).suffix else name + ".gpkg"))
+        formats = {"gpkg": "GeoPackage", "csv": "CSV"}
+        name = f"{self._plane.name}_extended.gpkg"
+        path = ask_for_target(self, self._studio, tr("Save the traces"), name, formats)
+        if path is not None:
+            self.save_to(path)
 
     def save_to(self, path: Path) -> None:
         """Write the traces, in World."""
@@ -179,7 +181,7 @@ def _carry_on(
         return problem
 
 
-def _lines(found: ExtendedPlane) -> list[str]:
+def _lines(found: ExtendedPlane, *, metric: bool) -> list[str]:
     least = min(bed.least_error95_m for bed in found.beds)
     most = max(bed.most_error95_m for bed in found.beds)
     return [
@@ -187,13 +189,13 @@ def _lines(found: ExtendedPlane) -> list[str]:
             "{count} plane meets the model, over {length}.",
             "{count} planes meet the model, over {length}.",
             len(found.beds),
-            length=length_text(found.length_m),
+            length=length_text(found.length_m, metric=metric),
         ),
         tr(
             "Its place is known to {least} where it is known best, and to {most} at the far end "
             "(95 %).",
-            least=length_text(least),
-            most=length_text(most),
+            least=length_text(least, metric=metric),
+            most=length_text(most, metric=metric),
         ),
         tr("This is where it is if it goes on as a plane."),
     ]

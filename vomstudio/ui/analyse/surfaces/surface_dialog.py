@@ -12,7 +12,6 @@ from PySide6.QtGui import QImage, QPixmap
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
-    QFileDialog,
     QFormLayout,
     QLabel,
     QLineEdit,
@@ -36,10 +35,11 @@ from vomstudio.products.surface.patch import of_faces
 from vomstudio.products.surface.writing import FIELDS, write_deviations
 from vomstudio.tools.brush_stroke import record_figures
 from vomstudio.ui.common.background_reading import Background
-from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.forms.model_axes import axes_of, unit_of
 from vomstudio.words import tr
 
 _SIZE = (760, 520)
@@ -61,12 +61,13 @@ class SurfaceDialog(QDialog):
         self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.noise = QLineEdit()
         self.noise.setToolTip(
-            tr("Standard deviation of the heights that is the model's own, in metres. What is "
-               "smaller is not the rock's.")
+            tr("Standard deviation of the heights that is the model's own. What is smaller is "
+               "not the rock's.")
         )  # fmt: skip
         self.noise.editingFinished.connect(self.start)
         form = QFormLayout()
-        form.addRow(tr("Noise of the model (m)"), self.noise)
+        unit = unit_of(axes_of(studio))
+        form.addRow(tr("Noise of the model ({unit})", unit=unit), self.noise)
         self.said = QLabel()
         self.said.setWordWrap(True)
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -99,7 +100,7 @@ class SurfaceDialog(QDialog):
             return
         noise = parse_number(typed) if typed else None
         if typed and (noise is None or not noise >= 0.0):
-            self.said.setText(tr("The noise is a length in metres, as 0.005."))
+            self.said.setText(tr("The noise is a length, such as 0.005."))
             return
         studio, patch = self._studio, self._patch
         model, opened = studio.records.get(patch.model_id), studio.models.get(patch.model_id)
@@ -120,7 +121,7 @@ class SurfaceDialog(QDialog):
         self._part, self.found, image = made
         assert self.found is not None
         self.picture.setPixmap(QPixmap.fromImage(image))
-        self.said.setText("\n".join(in_lines(self.found)))
+        self.said.setText("\n".join(in_lines(self.found, metric=axes_of(self._studio).metric)))
         self.noise.setPlaceholderText(f"{self.found.noise_m:.3g}")
         self._refresh_buttons()
 
@@ -169,13 +170,11 @@ class SurfaceDialog(QDialog):
             self.accept()
 
     def _ask_for_file(self) -> None:
-        proposed = Path(start_folder(self._studio)) / f"{self._patch.name}_deviations.tif"
-        kinds = "GeoTIFF (*.tif);;PLY (*.ply);;CSV (*.csv)"
-        name, _ = QFileDialog.getSaveFileName(
-            self, tr("Save the map of deviations"), str(proposed), kinds
-        )
-        if name:
-            self.save_to(Path(name if Path(name).suffix else name + ".tif"))
+        formats = {"tif": "GeoTIFF", "ply": "PLY", "csv": "CSV"}
+        name = f"{self._patch.name}_deviations.tif"
+        path = ask_for_target(self, self._studio, tr("Save the map of deviations"), name, formats)
+        if path is not None:
+            self.save_to(path)
 
     def save_to(self, path: Path) -> None:
         """Write the deviations, in World."""
@@ -215,7 +214,7 @@ def _look(
     dpi = 100.0 * ratio
     figure = Figure(figsize=(_SIZE[0] / 100.0, _SIZE[1] / 100.0), dpi=dpi)
     canvas = FigureCanvasAgg(figure)
-    draw_surface(figure, found)
+    draw_surface(figure, found, metric=model.frame.has_metres)
     canvas.draw()
     pixels = np.asarray(canvas.buffer_rgba())
     height, width = pixels.shape[:2]

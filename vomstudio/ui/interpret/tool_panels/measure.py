@@ -15,7 +15,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking
 from vomstudio.words import to_translate, tr
 
@@ -78,11 +78,9 @@ class MeasurePanel(QWidget):
         self._form.setRowVisible(self.plane_box, across)
         if across:
             self.plane_box.show_plane(tool.plane_id)
+        keeps = tr("A continued measurement keeps its kind and plane.")
         for field in (self.kind_box, self.plane_box):
-            field.setEnabled(not tool.continued)
-        self.kind_box.setToolTip(
-            tr("Not now: A continued measurement keeps its kind.") if tool.continued else ""
-        )
+            allow(field, keeps if tool.continued else None)
         measured = tool.measurement
         lines = []
         if measured and measured.dimension:

@@ -11,7 +11,7 @@ from vomstudio.ui.common import file_filters, theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking
 from vomstudio.words import tr
 
@@ -86,15 +86,9 @@ class StationPanel(QWidget):
         for edit, text in ((self.number_edit, now.number), (self.photo_edit, now.photo)):
             if edit.text() != text and not (edit.hasFocus() and edit.isModified()):
                 edit.setText(text)
-        why = (
-            tr("Not now: These of a continued station are changed in Properties.")
-            if tool.continued
-            else ""
-        )
+        why = tr("These of a continued station are changed in Properties.")
         for field in (self.what_box, self.number_edit, self.photo_edit, self.browse):
-            field.setEnabled(not why)
-        for field in (self.what_box, self.number_edit, self.photo_edit):
-            field.setToolTip(why)
+            allow(field, why if tool.continued else None)
         self._hint.setVisible(not tool.open)
         self.table.refresh()
 

@@ -1,0 +1,61 @@
+"""On a small screen docks are low: what does not fit is scrolled to, and nothing lies over anything
+else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import pytest
+from PySide6.QtWidgets import QApplication, QBoxLayout, QLabel, QTableWidget, QWidget
+
+from tests import driver
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.ui.common.widgets import LowTable
+
+
+def wrong(top: QWidget) -> Iterator[str]:
+    """Rows of columns that overlap, and words of several lines that have too little height."""
+    for widget in (top, *top.findChildren(QWidget)):
+        column = widget.layout()
+        if not isinstance(column, QBoxLayout) or not widget.isVisibleTo(top):
+            continue
+        if column.direction() != QBoxLayout.Direction.TopToBottom:
+            continue
+        rows = [column.itemAt(i).widget() for i in range(column.count())]
+        shown = [row for row in rows if row is not None and row.isVisibleTo(widget)]
+        for above, below in pairwise(shown):
+            if above.geometry().bottom() >= below.geometry().top():
+                yield f"{above.objectName() or above} lies over {below.objectName() or below}"
+    for label in top.findChildren(QLabel):
+        if label.isVisibleTo(top) and label.wordWrap() and label.text():
+            least = label.heightForWidth(label.width())
+            if label.height() < least:
+                yield f"{label.height()} of {least}: {label.text()[:60]}"
+
+
+@pytest.mark.parametrize("height", [720, 520])
+def test_in_low_docks_nothing_lies_over_anything_else(window, studio, height) -> None:
+    add_cliff(studio)
+    for number in range(4):
+        add_bed(studio, f"b{number}", dip=0.1 * number)
+    studio.selection.set(["b1"])
+    window.resize(1280, height)
+    found = {}
+    for workspace in ("model", "register", "interpret", "analyse", "views"):
+        window.workspaces.switch(workspace)
+        for name in window.docks.own:
+            window.docks[name].raise_()
+            QApplication.processEvents()
+            driver.pause(30)
+            if said := list(wrong(window.docks[name])):
+                found[f"{workspace} {name}"] = said
+    assert found == {}
+
+
+def test_a_low_table_asks_for_its_least_height(qtbot) -> None:
+    low, usual = LowTable(0, 3), QTableWidget(0, 3)
+    for table in (low, usual):
+        qtbot.addWidget(table)
+        table.setMinimumHeight(90)
+    assert low.sizeHint().height() == 90 < usual.sizeHint().height()

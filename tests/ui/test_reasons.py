@@ -1,0 +1,106 @@
+"""Whatever cannot be used says why, in every panel and in every state that it is in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QLineEdit,
+    QWidget,
+)
+
+from tests import driver
+from tests.samples import ZIGZAG
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import edits
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.station import Station
+from vomstudio.tools.measure import MeasureTool
+from vomstudio.tools.station import StationTool
+from vomstudio.ui.common.widgets import allow
+
+CONTROLS = (QAbstractButton, QComboBox, QLineEdit, QAbstractSpinBox)
+
+
+def silent(top: QWidget) -> Iterator[str]:
+    """What in a panel is disabled and has no tooltip, nor stands in something that has one."""
+    for control in top.findChildren(QWidget):
+        if not isinstance(control, CONTROLS) or control.isEnabled():
+            continue
+        if not control.isVisibleTo(top) or isinstance(control.parentWidget(), QAbstractSpinBox):
+            continue
+        above: QWidget | None = control
+        while above is not None and above is not top and not above.toolTip():
+            above = above.parentWidget()
+        if above is None or above is top:
+            text = getattr(control, "text", lambda: "")()
+            yield f"{type(control).__name__} {control.objectName()} {text!r}"
+
+
+def all_panels(window) -> dict[str, list[str]]:
+    found = {}
+    for name in window.docks:
+        window.docks[name].show()
+        window.docks[name].raise_()
+        QApplication.processEvents()
+        driver.pause(20)
+        if said := list(silent(window.docks[name])):
+            found[name] = said
+    return found
+
+
+def test_panels_without_a_model_say_why_their_controls_are_disabled(window) -> None:
+    assert all_panels(window) == {}
+
+
+@pytest.mark.parametrize("tool", ["trace", "patch", "line", "measure", "station", "lithology"])
+def test_panels_of_a_project_do_so_too(window, studio, tool) -> None:
+    add_cliff(studio)
+    add_bed(studio)
+    studio.selection.set(["t1"])
+    studio.activate(tool)
+    assert all_panels(window) == {}
+
+
+def test_what_cannot_be_chosen_while_something_is_continued_says_so(window, studio) -> None:
+    add_cliff(studio)
+    length = Dimension("d1", "D01", "distance", "m1", "0" * 64, ZIGZAG[:2])
+    place = Station("s1", "S1", "m1", "0" * 64, ZIGZAG[:1])
+    assert studio.attempt(edits.add_features, [length, place])
+    for kind, id_ in ((MeasureTool, "d1"), (StationTool, "s1")):
+        tool = studio.tool_of(kind)
+        studio.activate(tool.name)
+        tool.continue_feature(id_)
+        assert list(silent(window.docks["tool"])) == []
+        tool.cancel()
+
+
+def test_fractures_that_are_counted_everywhere_need_no_place(window) -> None:
+    window.docks["fractures"].show()
+    panel = window.docks["fractures"].widget().widget()
+    for row in range(panel.counted_in.count()):
+        panel.counted_in.setCurrentIndex(row)
+        assert list(silent(panel)) == []
+
+
+def test_a_reason_goes_and_the_own_tooltip_comes_back(qtbot) -> None:
+    field = QLineEdit()
+    qtbot.addWidget(field)
+    field.setToolTip("A length.")
+    allow(field, "nothing is open")
+    assert not field.isEnabled()
+    assert field.toolTip() == "Not now: nothing is open"
+    allow(field, "it runs")
+    assert field.toolTip() == "Not now: it runs"
+    allow(field, None)
+    assert field.isEnabled()
+    assert field.toolTip() == "A length."
+    field.setToolTip("Another length.")
+    allow(field, "it runs")
+    allow(field, None)
+    assert field.toolTip() == "Another length."

@@ -1,0 +1,78 @@
+"""A model of unknown scale has no metres: what panels say of lengths names units then."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from PySide6.QtWidgets import QLabel, QTableWidget
+
+from tests.samples import ZIGZAG
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import edits
+from vomstudio.document.records import Frame
+
+METRES = re.compile(r"\(m\)|\(1σ, m\)| m\b|metres")
+DOCKS = (
+    "displacement", "three_points", "bed_log", "section", "elevation", "fractures", "looked_at",
+    "display",
+)  # fmt: skip
+
+
+def said(window, dock: str) -> str:
+    """Titles of rows and columns, and sentences."""
+    top = window.docks[dock].widget()
+    texts = [label.text() for label in top.findChildren(QLabel)]
+    for table in top.findChildren(QTableWidget):
+        heads = (table.horizontalHeaderItem(i) for i in range(table.columnCount()))
+        texts += [head.text() for head in heads if head is not None]
+    return "\n".join(texts)
+
+
+@pytest.mark.parametrize("dock", DOCKS)
+def test_no_panel_speaks_of_metres_where_the_scale_is_unknown(window, studio, dock) -> None:
+    add_cliff(studio, Frame("undeclared"))
+    window.docks[dock].show()
+    assert not METRES.search(said(window, dock)), said(window, dock)
+    assert "units" in said(window, dock)
+    frame = Frame("local", up_axis="z", unit_m=1.0)
+    assert studio.attempt(edits.declare_frame, "m1", frame)
+    assert "units" not in said(window, dock)
+    assert METRES.search(said(window, dock))
+    studio.undo()
+    assert "units" in said(window, dock)
+
+
+def test_displacement_is_told_in_units_of_the_model(window, studio) -> None:
+    add_cliff(studio, Frame("undeclared"))
+    steep = tuple((0.02 * z + 0.01 * y, x, 3.0 * y + z) for x, y, z in ZIGZAG)
+    add_bed(studio, "f1", "F", vertices=steep, type_id="fault")
+    for id_, side in (("b1", -2.0), ("b2", 2.0)):
+        low = [(x + side, y, 0.1 * x + side) for x, y, _ in ZIGZAG]
+        add_bed(studio, id_, id_, vertices=tuple(low))
+    panel = window.docks["displacement"].widget().widget()
+    window.docks["displacement"].show()
+    studio.selection.set(["f1"])
+    panel.fault.take.click()
+    studio.selection.set(["b1", "b2"])
+    panel.add.click()
+    panel.show_now()
+    assert panel.answered is not None, panel.said.text()
+    assert "units, with 95 % errors" in panel.said.text()
+    assert " m " not in panel.said.text()
+
+
+def test_points_that_are_taken_do_not_make_their_misfit_a_known_error(window, studio) -> None:
+    """The misfit of a few points is known as well as so few can tell it: Student and Fisher."""
+    add_cliff(studio)
+    five = ((0, 0, 0), (2, 0.3, 0.1), (4, 0, -0.1), (6, 0.4, 0.1), (8, 0.1, 0.0))
+    add_bed(studio, "t1", vertices=five)
+    window.docks["three_points"].show()
+    panel = window.docks["three_points"].widget().widget()
+    studio.selection.set(["t1"])
+    panel.take.click()
+    panel.show_now()
+    taken = panel.found.max_error95_deg
+    panel.sigma.setText(f"{studio.measured(['t1'])['t1'].fit.rms}")
+    panel.show_now()
+    assert taken > 2.0 * panel.found.max_error95_deg
