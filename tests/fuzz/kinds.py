@@ -87,6 +87,7 @@ _TEXT = "vomstudio.io.text."
 _OBSERVED = f"{_CONTROL}observation_tables"
 _control = _of(f"{_CONTROL}control_files", "read_control")
 _marks = _of(f"{_CONTROL}control_files", "read_marks")
+_RESULTS = "vomstudio.photogrammetry.pipeline.photo_results"
 _cameras = _of("vomstudio.io.photos.own_cameras.reading", "read_own_cameras")
 _lines = _of("vomstudio.io.gis.line_reading", "read_gis_lines")
 
@@ -125,6 +126,40 @@ def _run(path: Path) -> object:
     from vomstudio.io.project.reconstructions import asked, read_reconstruction
 
     return asked(path.parent), read_reconstruction(path.parent, "p", "run")
+
+
+def _of_folder(module: str, name: str, loader: str = "") -> Callable[[Path], object]:
+    """A reader of the folder that a file is in, or of what a stage has left."""
+
+    def read(path: Path) -> object:
+        import importlib
+
+        found = importlib.import_module(module)
+        if loader:
+            return found.load_result(getattr(found, name), path)
+        return getattr(found, name).load(path.parent)
+
+    return read
+
+
+def _listed(path: Path) -> object:
+    from vomstudio.document.records import Frame, Model
+    from vomstudio.io.project.listed_import import read_listed
+
+    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("crs", "EPSG:32633"))
+    return read_listed(path, model, {"m1": model}, "EPSG:32633")
+
+
+def _features(path: Path) -> object:
+    from vomstudio.photogrammetry.align.features import Features
+
+    return Features.load(path)
+
+
+def _depths(path: Path) -> object:
+    from vomstudio.photogrammetry.dense.depthmaps import DepthMap
+
+    return DepthMap.load(path)
 
 
 def _comparison(path: Path) -> object:
@@ -171,6 +206,15 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
         "l.geojson", "l.gpkg", "l.shp", "l.dxf",
     )},
     "area.geojson": ("area.geojson", _area),
+    "k.kml": ("k.kml", _layer),
+    "stations.csv": ("stations.csv", _listed),
+    "contacts.geojson": ("contacts.geojson", _listed),
+    "w.tif": ("w.tif", _model),
+    "scene.npz": ("scene.npz", _of_folder("vomstudio.photogrammetry.base.scene", "SparseScene")),
+    "cloud.npz": ("cloud.npz", _of_folder(_RESULTS, "load_cloud", "load_result")),
+    "mesh.npz": ("mesh.npz", _of_folder(_RESULTS, "load_mesh", "load_result")),
+    "features.npz": ("features.npz", _features),
+    "depth.npz": ("depth.npz", _depths),
     "drawn.svg": ("drawn.svg", _drawing),
     "settings.toml": ("settings.toml", _settings),
     "journal.sqlite": ("journal.sqlite", _journal),
@@ -192,6 +236,7 @@ def seeds() -> dict[str, Files]:
         found |= {name: {name: data} for name, data in _pictures().items()}
         found |= _of_several(place / "several", found)
         found |= _other_cameras(place / "cameras") | _layers(place / "layers")
+        found |= _stages(place / "stages") | _with_world_file(place / "world")
     missing = READERS.keys() - found.keys()
     assert not missing, missing
     return {kind: found[kind] for kind in READERS}
@@ -326,6 +371,12 @@ def _texts() -> Files:
         "markers.xml": "<SetOfMesureAppuisFlottants><MesureAppuiFlottant1Im><NameIm>p.jpg</NameIm>"
         "<OneMesureAF1I><NamePt>a</NamePt><PtIm>10 20</PtIm></OneMesureAF1I>"
         "</MesureAppuiFlottant1Im></SetOfMesureAppuisFlottants>",
+        "stations.csv": "# CRS: EPSG:32633\nname,x,y,z,type,number,wkt\na,1,2,3,sample,KB-17,\n"
+        "b,4,5,6,station,,POINT Z (4 5 6)\n",
+        "contacts.geojson": json.dumps(_geojson("LineString", [[1, 2, 3], [4, 5, 6]])),
+        "k.kml": '<kml xmlns="http://www.opengis.net/kml/2.2"><Document><Placemark><name>a</name>'
+        "<LineString><coordinates>7,46,1 7.1,46.1,2</coordinates></LineString></Placemark>"
+        "</Document></kml>",
         "area.geojson": json.dumps(_geojson("Polygon", [[[0, 0], [9, 0], [9, 9], [0, 0]]])),
         "cameras.json": json.dumps(cameras),
     }  # fmt: skip
@@ -446,6 +497,65 @@ def _other_cameras(folder: Path) -> dict[str, Files]:
             for name in ("cameras.xml", "reconstruction.json")
         },
         "shots.geojson": {"shots.geojson": json.dumps(shots).encode()},
+    }
+
+
+def _with_world_file(folder: Path) -> dict[str, Files]:
+    """A height model whose place, values without heights, and unit stand beside it."""
+    import rasterio
+    from rasterio.errors import NotGeoreferencedWarning
+
+    folder.mkdir()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NotGeoreferencedWarning)
+        with rasterio.open(
+            folder / "w.tif", "w", driver="GTiff", width=8, height=8, count=1, dtype="float32"
+        ) as file:
+            file.write(np.random.default_rng(3).random((1, 8, 8), np.float32))
+    auxiliary = (
+        '<PAMDataset><PAMRasterBand band="1"><NoDataValue>-99</NoDataValue><UnitType>m</UnitType>'
+        '<Metadata><MDI key="STATISTICS_MAXIMUM">1</MDI></Metadata></PAMRasterBand></PAMDataset>'
+    )
+    return {
+        "w.tif": {
+            "w.tif": (folder / "w.tif").read_bytes(),
+            "w.tfw": b"1\n0\n0\n-1\n500000\n5200000\n",
+            "w.tif.aux.xml": auxiliary.encode(),
+            "w.prj": b'LOCAL_CS["a",UNIT["metre",1]]',
+        }
+    }
+
+
+def _stages(folder: Path) -> dict[str, Files]:
+    """What a reconstruction leaves for its next run."""
+    from vomstudio.geometry.cloud import PointCloud
+    from vomstudio.geometry.mesh import Mesh
+    from vomstudio.photogrammetry.align.features import Features
+    from vomstudio.photogrammetry.base.scene import SparseScene, view_to_dict
+    from vomstudio.photogrammetry.pipeline.photo_results import save_cloud, save_mesh
+
+    folder.mkdir()
+    points = np.eye(3)
+    save_cloud(folder / "cloud.npz", PointCloud(points, np.zeros((3, 3), np.uint8)))
+    save_mesh(folder / "mesh.npz", Mesh(points, np.array([[0, 1, 2]], np.int32)))
+    Features(
+        np.zeros((2, 6), np.float32),
+        np.zeros((2, 128), np.uint8),
+        np.zeros((2, 3), np.uint8),
+        32,
+        24,
+    ).save(folder / "features.npz")
+    made = SPECIMENS / "schema1.vom" / "reconstruction" / "photos-preview" / "work"
+    scene = next(made.glob("frame-*"))
+    depth = folder / "depth.npz"
+    view = json.dumps(view_to_dict(SparseScene.load(scene).views[0]))
+    np.savez(depth, view=np.array(view), depth=points, normals=points, confidence=points)
+    return {
+        "scene.npz": {name: (scene / name).read_bytes() for name in ("scene.npz", "scene.json")},
+        **{
+            name: {name: (folder / name).read_bytes()}
+            for name in ("cloud.npz", "mesh.npz", "features.npz", "depth.npz")
+        },
     }
 
 

@@ -21,6 +21,7 @@ import multiprocessing
 import random
 import resource
 import shutil
+import stat
 import struct
 import sys
 import tempfile
@@ -86,14 +87,14 @@ def mutated(data: bytes, others: list[bytes], chance: random.Random) -> bytes:
 
 
 # --- reading ----------------------------------------------------------------------------------
-def _outcome(kind: str, folder: Path) -> str:
+def _outcome(kind: str, folder: Path, given: Path | None = None) -> str:
     from vomstudio.errors import VomError
 
     main, read = READERS[kind]
     names = {path.name for path in folder.rglob("*")} | {folder.name}
     begun = time.monotonic()
     try:
-        read(folder / main)
+        read(given or folder / main)
         found = "read"
     except VomError as error:
         named = any(name in str(error) for name in names)
@@ -140,17 +141,23 @@ def _serve(link: Any) -> None:
     """Reads what it is told to, until it is told nothing."""
     known: set[tuple[str, int]] = set()
     while (asked := link.recv()) is not None:
-        kind, folder, traced = asked
-        size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+        kind, folder, traced, main = asked
+        size = sum(map(_bytes_on_disk, folder.rglob("*")))
         limit = _held() + FREE_BYTES + 20 * size
         resource.setrlimit(resource.RLIMIT_DATA, (limit, resource.RLIM_INFINITY))
         begun = time.monotonic()
-        outcome = _outcome(kind, folder)
+        outcome = _outcome(kind, folder, main)
         quick = time.monotonic() - begun < _TRACED_S
         new = _lines_of(kind, folder) - known if traced and quick else frozenset()
         known |= new
         resource.setrlimit(resource.RLIMIT_DATA, (resource.RLIM_INFINITY,) * 2)
         link.send((outcome, new))
+
+
+def _bytes_on_disk(path: Path) -> int:
+    """Of a file; holes count for nothing, and neither does what a link leads to."""
+    facts = path.lstat()
+    return min(facts.st_size, facts.st_blocks * 512) if stat.S_ISREG(facts.st_mode) else 0
 
 
 def _held() -> int:
@@ -175,9 +182,12 @@ class Reader:
         theirs.close()
         self._fresh = True
 
-    def outcome(self, kind: str, folder: Path, *, traced: bool = False) -> tuple[str, Lines]:
-        """What became of the file, and lines that this process has not run before."""
-        self._link.send((kind, folder, traced))
+    def outcome(
+        self, kind: str, folder: Path, *, traced: bool = False, main: Path | None = None
+    ) -> tuple[str, Lines]:
+        """What became of the file, or of `main` in its place, and lines that this process has not
+        run before."""
+        self._link.send((kind, folder, traced, main))
         try:
             # The first file of a process waits for imports.
             if self._link.poll(LONGEST_S * (12 if self._fresh else 4)):
@@ -263,7 +273,7 @@ def campaign(
                 bent = number >= len(given)
                 kind, name, files = pool.bent() if bent else given[number]
                 place = Path(made) / f"f{number}.vom"
-                _lay(files, place)
+                lay(files, place)
                 found, lines = reader.outcome(kind, place, traced=guided)
                 shutil.rmtree(place)
                 counts[found if found.islower() else "wrong"] += 1
@@ -279,7 +289,7 @@ def campaign(
     return counts, wrong, pool
 
 
-def _lay(files: Files, place: Path) -> None:
+def lay(files: Files, place: Path) -> None:
     for name, data in files.items():
         (place / name).parent.mkdir(parents=True, exist_ok=True)
         (place / name).write_bytes(data)

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from tests.fuzz import projects, readers
+from tests.fuzz import hostile, projects, readers
 
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="the readers' limits are Linux's"
@@ -70,3 +70,15 @@ def test_a_name_that_is_a_number_is_named_and_left_aside(tmp_path_factory) -> No
     assert id_ not in opened.session.records
     assert any(f"row {row[0]} " in said and "name" in said for said in opened.problems)
     opened.close()
+
+
+def test_folders_that_somebody_has_prepared_hold_nobody_up() -> None:
+    counts, wrong = hostile.campaign(120, seed=7)
+    assert wrong == []
+    assert counts["read"] > 60
+
+
+def test_archives_that_lie_are_read_or_refused_by_name() -> None:
+    counts, wrong = hostile.campaign(60, seed=7, only="cloud.npz")
+    assert wrong == []
+    assert counts["read"] > 0

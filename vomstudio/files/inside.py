@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from vomstudio.errors import TargetError
+from vomstudio.files.regular import is_regular
 from vomstudio.words import tr
 
 PROJECT_SUFFIX = ".vom"
@@ -95,10 +96,14 @@ def make_folder(path: str | Path, root: str | Path | None = None) -> Path:
 
 
 def refuse_links(folder: str | Path) -> None:
-    """Raises TargetError for the first link in a folder or in folders below it."""
+    """Raises TargetError for the first link, pipe or device in a folder or in folders below it."""
     for here, folders, names in os.walk(folder):
         for name in (*folders, *names):
-            place_inside(Path(here, name), here)
+            place = place_inside(Path(here, name), here)
+            if name in names and place.exists() and not is_regular(place):
+                raise TargetError(
+                    tr("This is a device or pipe, for which nobody waits. Remove it."), file=place
+                )
 
 
 def links_of(folder: str, names: Iterable[str]) -> set[str]:

@@ -6,6 +6,7 @@ itself when the process dies, and pid and host can be read by others while it is
 
 from __future__ import annotations
 
+import contextlib
 import os
 import platform
 import sqlite3
@@ -14,6 +15,7 @@ from pathlib import Path
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import check_beside
+from vomstudio.files.regular import is_regular
 from vomstudio.words import to_translate, tr
 
 _HOLDER = "CREATE TABLE holder (pid INTEGER, host TEXT)"
@@ -27,7 +29,7 @@ class FolderLock:
     def __init__(self, path: Path, busy: str, unwritable: str, patience_s: float = 0.0) -> None:
         """Raises InputError that says who holds it, TargetError where it cannot be written."""
         for name in (path.name, f"{path.name}-journal", f"{path.name}-wal", f"{path.name}-shm"):
-            check_beside(path.with_name(name))
+            _remove_odd(check_beside(path.with_name(name)))
         for attempt in (1, 2):
             try:
                 self._db = sqlite3.connect(
@@ -69,6 +71,13 @@ class FolderLock:
     def release(self) -> None:
         if hasattr(self, "_db"):
             self._db.close()
+
+
+def _remove_odd(path: Path) -> None:
+    """A pipe or device, for which SQLite would wait, is no lock, and protects nobody."""
+    if path.exists() and not path.is_dir() and not is_regular(path):
+        with contextlib.suppress(OSError):
+            path.unlink()
 
 
 def _remove(path: Path) -> str | None:

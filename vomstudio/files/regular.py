@@ -41,6 +41,30 @@ def require_regular(path: str | Path) -> None:
         raise InputError(tr("This is no file with content (a folder, device or pipe)."), file=path)
 
 
+def require_regular_beside(path: str | Path) -> None:
+    """For libraries that look for files beside one that they open: raises InputError for the first
+    device, pipe or socket whose name begins as that of the file does, whatever it ends in. It would
+    be waited for without end."""
+    shown = Path(path)
+    begins = shown.stem.casefold()
+    try:
+        with os.scandir(shown.parent) as entries:
+            names = [e.name for e in entries if e.name.casefold().startswith(begins)]
+    except (OSError, ValueError):
+        return
+    for name in sorted(names):
+        beside = shown.parent / name
+        try:
+            mode = os.stat(beside).st_mode
+        except OSError:
+            continue
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+            raise InputError(
+                tr("This lies beside {file} and is a device or pipe. Remove it.", file=shown.name),
+                file=beside,
+            )
+
+
 def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
     """The content of a file of at most `limit` bytes.
 
@@ -50,9 +74,11 @@ def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
     # Without waiting, should a pipe have taken the place of the file since it was looked at.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY)
     with os.fdopen(descriptor, "rb") as file:
-        # Room is made for what is asked for: so for no more than there is.
-        data = file.read(min(os.fstat(descriptor).st_size, limit) + 1)
-    if len(data) > limit:
+        # Room is made for what is asked for: so for no more than there is, and for nothing of what
+        # is too large.
+        size = os.fstat(descriptor).st_size
+        data = file.read(size + 1) if size <= limit else b""
+    if max(size, len(data)) > limit:
         raise InputError(
             tr(
                 "The file is larger than {limit} MB, which no file of its kind is.",

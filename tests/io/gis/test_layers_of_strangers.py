@@ -16,9 +16,12 @@ import pyogrio
 import pytest
 import shapely
 
+from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError
 from vomstudio.io.gis.drawn_layers import read_area, read_lines
 from vomstudio.io.gis.line_reading import read_gis_lines
+from vomstudio.io.project.listed_import import read_listed
+from vomstudio.io.text.set_columns import rings_of
 from vomstudio.registration.by_model.stable import in_polygons
 
 SQUARE = [[0, 0], [300, 0], [300, 400], [0, 0]]
@@ -141,3 +144,61 @@ def test_a_kml_says_what_has_stayed_where_it_was(tmp_path: Path) -> None:
     )
     inside, _ = in_polygons(np.array([[0.5, 0.0, 0.0], [9.0, 9.0, 0.0]]), tmp_path / "a.kml")
     assert inside.tolist() == [True, False]
+
+
+@pytest.mark.parametrize("name", ["stations.geojson", "contacts.gpkg", "contacts.vrt", "a.kml"])
+def test_no_virtual_layer_of_stations_and_contacts_is_opened(
+    tmp_path: Path, asked: tuple[str, list[str]], name: str
+) -> None:
+    address, pages = asked
+    geojson(tmp_path / "private.geojson", "LineString", {})
+    for source in (f"/vsicurl/{address}x.geojson", str(tmp_path / "private.geojson")):
+        (tmp_path / name).write_text(
+            f'<OGRVRTDataSource><OGRVRTLayer name="contacts"><SrcDataSource>{source}'
+            "</SrcDataSource><SrcLayer>private</SrcLayer></OGRVRTLayer></OGRVRTDataSource>"
+        )
+        with pytest.raises(InputError, match=name):
+            _listed(tmp_path / name)
+    assert pages == []
+
+
+def test_a_table_of_stations_of_any_bytes(tmp_path: Path) -> None:
+    path = tmp_path / "stations.csv"
+    for data in (
+        b"name,x,y,z\na,1,2,3\n" + b"b," + b"9" * 200_000 + b",2,3\n", b"\xff\xfe\x00",
+        b"name,x,y,z\n\xed\xa0\x80,1,2,3\n", b"name,x,y,z\n\"a\0,1,2\n" * 3,
+    ):  # fmt: skip
+        path.write_bytes(data)
+        with pytest.raises(InputError, match=r"stations\.csv"):
+            _listed(path)
+
+
+def _listed(path: Path) -> Any:
+    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("crs", "EPSG:32633"))
+    return read_listed(path, model, {"m1": model}, "EPSG:32633")
+
+
+@pytest.mark.parametrize("deep", [20, 1000, 300_000])
+def test_a_shape_nested_without_end_ends_no_process(tmp_path: Path, deep: int) -> None:
+    """GEOS goes down with every bracket, to the end of the stack."""
+    text = "GEOMETRYCOLLECTION Z (" * deep + "POINT Z (1 2 3)" + ")" * deep
+    path = tmp_path / "stations.csv"
+    path.write_text(f'name,wkt\na,"{text}"\n')
+    with pytest.raises(InputError, match=r"stations\.csv"):
+        _listed(path)
+    with pytest.raises(shapely.errors.GEOSException):
+        rings_of(["POLYGON Z ((0 0 1, 1 0 1, 1 1 1, 0 0 1))", None, text])
+    many = ", ".join("((0 0 1, 1 0 1, 1 1 1, 0 0 1))" for _ in range(50))
+    assert [len(ring) for ring in rings_of([f"MULTIPOLYGON Z ({many})", None])] == [3, 0]
+
+
+def test_a_table_that_names_no_known_crs_and_odd_areas(tmp_path: Path) -> None:
+    path = tmp_path / "lithologies.csv"
+    ring = "POLYGON Z ((0 0 1, 1 0 1, 1 1 1, 0 0 1))"
+    for crs in ("EPSG:3>", "EPSG:" + "9" * 70, "EPSG:326338"):
+        path.write_text(f'# CRS: {crs}\nname,wkt\na,"{ring}"\n')
+        with pytest.raises(InputError, match="no coordinate reference system that is known"):
+            _listed(path)
+    for area in ("inf", "nan", "-1", "1e999", "x"):
+        path.write_text(f'# CRS: EPSG:32633\nname,area_m2,wkt\na,{area},"{ring}"\n')
+        assert _listed(path).features[0].area is None

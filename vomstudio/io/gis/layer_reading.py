@@ -16,7 +16,7 @@ from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.files.names import utf8_name
-from vomstudio.files.regular import require_regular
+from vomstudio.files.regular import require_regular, require_regular_beside
 from vomstudio.words import tr
 
 NO_NETWORK = {"GDAL_HTTP_PROXY": "127.0.0.1:9", "GDAL_HTTPS_PROXY": "127.0.0.1:9"}
@@ -42,6 +42,7 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
     from pyogrio.errors import DataLayerError, DataSourceError, FeatureError, GeometryError
 
     require_regular(path)
+    require_regular_beside(path)
     try:
         with open(path, "rb") as file:
             head = file.read(_HEAD)

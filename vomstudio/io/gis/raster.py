@@ -19,6 +19,7 @@ import numpy as np
 
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.names import utf8_name
+from vomstudio.files.regular import require_regular_beside
 from vomstudio.words import tr
 
 BLOCK = 512
@@ -116,6 +117,7 @@ def size_and_bands(path: Path) -> tuple[int, int, list[str]]:
     import rasterio
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
+    require_regular_beside(path)
     try:
         with warnings.catch_warnings(), libtiff_silent(), rasterio.Env():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)

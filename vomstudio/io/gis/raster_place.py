@@ -19,8 +19,10 @@ def place_on_map(path: Path) -> dict[str, Any] | None:
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
     from vomstudio.files.names import utf8_name
+    from vomstudio.files.regular import require_regular_beside
 
     try:
+        require_regular_beside(path)
         with warnings.catch_warnings(), libtiff_silent(), rasterio.Env():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with utf8_name(path) as named, rasterio.open(named, driver="GTiff") as dataset:

@@ -19,6 +19,7 @@ from vomstudio.document.journal import Replay, Row, RowKind, replay
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.disk_troubles import not_written
 from vomstudio.files.inside import check_beside
+from vomstudio.files.regular import require_regular
 from vomstudio.io.project.journal_connection import JournalConnection
 from vomstudio.io.project.journal_ground import (
     Ground,
@@ -93,7 +94,7 @@ class SqliteJournal:
 
     def _open(self, create: bool) -> None:
         path = self.path
-        _refuse_links(path)
+        _check_side_files(path)
         if create and path.exists():
             raise TargetError(tr("There is already a project here."), file=path)
         if not create and not path.is_file():
@@ -398,10 +399,11 @@ def read_replay(folder: Path) -> Replay:
     return read_schema_and_replay(folder)[1]
 
 
-def _refuse_links(path: Path) -> None:
-    """SQLite writes beside a journal, even while it reads. Raises TargetError."""
+def _check_side_files(path: Path) -> None:
+    """SQLite writes beside a journal, even while it reads, and waits for a pipe. Raises TargetError
+    for links, InputError for what is no file."""
     for ending in ("", "-journal", "-wal", "-shm"):
-        check_beside(path.with_name(path.name + ending))
+        require_regular(check_beside(path.with_name(path.name + ending)))
 
 
 def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
@@ -413,7 +415,7 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
             tr("This is not a VOM Studio project (a folder with journal.sqlite). Check the name."),
             file=folder,
         )
-    _refuse_links(path)
+    _check_side_files(path)
     try:
         return _read_without_hold(path)
     except sqlite3.Error as error:

@@ -4,6 +4,7 @@ drew in three dimensions under the same names of layers and columns."""
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,10 +19,13 @@ from vomstudio.document.kinds.lithology import Lithology
 from vomstudio.document.kinds.station import WHATS, Station, What
 from vomstudio.document.records import Feature, FeatureType, Model, Point, Record
 from vomstudio.errors import InputError
+from vomstudio.files.regular import read_small
 from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import ring_area
 from vomstudio.geometry.places import why_no_coordinate, why_not_at
+from vomstudio.io.text.encodings import text_of
+from vomstudio.io.text.shape_texts import shapes_of
 from vomstudio.tables.listed_tables import WKT
 from vomstudio.words import tr
 
@@ -29,6 +33,7 @@ Floats = npt.NDArray[np.float64]
 AreaInside = Callable[[Floats], float | None]
 LAYERS = ("stations", "contacts", "lithologies")
 _DEGREES = "EPSG:4326"
+_LARGEST_TABLE = 256 << 20
 
 
 @dataclass(frozen=True)
@@ -148,7 +153,8 @@ def _feature(
             value = float(told)
         except ValueError:
             value = 0.0
-        area = value / scale**2 if value >= 0.5 * ring_area(points) > 0.0 else None
+        sound = math.isfinite(value) and value >= 0.5 * ring_area(points) > 0.0
+        area = value / scale**2 if sound else None
     return replace(made, area=area)
 
 
@@ -162,8 +168,12 @@ def _in_frame(row: _Row, crs: str | None) -> Floats | str:
         return tr("it has no heights; draw it in three dimensions.")
     if row.crs is not None and crs is not None:
         from pyproj import CRS, Transformer
+        from pyproj.exceptions import CRSError
 
-        here, there = CRS.from_user_input(row.crs), CRS.from_user_input(crs)
+        try:
+            here, there = CRS.from_user_input(row.crs), CRS.from_user_input(crs)
+        except CRSError:
+            return tr("the file names no coordinate reference system that is known.")
         if not here.equals(there, ignore_axis_order=True):
             turn = Transformer.from_crs(here, there, always_xy=True)
             x, y = turn.transform(points[:, 0], points[:, 1])
@@ -190,26 +200,36 @@ def _layer_word(name: str) -> str:
 def _layers(path: Path) -> Iterator[_Row]:
     import pyogrio
     import shapely
-    from pyogrio.errors import DataLayerError, DataSourceError, GeometryError
+
+    from vomstudio.io.gis.layer_reading import layers_of
 
     try:
-        named = [(str(name), _layer_word(str(name))) for name, _ in pyogrio.list_layers(path)]
-        if len(named) == 1 and not named[0][1]:
-            named = [(named[0][0], _layer_word(path.stem))]
-        for name, layer in named:
-            if not layer:
-                continue
-            about, _, raw, columns = pyogrio.raw.read(path, layer=name)
-            crs = about["crs"] or (_DEGREES if path.suffix.lower() == ".kml" else None)
-            fields = [str(field).casefold() for field in about["fields"]]
-            for i, shape in enumerate(shapely.from_wkb(raw)):
-                told = {f: c[i] for f, c in zip(fields, columns, strict=True)}
-                for points in _points(shape):
-                    yield _Row(layer, points, told, crs)
-    except (DataSourceError, DataLayerError, GeometryError, shapely.GEOSException) as error:
-        raise InputError(
-            tr("This is no file of vectors that can be read ({error}).", error=error), file=path
-        ) from error
+        with layers_of(path, lambda: _unreadable(path)) as file:
+            named = [(str(name), _layer_word(str(name))) for name, _ in pyogrio.list_layers(file)]
+            if len(named) == 1 and not named[0][1]:
+                named = [(named[0][0], _layer_word(path.stem))]
+            for name, layer in named:
+                if not layer:
+                    continue
+                about, _, raw, columns = pyogrio.raw.read(file, layer=name)
+                crs = about["crs"] or (_DEGREES if path.suffix.lower() == ".kml" else None)
+                fields = [str(field).casefold() for field in about["fields"]]
+                for i, shape in enumerate(shapely.from_wkb(raw)):
+                    told = {f: c[i] for f, c in zip(fields, columns, strict=True)}
+                    for points in _points(shape):
+                        yield _Row(layer, points, told, crs)
+    except shapely.GEOSException as error:
+        raise _unreadable(path) from error
+
+
+def _unreadable(path: Path) -> InputError:
+    return InputError(
+        tr(
+            "This is no file of vectors that can be read: GeoPackage, GeoJSON, shapefile, DXF or "
+            "KML. Export it again."
+        ),
+        file=path,
+    )
 
 
 def _points(shape: Any) -> Iterator[Floats]:
@@ -230,26 +250,33 @@ def _table(path: Path) -> Iterator[_Row]:
     import shapely
 
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = text_of(read_small(path, _LARGEST_TABLE)).removeprefix("\ufeff").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(tr("The table cannot be read ({error}).", error=error), file=path) from (
             error
         )
     crs = next((x[6:].strip() for x in lines if x.startswith("# CRS:")), "")
     layer = _layer_word(path.stem)
-    body = [line for line in lines if not line.startswith("#")]
-    for told in csv.DictReader(body):
+    body = csv.DictReader(line for line in lines if not line.startswith("#"))
+    while True:
+        try:
+            told = next(body)
+        except StopIteration:
+            return
+        except csv.Error as error:
+            message = tr("The row cannot be read ({error}).", error=error)
+            raise InputError(message, file=path, line=body.line_num) from error
         row = {str(k).casefold(): unguarded(v) for k, v in told.items() if isinstance(v, str)}
         own = crs if crs.startswith("EPSG:") else None
         if row.get(WKT):
             try:
-                shape = shapely.from_wkt(row[WKT])
+                (shape,) = shapes_of([row[WKT]])
             except shapely.GEOSException:
                 continue
             kind = {"Point": "stations", "LineString": "contacts", "Polygon": "lithologies"}.get(
                 shape.geom_type, layer
             )
-            for points in _points(shape):
+            for points in _points(shape) if kind else ():
                 yield _Row(kind, points, row, own)
         elif {"x", "y", "z"} <= row.keys() and layer in ("", "stations"):
             try:

@@ -14,6 +14,7 @@ from vomstudio.errors import InputError
 from vomstudio.geology.sets.discontinuities import Pieces
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.orientation_reading import OrientationTable
+from vomstudio.io.text.shape_texts import shapes_of
 from vomstudio.io.text.tables import coordinate_columns
 from vomstudio.words import tr
 
@@ -65,9 +66,7 @@ def _rings(table: OrientationTable, n: int) -> tuple[npt.NDArray[np.float64], ..
 def rings_of(texts: Sequence[str | None]) -> tuple[npt.NDArray[np.float64], ...]:
     """(k, 3) corners of each border in WKT, none where there is no text. Raises shapely's
     GEOSException for what is no geometry."""
-    import shapely
-
-    return tuple(_outer_ring(shape) for shape in shapely.from_wkt(list(texts)))
+    return tuple(_outer_ring(shape) for shape in shapes_of(texts))
 
 
 def _outer_ring(shape: Any) -> npt.NDArray[np.float64]:

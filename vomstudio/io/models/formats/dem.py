@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.files.names import utf8_name
+from vomstudio.files.regular import require_regular_beside
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.geo_keys import COMPOUND
@@ -54,6 +55,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     from rasterio._err import CPLE_BaseError
     from rasterio.errors import RasterioError
 
+    require_regular_beside(path)
     progress.stage(tr("Reading the heights"))
     said: list[str] = []
     try:

@@ -1,0 +1,113 @@
+"""Files that are found by name: nobody waits for a pipe, a device or a file without an end."""
+
+from __future__ import annotations
+
+import os
+import resource
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyogrio
+import pytest
+import rasterio
+import shapely
+from rasterio import Affine
+
+from vomstudio.errors import InputError, TargetError, VomError
+from vomstudio.files.inside import refuse_links
+from vomstudio.files.lock import ProjectLock
+from vomstudio.files.regular import read_small, require_regular_beside
+from vomstudio.io.gis.drawn_layers import read_lines
+from vomstudio.io.gis.raster import size_and_bands
+from vomstudio.io.gis.raster_place import place_on_map
+from vomstudio.io.models.opening import read_model
+from vomstudio.io.project.folder import Project
+from vomstudio.io.project.journal import read_replay
+from vomstudio.io.project.verify import verify
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="pipes have names on POSIX only")
+
+
+@pytest.mark.parametrize("ending", [".tfw", ".wld", ".tif.aux.xml", ".tif.msk", ".tif.ovr", ".TFW"])
+@pytest.mark.parametrize("read", [read_model, size_and_bands])
+def test_a_pipe_beside_a_height_model(
+    tmp_path: Path, ending: str, read: Callable[[Path], object]
+) -> None:
+    path = tmp_path / "a.tif"
+    with rasterio.open(
+        path, "w", driver="GTiff", width=8, height=8, count=1, dtype="float32", crs="EPSG:32632",
+        transform=Affine(1, 0, 5e5, 0, -1, 52e5),
+    ) as file:  # fmt: skip
+        file.write(np.ones((1, 8, 8), np.float32))
+    read(path)
+    assert place_on_map(path) is not None
+    os.mkfifo(tmp_path / f"a{ending}")
+    with pytest.raises(InputError, match=r"beside a\.tif.*pipe") as refusal:
+        read(path)
+    assert refusal.value.file == str(tmp_path / f"a{ending}")
+    assert place_on_map(path) is None
+
+
+@pytest.mark.parametrize("ending", [".dbf", ".shx", ".cpg", ".prj", ".qix"])
+def test_a_device_beside_a_shapefile(tmp_path: Path, ending: str) -> None:
+    lines = np.array([shapely.to_wkb(shapely.LineString([(0, 0), (3, 5)]))], object)
+    pyogrio.raw.write(
+        tmp_path / "a.shp", lines, [], [], geometry_type="LineString", driver="ESRI Shapefile",
+        crs="EPSG:32633",
+    )  # fmt: skip
+    (tmp_path / f"a{ending}").unlink(missing_ok=True)
+    (tmp_path / f"a{ending}").symlink_to("/dev/zero")
+    with pytest.raises(InputError, match=rf"a\{ending}.*device"):
+        read_lines(tmp_path / "a.shp")
+
+
+def test_what_may_lie_beside_a_file(tmp_path: Path) -> None:
+    """Folders, links that lead nowhere, and pipes of other names wait for nobody."""
+    (tmp_path / "a.obj").write_bytes(b"v 0 0 0\n")
+    (tmp_path / "a.tiles").mkdir()
+    (tmp_path / "a.prj").symlink_to("nowhere")
+    os.mkfifo(tmp_path / "b.prj")
+    require_regular_beside(tmp_path / "a.obj")
+    require_regular_beside(tmp_path / "none" / "a.obj")
+
+
+def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
+    with (tmp_path / "a.prj").open("wb") as file:
+        file.truncate(1 << 36)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(InputError, match="larger than 300 MB"):
+        read_small(tmp_path / "a.prj", 300 << 20)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000
+    (tmp_path / "b.prj").write_bytes(b"x" * 100)
+    assert read_small(tmp_path / "b.prj", 100) == b"x" * 100
+    with pytest.raises(InputError):
+        read_small(tmp_path / "b.prj", 99)
+
+
+@pytest.mark.parametrize("ending", ["-journal", "-wal", "-shm", ""])
+def test_a_pipe_beside_a_journal(tmp_path: Path, ending: str) -> None:
+    project = tmp_path / "a.vom"
+    Project.create(project).close()
+    place = project / f"journal.sqlite{ending}"
+    place.unlink(missing_ok=True)
+    os.mkfifo(place)
+    for look in (Project.open, read_replay, verify):
+        with pytest.raises(VomError, match=r"journal\.sqlite"):
+            look(project)
+
+
+@pytest.mark.parametrize("name", ["lock", "lock-journal", "lock-wal"])
+def test_a_pipe_in_place_of_a_lock_shuts_nobody_out(tmp_path: Path, name: str) -> None:
+    os.mkfifo(tmp_path / name)
+    lock = ProjectLock(tmp_path / "lock")
+    lock.release()
+    assert not (tmp_path / name).is_fifo()
+
+
+def test_a_pipe_among_the_results_of_a_run(tmp_path: Path) -> None:
+    (tmp_path / "work").mkdir()
+    refuse_links(tmp_path)
+    os.mkfifo(tmp_path / "work" / "database.db-journal")
+    with pytest.raises(TargetError, match=r"database\.db-journal"):
+        refuse_links(tmp_path)
