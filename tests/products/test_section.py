@@ -10,7 +10,7 @@ from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.products.ortho.interpretation import Item, apparent_dip_deg
+from vomstudio.products.ortho.interpretation import Item, apparent_dip_deg, count_features
 from vomstudio.products.section.curtain import curtain_of_line, curtain_of_plane
 from vomstudio.products.section.cutting import cut_model
 from vomstudio.products.section.writing import project_items
@@ -144,3 +144,21 @@ def test_features_come_along_the_direction_of_projection() -> None:
     assert project_items((item,), curtain, None, 4.0) == ((), 1)
     far = curtain_of_line([[UTM[0] + 3, UTM[1]], [UTM[0] + 9, UTM[1]]])
     assert project_items((item,), far, None, None) == ((), 1)
+
+
+def test_a_trace_with_its_line_and_its_plane_is_one_feature() -> None:
+    curtain = curtain_of_plane(Plane(180, 90), UTM)
+
+    def item(layer: str, id_: str, away: float) -> Item:
+        return Item(layer, "point", UTM[None] + [1, away, 2], id_, id_, "bedding", "", "#000000")
+
+    near, far = (("planes", "a"), ("traces", "a"), ("planes", "b")), (("planes", "c"),)
+    items = [*(item(*each, 5.0) for each in near), *(item(*each, 50.0) for each in far)]
+    # Of one that reaches into the section not all lies out of it.
+    items += [item("traces", "d", 50.0), item("planes", "d", 5.0)]
+    flats, left_out = project_items(tuple(items), curtain, None, 6.0)
+    assert len(flats) == 4
+    assert count_features(flat.item for flat in flats) == 3
+    assert left_out == 1
+    # Rows of a table may have one id: each counts.
+    assert count_features([item("planes", "", 1.0), item("planes", "", 2.0)]) == 2

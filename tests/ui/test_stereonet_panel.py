@@ -13,9 +13,12 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from tests import driver
+from tests.samples import ZIGZAG
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Frame, Model
 from vomstudio.ui.analyse import stereonet_panel
 from vomstudio.ui.analyse.net.commands import export_net
 from vomstudio.ui.analyse.net.contour_button import ContourButton
@@ -327,3 +330,26 @@ def test_a_target_that_cannot_be_written_is_said_and_leaves_nothing(net, window,
     export_net(studio, window.net, tmp_path / "net.png")
     assert "folder" in studio.notices[-1].text
     assert [p.name for p in tmp_path.iterdir() if "net" in p.name] == ["net.png"]
+
+
+def test_north_is_not_drawn_where_nobody_knows_it(net, window, studio, tmp_path):
+    """A model without north has a y axis; compass readings know theirs."""
+    undeclared = Model("m2", "rock", "rock.obj", "mesh", "1" * 64, Frame("undeclared"))
+    assert studio.attempt(edits.add_model, undeclared)
+    drawn(window)
+    assert net.contents().north, "all that is shown are readings"
+    points = tuple((x, y, 0.5 * x + z) for x, y, z in ZIGZAG)
+    assert studio.attempt(edits.add_trace, Trace("t1", "", "bedding", "m2", "1" * 64, points))
+    drawn(window)
+    assert not net.contents().north
+    assert any("Local frame" in note for note in net.for_print().notes)
+    target = tmp_path / "net.svg"
+    export_net(studio, net, target)
+    words = "".join(ElementTree.parse(target).getroot().itertext())
+    assert "Local frame" in words
+    net.wishes.show_view("strike", "area")
+    found = net.rose_contents()
+    assert not found.north
+    assert any("Local frame" in note for note in found.notes)
+    studio.undo()
+    assert net.rose_contents().north

@@ -239,6 +239,7 @@ class NetContents:
     title, notes: over the net, and above its caption (frame, north, what was left out).
     compact: a net on the screen. Its legend is terse, and does not explain the selected pole's
     ellipse: it would move the net at every click.
+    north: False in a local frame, where azimuths are from its y axis.
     """
 
     sets: tuple[NetSet, ...] = ()
@@ -262,6 +263,7 @@ class NetContents:
     title: str = ""
     notes: tuple[str, ...] = ()
     compact: bool = False
+    north: bool = True
 
     @property
     def with_registration(self) -> tuple[AnyEllipse, ...]:

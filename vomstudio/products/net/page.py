@@ -233,7 +233,8 @@ class Page:
             LineCollection(ticks, colors=style.ink, linewidths=style.line_pt, zorder=layer("ticks"))
         )
         self.text(
-            self.cx, self.cy + self.radius + 0.6 * self.font + 0.62 * self.row, "N",
+            self.cx, self.cy + self.radius + 0.6 * self.font + 0.62 * self.row,
+            "N" if self.net.north else "y",
             align="center", weight="bold", size=1.15,
         )  # fmt: skip
 

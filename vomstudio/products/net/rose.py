@@ -185,7 +185,9 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
         if isinstance(rose, Histogram):
             draw_histogram(ax, rose, rings, color, style)
         else:
-            draw_rose(ax, rose, rings, contents.by_area, color, style)
+            draw_rose(
+                ax, rose, rings, contents.by_area, color, style, "N" if contents.north else "y"
+            )
         said = mean_words(rose)
         fitting = font * min(1.0, max(0.7, 0.94 * side / text_width(said, font, "normal")))
         for above, text, weight, size in (

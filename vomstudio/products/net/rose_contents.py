@@ -45,7 +45,7 @@ class RoseContents:
     what weights them, None for counts; by_area: the area of a petal is its share, else its length;
     empty: sets of which no row has an angle and a weight; counted: by the name of the set, where
     the features are known. notes: over the caption. colors: of sets
-    by their names, where they are not the usual ones."""
+    by their names, where they are not the usual ones; north: as of a net."""
 
     of: str
     roses: Mapping[str, Rose | Histogram]
@@ -56,6 +56,7 @@ class RoseContents:
     title: str = ""
     notes: tuple[str, ...] = ()
     colors: Mapping[str, str] = field(default_factory=dict)
+    north: bool = True
 
     @property
     def bin_deg(self) -> float:

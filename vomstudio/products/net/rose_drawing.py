@@ -25,9 +25,16 @@ def petal_radius(share: Array, outermost: float, by_area: bool) -> Array:
 
 
 def draw_rose(
-    ax: Axes, rose: Rose, rings: list[float], by_area: bool, color: str, style: NetStyle
+    ax: Axes,
+    rose: Rose,
+    rings: list[float],
+    by_area: bool,
+    color: str,
+    style: NetStyle,
+    up: str = "N",
 ) -> None:
-    """One rose, of radius 1 at its outermost ring, into axes that show a little more than that."""
+    """One rose, of radius 1 at its outermost ring, into axes that show a little more than that.
+    up : the letter at its top"""
     from matplotlib.patches import Circle, Polygon
 
     radii = petal_radius(np.array(rings), rings[-1], by_area)
@@ -57,7 +64,7 @@ def draw_rose(
         for end in (rose.mean_deg, rose.mean_deg + 180.0)[: 2 if rose.axial else 1]:
             ax.plot(*_ray(end, (1.0, 1.1)), color=style.ink, linewidth=3.0 * style.line_pt,
                     solid_capstyle="butt", zorder=layer("means"))  # fmt: skip
-    ax.text(0.0, 1.13, "N", ha="center", va="bottom", fontsize=1.15 * style.font_pt,
+    ax.text(0.0, 1.13, up, ha="center", va="bottom", fontsize=1.15 * style.font_pt,
             weight="bold", color=style.ink)  # fmt: skip
     place = _clearest(rose)
     for share, radius in zip(rings, radii, strict=True):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -18,6 +19,7 @@ from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import lines_to_vectors, planes_to_normals
 from vomstudio.io.project.export import refuse_empty, thresholds_of
 from vomstudio.io.project.journal import read_replay
+from vomstudio.tables.grid_layer import LAYER as GRIDS
 from vomstudio.tables.project_layers import project_layers
 from vomstudio.tables.project_table import project_table
 from vomstudio.words import tr
@@ -111,6 +113,8 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
             colors[record.id] = (color_of(record, records) if typed else "") or NO_COLOR
     found: list[Item] = []
     for layer in project_layers(records, table, measurements):
+        if layer.name == GRIDS:
+            continue
         columns = layer.columns
         for k, shape in enumerate(layer.shapes):
             said = {name: values[k] for name, values in columns.items()}
@@ -127,6 +131,18 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                      said=written.get(text["id"], ""), filled=layer.by != "kind")
             )  # fmt: skip
     return tuple(found)
+
+
+def count_features(items: Iterable[Item]) -> int:
+    """A trace is an item for its line and one for its plane, and one feature all the same. What has
+    no id of its own counts by itself."""
+    by_layer: dict[str, Counter[str]] = {}
+    for item in items:
+        by_layer.setdefault(item.layer, Counter())[item.id] += 1
+    most: Counter[str] = Counter()
+    for counted in by_layer.values():
+        most |= counted
+    return most.total()
 
 
 def items_of_table(places: Array, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.geology.notation import plain_azimuth
-from vomstudio.products.ortho.interpretation import Flat, Item, flattened
+from vomstudio.products.ortho.interpretation import Flat, Item, count_features, flattened
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
     Shape,
@@ -108,7 +108,6 @@ def project_items(
     its panels. along : (3,) direction of projection, None at right angles. Raises UsageError where
     it lies in the section."""
     found: list[Flat] = []
-    left_out = 0
     for item in items:
         best: Flat | None = None
         for panel in curtain.panels:
@@ -122,9 +121,9 @@ def project_items(
                 shift = np.array([panel.start, panel.level])
                 best = Flat(item, flat.points + shift, flat.away, flat.apparent_dip_deg)
         if best is None or (within is not None and float(np.abs(best.away).mean()) > within):
-            left_out += 1
-        else:
-            found.append(best)
+            continue
+        found.append(best)
+    left_out = count_features(items) - count_features(flat.item for flat in found)
     return tuple(found), left_out
 
 
@@ -165,7 +164,7 @@ def figures_of(
         None if plane is None else plane.dip_deg,
         left,
         right,
-        len(flats),
+        count_features(flat.item for flat in flats),
         left_out,
     )
 

@@ -150,6 +150,7 @@ class SlopesPanel(SeenPanel):
     def _opened(self) -> None:
         """Another project."""
         self._chosen_here = None
+        self.face.clear()
         self._soon()
 
     def _notation_changed(self) -> None:

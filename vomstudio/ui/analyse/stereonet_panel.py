@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
 
@@ -16,10 +16,11 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document.edit import Edit
-from vomstudio.document.records import Typed
+from vomstudio.document.records import Typed, get_feature
+from vomstudio.document.registration_errors import model_of
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.roses import LINES_HAVE
-from vomstudio.products.net.contents import NetContents, means_of
+from vomstudio.products.net.contents import NetContents, NetSet, means_of
 from vomstudio.products.net.figure import NetArtists
 from vomstudio.products.net.found_in_sets import with_findings
 from vomstudio.products.net.net_options import MOST_PLANES, with_intersections
@@ -48,6 +49,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import copy_with_table
+from vomstudio.ui.forms.model_axes import axes_of
 from vomstudio.words import tr
 
 _IN_MENU = ("propose_sets", "net_in_middle", "figure_style", "export_net")
@@ -215,6 +217,8 @@ class StereonetPanel(QWidget):
         """What the net shows now."""
         source, wishes, studio = self._source, self.wishes, self._studio
         sets, beds = source.shown_sets()
+        live = source.live()
+        north = self._north(sets) and (live is None or axes_of(studio).north)
         asked = wishes.asked
         net = NetContents(
             sets=tuple(sets),
@@ -231,10 +235,11 @@ class StereonetPanel(QWidget):
             circles_typed=wishes.circles,
             marks=wishes.marks,
             errors=source.errors(sets) if "errors" in asked else (),
-            live=source.live(),
+            live=live,
             notation=studio.settings.notation,
-            notes=(*source.left_out(), *wishes.turning.notes),
+            notes=(*source.left_out(), *wishes.turning.notes, *(() if north else (_local(),))),
             compact=True,
+            north=north,
         )
         if "slip planes" in asked:
             net = replace(net, circles_typed=(*net.circles_typed, *source.slip_planes(sets)))
@@ -246,7 +251,20 @@ class StereonetPanel(QWidget):
 
     def rose_contents(self) -> RoseContents:
         """What roses or histograms show now."""
-        return self._source.roses(self._source.shown_sets()[0])
+        sets = self._source.shown_sets()[0]
+        found = self._source.roses(sets)
+        if self._north(sets):
+            return found
+        return replace(found, notes=(*found.notes, _local()), north=False)
+
+    def _north(self, sets: Sequence[NetSet]) -> bool:
+        """Nothing that is shown lies on a model without north; compass readings lie on none."""
+        if axes_of(self._studio).north:
+            return True
+        records = self._studio.records
+        shown = (get_feature(records, id_) for s in sets for id_ in s.ids)
+        models = (model_of(records, feature) for feature in shown)
+        return all(model is None or model.frame.has_north for model in models)
 
     def _copy_command(self) -> None:
         """Of the planes and lines that are shown, as the net shows them."""
@@ -444,3 +462,7 @@ class StereonetPanel(QWidget):
 
 def _many(net: NetContents) -> bool:
     return sum(map(len, net.sets)) > _MANY
+
+
+def _local() -> str:
+    return tr("Local frame: azimuths are from the model's y axis, not from north")

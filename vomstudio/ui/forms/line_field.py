@@ -35,6 +35,8 @@ class LineField(QWidget):
         row.addWidget(self.line, 1)
         row.addWidget(self.take)
         studio.selection_changed.connect(lambda _: self._refresh())
+        # What is typed belongs to the rock of a project.
+        studio.project_opened.connect(self.line.clear)
         studio.project_opened.connect(self._refresh)
         self._refresh()
 

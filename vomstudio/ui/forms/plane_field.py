@@ -51,6 +51,8 @@ class PlaneField(QWidget):
             row.addWidget(self.facing)
         studio.settings_changed.connect(self._notation_changed)
         studio.selection_changed.connect(lambda _: self._refresh())
+        # What is typed belongs to the rock of a project.
+        studio.project_opened.connect(self.line.clear)
         studio.project_opened.connect(self._refresh)
         self._notation_changed()
         self._refresh()

@@ -206,6 +206,8 @@ class BedLogPanel(SeenPanel):
     def _opened(self) -> None:
         """Another project."""
         self.line_id, self._picking = "", False
+        for field in (self.reach, self.sigma):
+            field.clear()
         self._soon()
 
     def _words_typed(self, key: str, said: object) -> None:

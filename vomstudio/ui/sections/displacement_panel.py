@@ -180,6 +180,8 @@ class DisplacementPanel(SeenPanel):
 
     def _opened(self) -> None:
         self.pairs = []
+        for field in (self.slip_error, self.sigma):
+            field.clear()
         self._soon()
 
     # --- the answer --------------------------------------------------------------------------

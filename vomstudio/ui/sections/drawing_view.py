@@ -210,12 +210,13 @@ class DrawingView(QWidget):
         metrics = painter.fontMetrics()
         high = metrics.height()
         low, top, scale = self._seen()
-        for value in ticks_over(float(low[0]), float(top[0])):
+        wide = metrics.horizontalAdvance("-0000")
+        for value in spaced(ticks_over(float(low[0]), float(top[0])), wide / scale):
             x = room.left() + (value - float(low[0])) * scale
             painter.drawLine(QPointF(x, room.bottom()), QPointF(x, room.bottom() + _TICK))
             box = QRectF(x - 50, room.bottom() + _TICK, 100, high)
             painter.drawText(box, int(Qt.AlignmentFlag.AlignHCenter), f"{value:g}")
-        for value in ticks_over(float(low[1]), float(top[1])):
+        for value in spaced(ticks_over(float(low[1]), float(top[1])), high / scale):
             y = room.bottom() - (value - float(low[1])) * scale
             painter.drawLine(QPointF(room.left() - _TICK, y), QPointF(room.left(), y))
             box = QRectF(0, y - high / 2, room.left() - _TICK - 2, high)
@@ -226,10 +227,12 @@ class DrawingView(QWidget):
         painter.drawText(above, int(Qt.AlignmentFlag.AlignRight), shown.ends[1])
         self._draw_below(painter, room, scale)
         painter.save()
-        painter.translate(high * 0.2, room.center().y())
+        # In a low dock the frame is lower than its title is long.
+        painter.translate(high * 0.2, self.height() / 2)
         painter.rotate(-90)
-        box = QRectF(-room.height() / 2, 0, room.height(), high)
-        painter.drawText(box, int(Qt.AlignmentFlag.AlignCenter), shown.axes[1])
+        box = QRectF(-self.height() / 2, 0, self.height(), high)
+        title = metrics.elidedText(shown.axes[1], Qt.TextElideMode.ElideRight, self.height())
+        painter.drawText(box, int(Qt.AlignmentFlag.AlignCenter), title)
         painter.restore()
 
     def _draw_below(self, painter: QPainter, room: QRectF, per_metre: float) -> None:
@@ -250,3 +253,13 @@ class DrawingView(QWidget):
         painter.fillRect(bar, _INK)
         painter.drawText(QRectF(bar.right() + 6, bar.center().y() - high / 2, free, high),
                          int(Qt.AlignmentFlag.AlignVCenter), said)  # fmt: skip
+
+
+def spaced(ticks: Array, least: float) -> list[float]:
+    """Of equally spaced ticks as many as stand at least so far apart: every second, every third
+    and so on, counted from zero."""
+    if len(ticks) < 2:
+        return [float(tick) for tick in ticks]
+    step = float(ticks[1] - ticks[0])
+    every = max(1, math.ceil(least / step))
+    return [float(tick) for tick in ticks if round(tick / step) % every == 0]

@@ -300,6 +300,8 @@ class ElevationPanel(QWidget):
         self.made = None
         self.figures.setText("")
         self.picture.show_picture(None)
+        for field in (self.gsd, self.limit, self.contours, self.target):
+            field.clear()
         self.target.setModified(False)
         self.refresh()
 

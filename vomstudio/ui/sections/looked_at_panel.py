@@ -107,6 +107,7 @@ class LookedAtPanel(SeenPanel):
         self.over.activated.connect(lambda _: self._refresh_buttons())
         self.plane.changed.connect(self._refresh_buttons)
         self.cell.textChanged.connect(lambda _: self._refresh_buttons())
+        studio.project_opened.connect(self.cell.clear)
         studio.project_opened.connect(self._soon)
         studio.edited.connect(self._soon)
         studio.model_loaded.connect(self._soon)

@@ -85,7 +85,7 @@ class SectionPanel(SeenPanel):
         self.plane = PlaneField(studio, "section_plane", view=view)
         self.through = QLineEdit()
         self.through.setObjectName("section_through")
-        self.through.setPlaceholderText(tr("x, y, z: the middle of the model"))
+        self.through.setPlaceholderText(tr("the middle of the model"))
         self.take_through = _icon_button(
             "cursor-default-click-outline", tr("Through the selected feature")
         )
@@ -130,7 +130,7 @@ class SectionPanel(SeenPanel):
         body.column.addLayout(buttons)
         body.column.addWidget(self.said)
         body.put_beside(self.picture)
-        self.through.setToolTip(tr("A point of World on the plane; distances count from it."))
+        self.through.setToolTip(tr("A point on the plane, as x, y, z; distances count from it."))
         self.direction.line.setToolTip(
             tr("Features are projected along this trend/plunge, such as the fold axis.")
         )
@@ -340,6 +340,8 @@ class SectionPanel(SeenPanel):
     def _opened(self) -> None:
         """Another project."""
         self.line, self._drawing = None, False
+        for field in (self.through, self.within, self.slab):
+            field.clear()
         self._soon()
 
     def _close(self) -> None:

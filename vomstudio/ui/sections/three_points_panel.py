@@ -232,6 +232,7 @@ class ThreePointsPanel(SeenPanel):
     def _opened(self) -> None:
         """Another project."""
         self._picking = False
+        self.sigma.clear()
         self._fill([])
 
     # --- the plane ---------------------------------------------------------------------------

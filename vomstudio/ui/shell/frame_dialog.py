@@ -25,6 +25,7 @@ from vomstudio.io.gis.crs import crs_name, parse_crs
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.long_boxes import make_room_for_text
+from vomstudio.ui.common.widgets import allow
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.model_loading import OpenModel
 
@@ -135,36 +136,35 @@ class FrameDialog(QDialog):
         if not text.strip() or _CODE.fullmatch(text.strip()):
             self._check()
         else:
-            self._buttons.button(QDialogButtonBox.StandardButton.Ok).setEnabled(False)
+            ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
+            allow(ok, tr("It is being looked up."))
             self._pause.start()
 
     def _check(self, *_: object) -> None:
         self._pause.stop()
         ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
-        self._crs.setEnabled(self._crs_button.isChecked())
-        self._unit.setEnabled(not self._none_button.isChecked())
-        self._unit.setToolTip(
-            tr("Not now: Choose above how much of the frame is known.")
-            if self._none_button.isChecked()
-            else ""
-        )
+        other = tr("The frame has no coordinate system. Choose Projected coordinates above.")
+        allow(self._crs, None if self._crs_button.isChecked() else other)
+        unknown = tr("Choose above how much of the frame is known.")
+        allow(self._unit, unknown if self._none_button.isChecked() else None)
         if not self._crs_button.isChecked():
             self._say("")
-            ok.setEnabled(True)
+            allow(ok, None)
             return
         if not self._crs.text().strip():
-            self._say(tr("Enter a code, name or country, such as EPSG:32633, UTM 33N or Iceland."))
-            ok.setEnabled(False)
+            why = tr("Enter a code, name or country, such as EPSG:32633, UTM 33N or Iceland.")
+            self._say(why)
+            allow(ok, why)
             return
         try:
             code, unit = parse_crs(self._crs.text())
         except InputError as error:
             self._say(error.message)
-            ok.setEnabled(False)
+            allow(ok, error.message)
             return
         self._say(crs_name(code))
         self._unit.setCurrentIndex(max(0, self._unit.findData(unit)))
-        ok.setEnabled(True)
+        allow(ok, None)
 
     def _say(self, text: str) -> None:
         self._crs_says.setText(text)

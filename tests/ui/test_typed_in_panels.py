@@ -1,0 +1,45 @@
+"""What was typed in a panel is of the rock of one project, and another begins without it; what
+stands along the axes of a drawing is read at every size."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QAbstractSpinBox, QLineEdit
+
+from tests.ui.conftest import add_cliff
+from vomstudio.ui.sections.drawing_view import spaced
+
+DOCKS = (
+    "section", "elevation", "bed_log", "fractures", "looked_at", "displacement", "three_points",
+    "slopes",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("dock", DOCKS)
+def test_another_project_begins_with_empty_fields(window, studio, dock, tmp_path) -> None:
+    add_cliff(studio)
+    window.docks[dock].show()
+    fields = [
+        field
+        for field in window.docks[dock].findChildren(QLineEdit)
+        if not isinstance(field.parentWidget(), QAbstractSpinBox) and field.objectName()
+    ]
+    for field in fields:
+        field.setText("12")
+        field.setModified(True)
+    assert fields
+    studio.save_as(tmp_path / "one.vom")
+    assert all(field.text() == "12" for field in fields), "saving takes nothing away"
+    studio.new_project()
+    assert [field.objectName() for field in fields if field.text()] == []
+
+
+def test_ticks_stand_apart() -> None:
+    ticks = np.arange(-6, 7) * 2.0
+    assert spaced(ticks, 1.0) == ticks.tolist()
+    thinned = spaced(ticks, 4.5)
+    assert thinned == [-12.0, -6.0, 0.0, 6.0, 12.0]
+    assert np.diff(thinned).min() >= 4.5
+    assert spaced(ticks, 1000.0) == [0.0]
+    assert spaced(np.array([3.0]), 10.0) == [3.0]
