@@ -89,6 +89,25 @@ def test_names_and_values_are_those_of_the_command(
         same(told[key], getattr(found, key), key)
 
 
+@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+def test_sets_of_facets_are_objects_as_those_of_sets_are(
+    tmp_path: Path, command: Callable[..., dict[str, Any]]
+) -> None:
+    """Stairs: six treads and six risers of a square metre."""
+    u, v = (w.ravel() for w in np.meshgrid(np.arange(0, 1, 0.05), np.arange(0, 1, 0.05)))
+    level, steep = np.stack([u, v, 0 * u], axis=1), np.stack([0 * u, v, u], axis=1)
+    stairs = [part + [k, 0, k] for k in range(6) for part in (level, steep + [1.0, 0, 0])]
+    np.savetxt(tmp_path / "stairs.xyz", np.concatenate(stairs))
+    told = command("facets", tmp_path / "stairs.xyz", "-o", tmp_path / "f.csv", "--sets")
+    found = vs.facets(tmp_path / "stairs.xyz", sets=True)
+    assert [one.n for one in found.sets] == [6, 6]
+    assert sorted(one.dip_deg for one in found.sets) == pytest.approx([0, 90], abs=0.1)
+    assert found.discontinuities[0].set == found.sets[0].name == "S1"
+    for name in ("sets", "discontinuities"):
+        same(told[name], getattr(found, name), name)
+        same(told[name], found.as_dict()[name], name)
+
+
 def same(told: Any, found: Any, path: str) -> None:
     """Numbers, texts and None of JSON, whatever holds them in Python."""
     if isinstance(told, dict):

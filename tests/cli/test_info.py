@@ -262,3 +262,28 @@ def test_a_height_model_of_64_bit_numbers_is_described(run, tmp_path: Path) -> N
     assert (found["kind"], found["width"], found["height"]) == ("raster", 5, 4)
     assert (found["points"], found["units"]) == (20, ["m", "m", "m"])
     assert found["bounds"] == [[500_001, 199_993, 0], [500_009, 199_999, 19]]
+
+
+def test_a_table_of_points_is_where_the_file_beside_it_says(run, write, tmp_path: Path) -> None:
+    rows = "x,y,z\n" + "".join(f"{500_000 + x},{5_000_000 + y},{x}\n" for x, y in np.ndindex(9, 9))
+    for ending in (".csv", ".xyz"):
+        (tmp_path / "a.prj").unlink(missing_ok=True)
+        path = write(rows, f"a{ending}")
+        (before,) = run("info", path, "--json").json["files"]
+        assert (before["crs"], before["units"]) == (None, ["unknown"] * 3)
+        (tmp_path / "a.prj").write_text("EPSG:2263")
+        (feet,) = run("info", path, "--json").json["files"]
+        assert (feet["crs"], feet["units"]) == ("EPSG:2263", ["us-ft"] * 3)
+        assert np.allclose(feet["bounds"], np.array(before["bounds"]) * 1200 / 3937)
+        assert feet["resolution_m"] == pytest.approx(2**0.25 * 1200 / 3937, rel=0.1)
+    (tmp_path / "a.prj").write_text("EPSG:4326")
+    (degrees,) = run("info", write(rows, "a.csv"), "--json").json["files"]
+    assert degrees["points"] == 81
+    assert degrees["warnings"]
+
+
+def test_a_table_that_was_converted_keeps_its_crs(run, write, tmp_path: Path) -> None:
+    rows = "x,y,z\n" + "".join(f"{500_000 + x},{5_000_000 + y},{x}\n" for x, y in np.ndindex(9, 9))
+    assert run("convert", write(rows, "in.csv"), tmp_path / "o.csv", "--crs", "32633").code == 0
+    (found,) = run("info", tmp_path / "o.csv", "--json").json["files"]
+    assert (found["crs"], found["units"]) == ("EPSG:32633", ["m", "m", "m"])

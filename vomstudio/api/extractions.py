@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,8 @@ from vomstudio.api.tables import frame
 from vomstudio.errors import InputError, UsageError
 from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.followed_trace import FollowedTrace
+from vomstudio.geology.sets.discontinuities import Discontinuity
+from vomstudio.geology.sets.proposals import DescribedSet, SetFit
 from vomstudio.progress import CancelToken
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
@@ -44,7 +47,7 @@ class Facets(Shown):
         World), a row for each, its id the facet's label
     coverage, near_planar_share : of the model's area, and of the exposed rock's; None where there
         is none
-    sets, discontinuities : dicts as `vs.sets` tells them, where they were asked for
+    sets, discontinuities : as `vs.sets` tells them, where they were asked for
     labels : {"facet": (n,), "set": (n,)} int32 of the model's points, -1 for none
     """
 
@@ -52,8 +55,8 @@ class Facets(Shown):
     table: Any
     coverage: float | None
     near_planar_share: float | None
-    sets: tuple[dict[str, Any], ...]
-    discontinuities: tuple[dict[str, Any], ...]
+    sets: tuple[DescribedSet, ...]
+    discontinuities: tuple[Discontinuity, ...]
     labels: dict[str, npt.NDArray[np.int32]]
     area_m2: float
     vegetation_share: float
@@ -66,7 +69,11 @@ class Facets(Shown):
 
     def as_dict(self) -> dict[str, Any]:
         """All but the table and the labels."""
-        return {k: v for k, v in vars(self).items() if k not in ("table", "labels")}
+        return {
+            **{k: v for k, v in vars(self).items() if k not in ("table", "labels")},
+            "sets": [asdict(one) for one in self.sets],
+            "discontinuities": [asdict(one) for one in self.discontinuities],
+        }
 
 
 def facets(
@@ -154,13 +161,18 @@ def _as_facets(found: FacetTable) -> Facets:
     return Facets(
         **{
             **found.as_dict(),
-            "sets": tuple(found.sets),
-            "discontinuities": tuple(found.discontinuities),
+            "sets": tuple(_set_of(one) for one in found.sets),
+            "discontinuities": tuple(Discontinuity(**one) for one in found.discontinuities),
             "warnings": found.warnings,
         },
         table=table,
         labels=found.as_fields(),
     )
+
+
+def _set_of(told_of: Mapping[str, Any]) -> DescribedSet:
+    fit = told_of["fit"]
+    return DescribedSet(**{**told_of, "fit": None if fit is None else SetFit(**fit)})
 
 
 def follow(

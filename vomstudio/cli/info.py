@@ -63,7 +63,7 @@ def _described(path: Path, progress: Progress) -> dict[str, Any]:
         return _folder(path, progress)
     ending = path.suffix.lower()
     ways: dict[bool, Callable[[Path], dict[str, Any]]] = {
-        ending in TABLES: _table,
+        ending in TABLES: lambda path: _table(path, progress),
         ending in PICTURES: _picture,
         ending in GRIDS: lambda path: _grid(path, progress),
     }
@@ -123,8 +123,8 @@ _NAMED = {"x", "y", "z"}
 """A table with these columns is one of points: what keeps it from that is said."""
 
 
-def _table(path: Path) -> dict[str, Any]:
-    """Rows and columns; bounds where there are x, y and z."""
+def _table(path: Path, progress: Progress) -> dict[str, Any]:
+    """Rows and columns; bounds where there are x, y and z, in the CRS that lies beside them."""
     import numpy as np
 
     from vomstudio.io.text.tables import coordinate_columns, read_table
@@ -155,7 +155,7 @@ def _table(path: Path) -> dict[str, Any]:
                     int((~sound).sum()),
                 )
             )
-    return {
+    found = {
         **NOTHING,
         "kind": "table",
         "points": len(table),
@@ -165,6 +165,23 @@ def _table(path: Path) -> dict[str, Any]:
         "fields": list(table.names or (table.label(i) for i in range(table.width))),
         "warnings": warnings,
     }
+    return found if bounds is None else found | _place(path, warnings, progress)
+
+
+def _place(path: Path, warnings: list[str], progress: Progress) -> dict[str, Any]:
+    """Of points with a NAME.prj beside them, as a cloud has it; nothing without."""
+    from vomstudio.io.gis.crs import sidecar_path
+    from vomstudio.io.models.opening import describe
+
+    if not sidecar_path(path).exists():
+        return {}
+    try:
+        cloud: dict[str, Any] = dict(describe(path, progress))
+    except InputError as error:
+        return {"warnings": [*warnings, error.message]}
+    own = ("crs", "units", "bounds", "resolution_m", "resolution")
+    said = [*warnings, *(said for said in cloud["warnings"] if said not in warnings)]
+    return {key: cloud[key] for key in own if key in cloud} | {"warnings": said}
 
 
 _GREY = ("1", "L", "P")
